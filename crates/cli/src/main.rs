@@ -1,0 +1,2 @@
+//! The `augsim` binary: parse, resolve, run, exit code.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Trajectories with named columns and units: readers, writers, splits, normalisation.

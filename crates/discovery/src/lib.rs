@@ -1,0 +1,1 @@
+//! Calibration, residuals, structure tests and the search for missing effects.

@@ -1,0 +1,1 @@
+//! Layers, losses, optimiser, checkpoints and PyTorch weight exchange.

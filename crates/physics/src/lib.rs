@@ -1,0 +1,1 @@
+//! Ball and pushing engines, effects, sensor models and model files.

@@ -1,0 +1,1 @@
+//! SVG figures and the self-contained HTML report.

@@ -1,0 +1,1 @@
+//! Dense tensors, a reverse-mode tape and fused sequence kernels.

@@ -1,0 +1,1 @@
+//! The DCVRNN, the model classes, the training loop, metrics and tables.
