@@ -1,1 +1,5 @@
-//! Helpers shared by the integration tests.
+//! Helpers shared by the integration tests: where data lies, random inputs, gradient checks.
+
+pub mod golden;
+pub mod gradient;
+pub mod random;
