@@ -58,28 +58,8 @@ impl Assembler {
         if self.open.as_ref().is_some_and(|open| open.id != id) {
             self.close()?;
         }
-        let labels = [(self.id_column, Some(id)), (GROUP, group)];
-        if let Some((column, Some(label))) = labels
-            .into_iter()
-            .find(|(_, label)| label.is_some_and(|text| !is_label(text)))
-        {
-            return Err(DataError::BadLabelInFile {
-                path: self.path.clone(),
-                line,
-                column,
-                label: label.to_owned(),
-            });
-        }
-        if self.open.is_none()
-            && let Some(&ended_line) = self.ended.get(id)
-        {
-            return Err(DataError::TrajectoryReappears {
-                path: self.path.clone(),
-                line,
-                column: self.id_column,
-                trajectory: id.to_owned(),
-                ended_line,
-            });
+        if self.open.is_none() {
+            self.check_first_row(line, id, group)?;
         }
         let open = self.open.get_or_insert_with(|| Open {
             id: id.to_owned(),
@@ -115,6 +95,29 @@ impl Assembler {
             column.push(value);
         }
         Ok(())
+    }
+
+    fn check_first_row(&self, line: u64, id: &str, group: Option<&str>) -> Result<(), DataError> {
+        for (column, label) in [(self.id_column, Some(id)), (GROUP, group)] {
+            if let Some(label) = label.filter(|label| !is_label(label)) {
+                return Err(DataError::BadLabelInFile {
+                    path: self.path.clone(),
+                    line,
+                    column,
+                    label: label.to_owned(),
+                });
+            }
+        }
+        match self.ended.get(id) {
+            None => Ok(()),
+            Some(&ended_line) => Err(DataError::TrajectoryReappears {
+                path: self.path.clone(),
+                line,
+                column: self.id_column,
+                trajectory: id.to_owned(),
+                ended_line,
+            }),
+        }
     }
 
     fn close(&mut self) -> Result<(), DataError> {

@@ -2,17 +2,23 @@
 
 use crate::error::DataError;
 use flate2::read::MultiGzDecoder;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::fs;
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Rows of a CSV file with their line numbers; cells are trimmed of blanks.
+///
+/// The whole content is held in memory, as the data set read from it will be. That makes line numbers
+/// exact: the parser skips blank lines without counting them in a record's position.
 pub(crate) struct CsvSource {
     path: PathBuf,
-    gzip: bool,
+    content: Arc<[u8]>,
     header: Vec<String>,
-    reader: csv::Reader<Box<dyn Read>>,
+    reader: csv::Reader<Cursor<Arc<[u8]>>>,
     record: csv::ByteRecord,
+    /// Offset of the current record and the line it stands on.
+    start: usize,
     line: u64,
 }
 
@@ -23,28 +29,24 @@ impl CsvSource {
             path: path.to_owned(),
             cause,
         };
-        let mut bytes = BufReader::new(File::open(path).map_err(unreadable)?);
-        let gzip = bytes
-            .fill_buf()
-            .map_err(unreadable)?
-            .starts_with(&[0x1f, 0x8b]);
-        let content: Box<dyn Read> = if gzip {
-            Box::new(MultiGzDecoder::new(bytes))
-        } else {
-            Box::new(bytes)
-        };
+        let mut content = fs::read(path).map_err(unreadable)?;
+        if content.starts_with(&[0x1f, 0x8b]) {
+            content = unpack(path, &content)?;
+        }
+        let content: Arc<[u8]> = content.into();
         let reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
             .trim(csv::Trim::All)
-            .from_reader(content);
+            .from_reader(Cursor::new(Arc::clone(&content)));
         let mut source = CsvSource {
             path: path.to_owned(),
-            gzip,
+            content,
             header: Vec::new(),
             reader,
             record: csv::ByteRecord::new(),
-            line: 0,
+            start: 0,
+            line: 1,
         };
         source.read_header()?;
         Ok(source)
@@ -114,35 +116,31 @@ impl CsvSource {
     }
 
     fn advance(&mut self) -> Result<bool, DataError> {
-        let more = self.reader.read_byte_record(&mut self.record);
-        let next_line = self.reader.position().line();
-        match more {
-            Ok(more) => {
-                self.line = self
-                    .record
-                    .position()
-                    .map_or(next_line, csv::Position::line);
-                Ok(more)
-            }
-            Err(error) => Err(self.read_failure(error, next_line)),
-        }
-    }
-
-    /// The parser is set to accept rows of any length and any bytes, so what is left is input and
-    /// output.
-    fn read_failure(&self, error: csv::Error, line: u64) -> DataError {
-        let path = self.path.clone();
-        let cause = match error.into_kind() {
-            csv::ErrorKind::Io(cause) => cause,
-            other => io::Error::other(format!("{other:?}")),
-        };
-        match (self.gzip, cause.kind()) {
-            (true, io::ErrorKind::UnexpectedEof) => DataError::TruncatedGzip { path, line },
-            (true, io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData) => {
-                DataError::DamagedGzip { path, line, cause }
-            }
-            _ => DataError::Unreadable { path, cause },
-        }
+        let more = self
+            .reader
+            .read_byte_record(&mut self.record)
+            .map_err(|error| {
+                // Reading from memory, with rows of any length and any bytes allowed, cannot fail.
+                DataError::Unreadable {
+                    path: self.path.clone(),
+                    cause: io::Error::other(error),
+                }
+            })?;
+        let from = self
+            .record
+            .position()
+            .map_or(self.start, |p| p.byte() as usize);
+        let blank = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        let skipped = self
+            .content
+            .iter()
+            .skip(from)
+            .take_while(|&byte| blank(byte))
+            .count();
+        let start = (from + skipped).min(self.content.len()).max(self.start);
+        self.line += newlines(&self.content[self.start..start]);
+        self.start = start;
+        Ok(more)
     }
 
     /// Text of a cell; empty text is given as it is.
@@ -180,5 +178,22 @@ impl CsvSource {
             column: self.header[cell].clone(),
             remedy,
         }
+    }
+}
+
+fn newlines(bytes: &[u8]) -> u64 {
+    bytes.iter().filter(|&&byte| byte == b'\n').count() as u64
+}
+
+fn unpack(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
+    let mut content = Vec::new();
+    let outcome = MultiGzDecoder::new(packed).read_to_end(&mut content);
+    let (path, line) = (path.to_owned(), newlines(&content) + 1);
+    match outcome {
+        Ok(_) => Ok(content),
+        Err(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
+            Err(DataError::TruncatedGzip { path, line })
+        }
+        Err(cause) => Err(DataError::DamagedGzip { path, line, cause }),
     }
 }

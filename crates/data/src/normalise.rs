@@ -90,14 +90,14 @@ fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
         origin: train.origin().clone(),
         column: name.to_owned(),
     })?;
-    let (mean, sd) = match statistics {
-        // The rounded mean of equal values need not equal them.
-        s if s.min == s.max => (s.min, 1.0),
-        s => (s.mean, s.sd),
+    let sd = if statistics.sd == 0.0 {
+        1.0
+    } else {
+        statistics.sd
     };
     Ok(ColumnScale {
         column: name.to_owned(),
-        mean,
+        mean: statistics.mean,
         sd,
     })
 }

@@ -100,6 +100,15 @@ impl Statistics {
         let variance = measured.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64;
         let min = measured.clone().fold(f64::INFINITY, f64::min);
         let max = measured.fold(f64::NEG_INFINITY, f64::max);
+        if min == max {
+            // The rounded mean of equal values need not equal them.
+            return Some(Statistics {
+                min,
+                mean: min,
+                max,
+                sd: 0.0,
+            });
+        }
         Some(Statistics {
             min,
             mean,
