@@ -22,18 +22,12 @@ pub fn read_legacy_ball(path: &Path) -> Result<Dataset, DataError> {
     let id = source.require("traj", LAYOUT)?;
     let step = source.require("step", LAYOUT)?;
     let time = source.require("t", LAYOUT)?;
-    let measured = [
-        source.require("height", LAYOUT)?,
-        source.require("velocity", LAYOUT)?,
-    ];
+    let measured = [source.require("height", LAYOUT)?, source.require("velocity", LAYOUT)?];
     let columns = vec![Column::new("height_m")?, Column::new("velocity_m_s")?];
     let mut rows = Assembler::new(path.to_owned(), "traj", "t", columns.len());
     while source.next_row()? {
-        let number = |cell| {
-            source
-                .number(cell)?
-                .ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"))
-        };
+        let number =
+            |cell| source.number(cell)?.ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"));
         if number(step)?.fract() != 0.0 {
             return Err(DataError::BadNumber {
                 path: path.to_owned(),

@@ -59,10 +59,7 @@ fn bits(set: &Dataset) -> Vec<Vec<Vec<u64>>> {
 }
 
 fn labels(set: &Dataset) -> Vec<(&str, Option<&str>)> {
-    set.trajectories()
-        .iter()
-        .map(|t| (t.id(), t.group()))
-        .collect()
+    set.trajectories().iter().map(|t| (t.id(), t.group())).collect()
 }
 
 proptest! {
@@ -90,40 +87,24 @@ proptest! {
 fn gzip_is_told_by_content_and_blanks_and_column_order_do_not_matter() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.gz");
-    let text =
-        "\u{feff}height_m, t_s ,group,trajectory\r\n1.5, 0 ,golf ball,a\r\n\r\n2,1,golf ball,a\r\n";
+    let text = "\u{feff}height_m, t_s ,group,trajectory\r\n1.5, 0 ,golf ball,a\r\n\r\n2,1,golf ball,a\r\n";
     std::fs::write(&path, text).unwrap();
     let set = read_csv(&path, MissingCells::Refuse).unwrap();
     let only = &set.trajectories()[0];
     assert_eq!((only.id(), only.group()), ("a", Some("golf ball")));
     assert_eq!(only.time_s(), [0.0, 1.0]);
-    assert_eq!(
-        only.column(set.column_index("height_m").unwrap()),
-        [1.5, 2.0]
-    );
+    assert_eq!(only.column(set.column_index("height_m").unwrap()), [1.5, 2.0]);
 }
 
 #[test]
 fn covariates_are_the_columns_that_never_change_within_a_trajectory() {
     let t = |id: &str, mass: f64, x: [f64; 2], gap: [f64; 2]| {
-        Trajectory::new(
-            id,
-            vec![0.0, 1.0],
-            vec![vec![mass; 2], x.to_vec(), gap.to_vec()],
-        )
-        .unwrap()
+        Trajectory::new(id, vec![0.0, 1.0], vec![vec![mass; 2], x.to_vec(), gap.to_vec()]).unwrap()
     };
-    let rows = vec![
-        t("a", 1.0, [3.0, 3.0], [f64::NAN; 2]),
-        t("b", 2.0, [3.0, 4.0], [1.0; 2]),
-    ];
+    let rows = vec![t("a", 1.0, [3.0, 3.0], [f64::NAN; 2]), t("b", 2.0, [3.0, 4.0], [1.0; 2])];
     let set = Dataset::from_names(&["mass_kg", "x_m", "pusher_flag"], rows).unwrap();
     let names: Vec<&str> = set.covariates().map(|c| c.name()).collect();
-    assert_eq!(
-        names,
-        ["mass_kg"],
-        "x_m changes in b; pusher_flag has gaps in a"
-    );
+    assert_eq!(names, ["mass_kg"], "x_m changes in b; pusher_flag has gaps in a");
     assert_eq!(set.trajectories()[1].constant(0), Some(2.0));
     assert_eq!(set.trajectories()[1].constant(1), None);
 }

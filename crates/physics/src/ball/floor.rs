@@ -28,11 +28,7 @@ pub struct FloorOptions {
 
 impl Default for FloorOptions {
     fn default() -> Self {
-        FloorOptions {
-            draws: 2000,
-            averaged: 10,
-            seed: 0,
-        }
+        FloorOptions { draws: 2000, averaged: 10, seed: 0 }
     }
 }
 
@@ -67,12 +63,7 @@ pub struct Ensemble {
 
 impl Ensemble {
     fn new(draws: usize) -> Self {
-        Ensemble {
-            draws,
-            samples: 0,
-            height_m: Vec::new(),
-            velocity_m_s: Vec::new(),
-        }
+        Ensemble { draws, samples: 0, height_m: Vec::new(), velocity_m_s: Vec::new() }
     }
 
     fn resize(&mut self, samples: usize) {
@@ -97,10 +88,7 @@ impl Ensemble {
     /// `t` is not below the number of samples.
     pub fn at_mut(&mut self, t: usize) -> (&mut [f32], &mut [f32]) {
         let range = t * self.draws..(t + 1) * self.draws;
-        (
-            &mut self.height_m[range.clone()],
-            &mut self.velocity_m_s[range],
-        )
+        (&mut self.height_m[range.clone()], &mut self.velocity_m_s[range])
     }
 
     fn height_at(&self, t: usize) -> &[f32] {
@@ -133,10 +121,7 @@ where
 {
     let needed = options.averaged.max(2);
     if options.draws < needed || options.averaged == 0 {
-        return Err(ScoreError::TooFewDraws {
-            draws: options.draws,
-            needed,
-        });
+        return Err(ScoreError::TooFewDraws { draws: options.draws, needed });
     }
     let observed = observations(dataset)?;
     let workspace = || (Ensemble::new(options.draws), Workspace::default());
@@ -144,10 +129,7 @@ where
         .par_iter()
         .enumerate()
         .map_init(workspace, |(ensemble, workspace), (index, o)| {
-            let start = Start {
-                height_m: o.height_m[0],
-                velocity_m_s: o.velocity_m_s[0],
-            };
+            let start = Start { height_m: o.height_m[0], velocity_m_s: o.velocity_m_s[0] };
             let mut rng = random_stream(options.seed, "floor", index as u64);
             ensemble.resize(o.height_m.len());
             fill(start, &mut rng, ensemble);
@@ -172,21 +154,13 @@ where
 ///
 /// # Errors
 /// As [`floor`], and samples that are not the law's steps apart.
-pub fn paper_floor(
-    law: &PaperLaw,
-    dataset: &Dataset,
-    options: FloorOptions,
-) -> Result<Floor, ScoreError> {
+pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {
         let radius = law.ball.radius_m;
-        let first = BulletState {
-            centre_m: start.height_m + radius,
-            velocity_m_s: start.velocity_m_s,
-        };
-        let mut draws: Vec<(f64, BulletState)> = (0..ensemble.draws())
-            .map(|_| (law.draw_restitution(rng), first))
-            .collect();
+        let first = BulletState { centre_m: start.height_m + radius, velocity_m_s: start.velocity_m_s };
+        let mut draws: Vec<(f64, BulletState)> =
+            (0..ensemble.draws()).map(|_| (law.draw_restitution(rng), first)).collect();
         for t in 0..ensemble.samples() {
             let (heights, velocities) = ensemble.at_mut(t);
             for (((restitution, state), h), v) in draws.iter_mut().zip(heights).zip(velocities) {
@@ -222,13 +196,7 @@ fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Work
     let mut height = Sums::default();
     let mut velocity = Sums::default();
     for (t, (&h, &v)) in o.height_m.iter().zip(o.velocity_m_s).enumerate() {
-        height.add(
-            h,
-            ensemble.height_at(t),
-            averaged,
-            Some(&w.weights),
-            &mut w.keys,
-        );
+        height.add(h, ensemble.height_at(t), averaged, Some(&w.weights), &mut w.keys);
         velocity.add(v, ensemble.velocity_at(t), averaged, None, &mut w.keys);
     }
     let samples = o.height_m.len() as f64;
@@ -252,9 +220,7 @@ fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
             *weight += f64::from(h.abs());
         }
     }
-    weights
-        .iter_mut()
-        .for_each(|sum| *sum = 1.0 / sum.max(1e-6));
+    weights.iter_mut().for_each(|sum| *sum = 1.0 / sum.max(1e-6));
 }
 
 /// Sums over time of the absolute errors of each predictor, and of the score.
@@ -279,11 +245,7 @@ impl Sums {
         keys: &mut Vec<u64>,
     ) {
         let count = draws.len() as f64;
-        let one_sample = draws
-            .iter()
-            .map(|&x| (f64::from(x) - truth).abs())
-            .sum::<f64>()
-            / count;
+        let one_sample = draws.iter().map(|&x| (f64::from(x) - truth).abs()).sum::<f64>() / count;
         let mean = draws.iter().map(|&x| f64::from(x)).sum::<f64>() / count;
         let sets = draws.chunks_exact(averaged);
         let set_count = sets.len() as f64;
@@ -297,9 +259,7 @@ impl Sums {
         let median = (value(keys[(keys.len() - 1) / 2]) + value(keys[keys.len() / 2])) / 2.0;
         // Sum over pairs i < j of x_j - x_i = sum over ranks k of (2 k - n + 1) x_k.
         let ranks = keys.iter().enumerate();
-        let spread: f64 = ranks
-            .map(|(k, &key)| (2.0 * k as f64 - count + 1.0) * value(key))
-            .sum();
+        let spread: f64 = ranks.map(|(k, &key)| (2.0 * k as f64 - count + 1.0) * value(key)).sum();
 
         self.median += (median - truth).abs();
         self.mean += (mean - truth).abs();
@@ -319,11 +279,7 @@ fn sort(draws: &[f32], keys: &mut Vec<u64>) {
     keys.clear();
     keys.extend(draws.iter().enumerate().map(|(index, x)| {
         let bits = x.to_bits();
-        let ordered = if bits >> 31 == 0 {
-            bits | 1 << 31
-        } else {
-            !bits
-        };
+        let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
         u64::from(ordered) << 32 | index as u64
     }));
     keys.sort_unstable();
@@ -332,11 +288,7 @@ fn sort(draws: &[f32], keys: &mut Vec<u64>) {
 /// Inverse of the order-preserving map in [`sort`].
 fn value(key: u64) -> f64 {
     let ordered = (key >> 32) as u32;
-    f64::from(f32::from_bits(if ordered >> 31 == 1 {
-        ordered ^ 1 << 31
-    } else {
-        !ordered
-    }))
+    f64::from(f32::from_bits(if ordered >> 31 == 1 { ordered ^ 1 << 31 } else { !ordered }))
 }
 
 /// The value at which half of the total weight is reached.
