@@ -28,7 +28,7 @@ pub trait Engine: Sync {
 
 /// Which engine a run uses, with its parameters; kept in the run's configuration and checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
+#[serde(rename_all = "kebab-case")]
 pub enum EngineSpec {
     /// PyBullet's stepping scheme for a ball on flat ground.
     PybulletBall(BulletBall),

@@ -52,7 +52,6 @@ pub struct Settings {
     /// Trajectories per iteration.
     pub batch: usize,
     /// Largest norm of the gradient; longer ones are shortened to it. Absent: no limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_norm: Option<f64>,
     /// Learning rate.
     pub learning_rate: StepDecay,
