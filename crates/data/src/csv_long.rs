@@ -40,7 +40,14 @@ pub enum MissingCells {
 /// # Errors
 /// Any of the reader's [`DataError`]s, with file, line, column and remedy.
 pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
-    let mut source = CsvSource::open(path)?;
+    read_long(CsvSource::open(path)?, missing)
+}
+
+pub(crate) fn read_long(
+    mut source: CsvSource,
+    missing: MissingCells,
+) -> Result<Dataset, DataError> {
+    let path = source.path().to_owned();
     let id_cell = source.require(TRAJECTORY, LAYOUT)?;
     let time_cell = source.require(TIME, LAYOUT)?;
     let group_cell = source.header().iter().position(|name| name == GROUP);
@@ -51,19 +58,17 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
             continue;
         }
         let bad = |cause| DataError::BadColumn {
-            path: path.to_owned(),
+            path: path.clone(),
             cause,
         };
         columns.push(Column::new(name).map_err(bad)?);
         value_cells.push(cell);
     }
     if columns.is_empty() {
-        return Err(DataError::NoValueColumns {
-            path: path.to_owned(),
-        });
+        return Err(DataError::NoValueColumns { path });
     }
 
-    let mut rows = Assembler::new(path.to_owned(), TRAJECTORY, TIME, columns.len());
+    let mut rows = Assembler::new(path.clone(), TRAJECTORY, TIME, columns.len());
     let mut values = vec![0.0; columns.len()];
     while source.next_row()? {
         let id = label(&source, id_cell)?;
@@ -86,7 +91,7 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
         rows.push(source.line(), id, group, time_s, &values)?;
     }
     let trajectories = rows.finish()?;
-    Dataset::with_origin(columns, trajectories, Source::File(path.to_owned()))
+    Dataset::with_origin(columns, trajectories, Source::File(path))
 }
 
 fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
