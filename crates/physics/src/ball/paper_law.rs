@@ -81,7 +81,7 @@ impl PaperLaw {
     /// Trajectory i depends on the seed and i alone, whatever their number and the threads.
     ///
     /// # Errors
-    /// The law has no samples, or parameters that are not finite.
+    /// The law has no samples, or a height that is infinite.
     pub fn generate(
         &self,
         trajectories: usize,
