@@ -71,6 +71,10 @@ impl CsvSource {
         }
     }
 
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     pub(crate) fn header(&self) -> &[String] {
         &self.header
     }

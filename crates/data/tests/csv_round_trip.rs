@@ -1,7 +1,10 @@
 //! Contract: a data set that was written reads back equal to the last bit, plain or gzip, with gaps
 //! and groups, whatever its lengths and sample times; and equal data sets give equal bytes.
 
-use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, write_csv};
+#[path = "../../../tests/support/shared_data.rs"]
+mod shared_data;
+
+use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, read_dataset, write_csv};
 use proptest::prelude::*;
 
 /// Any finite double, drawn by its bits so that subnormals, both zeros and the extremes occur, or a
@@ -107,4 +110,24 @@ fn covariates_are_the_columns_that_never_change_within_a_trajectory() {
     assert_eq!(names, ["mass_kg"], "x_m changes in b; pusher_flag has gaps in a");
     assert_eq!(set.trajectories()[1].constant(0), Some(2.0));
     assert_eq!(set.trajectories()[1].constant(1), None);
+}
+
+#[test]
+fn the_ball_layout_is_recognised_and_converts_to_the_long_form_without_loss() {
+    let path = shared_data::workspace().join("fixtures/pybullet-ball/test_first5.csv.gz");
+    let ball = read_dataset(&path, MissingCells::Refuse).unwrap();
+    let names: Vec<&str> = ball.columns().iter().map(|c| c.name()).collect();
+    assert_eq!(names, ["height_m", "velocity_m_s"]);
+    let ids: Vec<&str> = ball.trajectories().iter().map(|t| t.id()).collect();
+    assert_eq!(ids, ["0", "1", "2", "3", "4"]);
+    let first = &ball.trajectories()[0];
+    assert_eq!(first.time_s()[..2], [0.0, 0.0166667]);
+    assert_eq!(first.column(0)[..2], [4.79749, 4.79476]);
+    assert_eq!(first.column(1)[..2], [0.0, -0.163333]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let long = folder.path().join("long.csv");
+    write_csv(&ball, &long).unwrap();
+    let back = read_dataset(&long, MissingCells::Refuse).unwrap();
+    assert_eq!(back.with_path(&path), ball);
 }
