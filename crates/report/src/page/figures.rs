@@ -53,6 +53,8 @@ pub struct Grid {
 pub enum LegendEntry {
     /// A line of this name and tone.
     Line(String, Tone),
+    /// A marker of this name and tone.
+    Points(String, Tone),
     /// The median and the two bands of a fan chart, and the truth.
     Fan(Tone),
 }
@@ -65,6 +67,13 @@ impl LegendEntry {
                 tone: *tone,
                 swatch: Swatch::Line,
             }],
+            Self::Points(name, tone) => {
+                vec![Key {
+                    name: name.clone(),
+                    tone: *tone,
+                    swatch: Swatch::Point,
+                }]
+            }
             Self::Fan(tone) => Fan::keys(*tone),
         }
     }

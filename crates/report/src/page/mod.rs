@@ -8,6 +8,7 @@ mod style;
 mod table;
 
 pub use figures::{Columns, FigureBlock, Grid, LegendEntry};
+pub(crate) use table::estimate_text;
 pub use table::{Best, Cell, Column, Row, Table};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};

@@ -133,7 +133,7 @@ pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     if decades >= 3 {
         let stride = usize::try_from(decades)
             .unwrap_or(1)
-            .div_ceil(target.max(2));
+            .div_ceil(target.max(2) + 2);
         return (first..=last)
             .step_by(stride)
             .map(|p| 10f64.powi(p))
