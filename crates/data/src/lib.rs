@@ -1,1 +1,35 @@
 //! Trajectories with named columns and units: readers, writers, splits, normalisation.
+//!
+//! A [`Dataset`] holds [`Trajectory`]s that share [`Column`]s; every column name ends in its SI
+//! [`Unit`] (`height_m`, `velocity_m_s`). [`read_csv`] and [`write_csv`] exchange the long form with
+//! files, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
+//! columns, [`Summary`] describes a set for people, [`atomic_write`] writes a file whole or not at
+//! all, and [`random_stream`] gives every (seed, purpose, index) its own random numbers.
+
+mod assemble;
+pub mod atomic_file;
+mod column;
+mod csv_long;
+mod csv_source;
+mod dataset;
+mod error;
+mod legacy_ball;
+mod normalise;
+mod random_stream;
+mod split;
+mod summary;
+mod trajectory;
+mod unit;
+
+pub use atomic_file::{AtomicWriteError, WriteStep, atomic_write};
+pub use column::{Column, GROUP, TIME, TRAJECTORY};
+pub use csv_long::{MissingCells, read_csv, write_csv};
+pub use dataset::Dataset;
+pub use error::{ColumnError, DataError, Source};
+pub use legacy_ball::{is_legacy_ball, read_legacy_ball};
+pub use normalise::{ColumnScale, Normaliser};
+pub use random_stream::random_stream;
+pub use split::{Split, SplitSize};
+pub use summary::{ColumnSummary, LengthSummary, SamplingSummary, Statistics, Summary};
+pub use trajectory::Trajectory;
+pub use unit::Unit;

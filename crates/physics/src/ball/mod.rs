@@ -1,9 +1,13 @@
-//! The bouncing ball: state, world, event-driven engine.
+//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet stepping scheme beside it.
 
+pub mod bullet;
 mod contact;
 mod engine;
 mod flight;
+pub mod floor;
 mod impact;
+pub mod paper_law;
+pub mod score;
 mod state;
 mod world;
 

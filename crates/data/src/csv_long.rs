@@ -1,0 +1,156 @@
+//! CSV in long form, one row a sample: `trajectory,t_s,` then columns that carry their unit.
+//!
+//! ```csv
+//! trajectory,t_s,height_m,velocity_m_s
+//! 0,0,4.41,0
+//! 0,0.016666666666666666,4.4073,-0.16333
+//! ```
+//! The rows of a trajectory stand together, its times increase, and lengths and intervals may differ
+//! from one to the next. A column `group` holds a text label, the same in every row of a trajectory.
+//! Names may stand in any order. Plain text or gzip, told apart by content.
+
+use crate::assemble::Assembler;
+use crate::atomic_file::atomic_write;
+use crate::column::{Column, GROUP, TIME, TRAJECTORY};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::{DataError, Source};
+use flate2::{Compression, write::GzEncoder};
+use std::io::{self, Write};
+use std::path::Path;
+
+const LAYOUT: &str = "the long form is comma-separated and starts with \
+                      `trajectory,t_s,` followed by columns that end in their unit";
+
+/// What an empty cell in a column of measured values means.
+///
+/// Only the empty cell is a gap: the words NaN, null or NA are refused either way. Trajectory, time
+/// and group can never be missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MissingCells {
+    /// An error. For engines and nets, which need every value.
+    #[default]
+    Refuse,
+    /// A gap, stored as NaN and written back as an empty cell. For positions that a tracker lost.
+    AsGap,
+}
+
+/// Reads a data set in long form.
+///
+/// # Errors
+/// Any of the reader's [`DataError`]s, with file, line, column and remedy.
+pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
+    let mut source = CsvSource::open(path)?;
+    let id_cell = source.require(TRAJECTORY, LAYOUT)?;
+    let time_cell = source.require(TIME, LAYOUT)?;
+    let group_cell = source.header().iter().position(|name| name == GROUP);
+    let mut columns = Vec::new();
+    let mut value_cells = Vec::new();
+    for (cell, name) in source.header().iter().enumerate() {
+        if cell == id_cell || cell == time_cell || Some(cell) == group_cell {
+            continue;
+        }
+        let bad = |cause| DataError::BadColumn {
+            path: path.to_owned(),
+            cause,
+        };
+        columns.push(Column::new(name).map_err(bad)?);
+        value_cells.push(cell);
+    }
+    if columns.is_empty() {
+        return Err(DataError::NoValueColumns {
+            path: path.to_owned(),
+        });
+    }
+
+    let mut rows = Assembler::new(path.to_owned(), TRAJECTORY, TIME, columns.len());
+    let mut values = vec![0.0; columns.len()];
+    while source.next_row()? {
+        let id = label(&source, id_cell)?;
+        let group = group_cell.map(|cell| label(&source, cell)).transpose()?;
+        let time_s = source
+            .number(time_cell)?
+            .ok_or_else(|| source.empty_cell(time_cell, "every sample needs its time"))?;
+        for (value, &cell) in values.iter_mut().zip(&value_cells) {
+            *value = match (source.number(cell)?, missing) {
+                (Some(number), _) => number,
+                (None, MissingCells::AsGap) => f64::NAN,
+                (None, MissingCells::Refuse) => {
+                    return Err(source.empty_cell(
+                        cell,
+                        "fill it in, remove the row, or read the file with gaps allowed",
+                    ));
+                }
+            };
+        }
+        rows.push(source.line(), id, group, time_s, &values)?;
+    }
+    let trajectories = rows.finish()?;
+    Dataset::with_origin(columns, trajectories, Source::File(path.to_owned()))
+}
+
+fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
+    let text = source.text(cell)?;
+    if text.is_empty() {
+        return Err(source.empty_cell(cell, "every row needs it"));
+    }
+    Ok(text)
+}
+
+/// Writes `dataset` in long form, gzip where the name ends in `.gz`; all or nothing.
+///
+/// Numbers are written with the fewest digits that read back to the same bits, so that reading
+/// returns an equal data set.
+///
+/// # Errors
+/// The data set has no trajectories, or the file cannot be written.
+pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
+    if dataset.trajectories().is_empty() {
+        return Err(DataError::NothingToWrite {
+            path: path.to_owned(),
+        });
+    }
+    let gzip = path.extension().is_some_and(|extension| extension == "gz");
+    atomic_write(path, |file| {
+        if gzip {
+            let mut encoder = GzEncoder::new(file, Compression::default());
+            write_rows(dataset, &mut encoder)?;
+            encoder.finish().map(|_| ())
+        } else {
+            write_rows(dataset, file)
+        }
+    })?;
+    Ok(())
+}
+
+fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
+    let grouped = dataset.trajectories().iter().any(|t| t.group().is_some());
+    let mut rows = csv::Writer::from_writer(out);
+    let fixed = if grouped {
+        &[TRAJECTORY, GROUP, TIME][..]
+    } else {
+        &[TRAJECTORY, TIME][..]
+    };
+    let names = dataset.columns().iter().map(Column::name);
+    rows.write_record(fixed.iter().copied().chain(names))?;
+    for trajectory in dataset.trajectories() {
+        for (sample, time_s) in trajectory.time_s().iter().enumerate() {
+            rows.write_field(trajectory.id())?;
+            if let Some(group) = trajectory.group() {
+                rows.write_field(group)?;
+            }
+            rows.write_field(time_s.to_string())?;
+            for column in trajectory.values() {
+                let value = column[sample];
+                let cell = if value.is_nan() {
+                    String::new()
+                } else {
+                    value.to_string()
+                };
+                rows.write_field(cell)?;
+            }
+            rows.write_record(None::<&[u8]>)?;
+        }
+    }
+    rows.flush()
+}

@@ -1,0 +1,170 @@
+//! Trajectories that share columns.
+
+use crate::column::Column;
+use crate::error::{DataError, Source};
+use crate::trajectory::Trajectory;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Trajectories with the same columns, of any lengths and sample times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    columns: Vec<Column>,
+    trajectories: Vec<Trajectory>,
+    origin: Source,
+}
+
+impl Dataset {
+    /// Data set of `trajectories`, whose values follow the order of `columns`.
+    ///
+    /// # Errors
+    /// A column or trajectory name occurs twice, a trajectory has another number of columns, or only
+    /// some trajectories have a group.
+    pub fn new(columns: Vec<Column>, trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
+        Self::with_origin(columns, trajectories, Source::Memory)
+    }
+
+    /// [`Dataset::new`] with the columns by name, such as `["height_m", "velocity_m_s"]`.
+    ///
+    /// # Errors
+    /// As [`Dataset::new`], and names that state no unit.
+    pub fn from_names(names: &[&str], trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
+        let columns = names
+            .iter()
+            .map(|name| Column::new(name))
+            .collect::<Result<Vec<_>, _>>()?;
+        Self::new(columns, trajectories)
+    }
+
+    pub(crate) fn with_origin(
+        columns: Vec<Column>,
+        trajectories: Vec<Trajectory>,
+        origin: Source,
+    ) -> Result<Self, DataError> {
+        let mut names = BTreeSet::new();
+        if let Some(column) = columns.iter().find(|c| !names.insert(c.name())) {
+            return Err(DataError::DuplicateColumn {
+                origin,
+                column: column.name().into(),
+            });
+        }
+        let has_group = trajectories.first().is_some_and(|t| t.group().is_some());
+        let mut ids = BTreeSet::new();
+        for t in &trajectories {
+            let trajectory = t.id().to_owned();
+            if !ids.insert(t.id()) {
+                return Err(DataError::DuplicateTrajectory { origin, trajectory });
+            }
+            if t.values().len() != columns.len() {
+                let (found, expected) = (t.values().len(), columns.len());
+                return Err(DataError::ColumnCount {
+                    origin,
+                    trajectory,
+                    found,
+                    expected,
+                });
+            }
+            if t.group().is_some() != has_group {
+                return Err(DataError::GroupOnSome {
+                    origin,
+                    trajectory,
+                    has_group: !has_group,
+                });
+            }
+        }
+        Ok(Dataset {
+            columns,
+            trajectories,
+            origin,
+        })
+    }
+
+    /// Columns, in file order, without trajectory, time and group.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Trajectories, in file order.
+    pub fn trajectories(&self) -> &[Trajectory] {
+        &self.trajectories
+    }
+
+    /// The file it was read from; `None` for a set built by code.
+    pub fn path(&self) -> Option<&Path> {
+        match &self.origin {
+            Source::File(path) => Some(path),
+            Source::Memory => None,
+        }
+    }
+
+    /// Where it came from, as messages show it.
+    pub fn origin(&self) -> &Source {
+        &self.origin
+    }
+
+    /// The same set, said to come from `path`.
+    pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
+        self.origin = Source::File(path.into());
+        self
+    }
+
+    /// Index of the column `name` for [`Trajectory::column`].
+    ///
+    /// # Errors
+    /// There is none; the message names the source and lists the columns.
+    pub fn column_index(&self, name: &str) -> Result<usize, DataError> {
+        self.columns
+            .iter()
+            .position(|c| c.name() == name)
+            .ok_or_else(|| DataError::NoSuchColumn {
+                origin: self.origin.clone(),
+                column: name.to_owned(),
+                available: self.columns.iter().map(|c| c.name().to_owned()).collect(),
+            })
+    }
+
+    /// Whether there is a column `name`.
+    pub fn has_column(&self, name: &str) -> bool {
+        self.columns.iter().any(|c| c.name() == name)
+    }
+
+    /// Samples of the column `name`, one slice for each trajectory.
+    ///
+    /// # Errors
+    /// There is no such column.
+    pub fn series(&self, name: &str) -> Result<impl Iterator<Item = &[f64]> + '_, DataError> {
+        let column = self.column_index(name)?;
+        Ok(self.trajectories.iter().map(move |t| t.column(column)))
+    }
+
+    /// Columns that never change within any trajectory (mass, drop height, speed set-point): what
+    /// describes a trajectory rather than a moment in it.
+    pub fn covariates(&self) -> impl Iterator<Item = &Column> + '_ {
+        self.columns.iter().enumerate().filter_map(|(i, column)| {
+            let constant = !self.trajectories.is_empty()
+                && self.trajectories.iter().all(|t| t.constant(i).is_some());
+            constant.then_some(column)
+        })
+    }
+
+    /// The trajectories at `indices`, in that order, with the same columns and source.
+    ///
+    /// # Panics
+    /// An index is out of range or occurs twice; [`Split`](crate::Split) yields neither.
+    pub fn select(&self, indices: &[usize]) -> Dataset {
+        let distinct: BTreeSet<usize> = indices.iter().copied().collect();
+        assert_eq!(
+            distinct.len(),
+            indices.len(),
+            "a trajectory is selected twice"
+        );
+        Dataset {
+            columns: self.columns.clone(),
+            trajectories: indices
+                .iter()
+                .map(|&i| self.trajectories[i].clone())
+                .collect(),
+            origin: self.origin.clone(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Shift and scale of columns to mean 0 and standard deviation 1.
+
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::summary::Statistics;
+use serde::{Deserialize, Serialize};
+
+/// Mean and standard deviation of one column, in the column's unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ColumnScale {
+    /// Name of the column.
+    pub column: String,
+    /// Mean of the measured values.
+    pub mean: f64,
+    /// Their standard deviation (divisor n); 1 for a column that never changes.
+    pub sd: f64,
+}
+
+impl ColumnScale {
+    /// (value - mean) / sd.
+    pub fn apply(&self, value: f64) -> f64 {
+        (value - self.mean) / self.sd
+    }
+
+    /// scaled * sd + mean.
+    pub fn invert(&self, scaled: f64) -> f64 {
+        scaled * self.sd + self.mean
+    }
+}
+
+/// Scales of a list of columns, fitted on training data only and kept with the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Normaliser {
+    scales: Vec<ColumnScale>,
+}
+
+impl Normaliser {
+    /// Mean and standard deviation of each of `columns` over all samples of `train`, gaps left out.
+    ///
+    /// # Errors
+    /// A column does not exist or has no measured value.
+    pub fn fit(train: &Dataset, columns: &[&str]) -> Result<Self, DataError> {
+        let scales = columns
+            .iter()
+            .map(|name| fit_column(train, name))
+            .collect::<Result<_, _>>()?;
+        Ok(Normaliser { scales })
+    }
+
+    /// Scales, in the order of the fitted columns.
+    pub fn scales(&self) -> &[ColumnScale] {
+        &self.scales
+    }
+
+    /// Scale of the column `name`.
+    pub fn scale(&self, name: &str) -> Option<&ColumnScale> {
+        self.scales.iter().find(|scale| scale.column == name)
+    }
+
+    /// Normalised samples of trajectory `index`: one vector for each fitted column, in fitted order.
+    ///
+    /// # Errors
+    /// The data set lacks one of the columns.
+    ///
+    /// # Panics
+    /// `index` is not below the number of trajectories.
+    pub fn apply(&self, dataset: &Dataset, index: usize) -> Result<Vec<Vec<f64>>, DataError> {
+        let trajectory = &dataset.trajectories()[index];
+        self.scales
+            .iter()
+            .map(|scale| {
+                let samples = trajectory.column(dataset.column_index(&scale.column)?);
+                Ok(samples.iter().map(|&v| scale.apply(v)).collect())
+            })
+            .collect()
+    }
+
+    /// Undoes [`apply`](Self::apply) in place; `samples[column][sample]` in fitted order.
+    pub fn invert(&self, samples: &mut [Vec<f64>]) {
+        for (scale, column) in self.scales.iter().zip(samples) {
+            column.iter_mut().for_each(|v| *v = scale.invert(*v));
+        }
+    }
+}
+
+fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
+    let column = train.column_index(name)?;
+    let values = train.trajectories().iter().flat_map(|t| t.column(column));
+    let statistics = Statistics::of(values.copied()).ok_or_else(|| DataError::AllMissing {
+        origin: train.origin().clone(),
+        column: name.to_owned(),
+    })?;
+    let sd = if statistics.sd == 0.0 {
+        1.0
+    } else {
+        statistics.sd
+    };
+    Ok(ColumnScale {
+        column: name.to_owned(),
+        mean: statistics.mean,
+        sd,
+    })
+}

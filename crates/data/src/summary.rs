@@ -1,0 +1,312 @@
+//! What a data set contains, for `data inspect`.
+
+use crate::dataset::Dataset;
+use crate::trajectory::Trajectory;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// An interval this much off the trajectory's median makes it irregular: times rounded to six digits
+/// stay within it, a camera's jitter does not.
+const REGULAR_TOLERANCE: f64 = 0.01;
+/// An interval longer than this many medians has lost at least one sample.
+const GAP_FACTOR: f64 = 1.5;
+
+/// Contents of a data set in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// File or "data set in memory".
+    pub source: String,
+    /// Number of trajectories.
+    pub trajectories: usize,
+    /// Number of samples in all.
+    pub samples: usize,
+    /// Trajectories for each group; empty without groups.
+    pub groups: BTreeMap<String, usize>,
+    /// Samples a trajectory; `None` without trajectories.
+    pub length: Option<LengthSummary>,
+    /// Sample times; `None` where no trajectory has two samples.
+    pub sampling: Option<SamplingSummary>,
+    /// Columns, in file order.
+    pub columns: Vec<ColumnSummary>,
+}
+
+/// Samples a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LengthSummary {
+    /// Shortest.
+    pub min: usize,
+    /// Median (the lower one of an even number).
+    pub median: usize,
+    /// Longest.
+    pub max: usize,
+}
+
+/// Sample times.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SamplingSummary {
+    /// Median over all intervals between neighbouring samples, s.
+    pub median_interval_s: f64,
+    /// Its reciprocal, Hz.
+    pub median_rate_hz: f64,
+    /// Every interval is within 1 % of its trajectory's median.
+    pub regular: bool,
+    /// Intervals longer than 1.5 medians of their trajectory.
+    pub gaps: usize,
+    /// Longest interval, s.
+    pub longest_interval_s: f64,
+    /// Shortest and longest duration of a trajectory, s.
+    pub duration_s: [f64; 2],
+}
+
+/// One column.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ColumnSummary {
+    /// Name.
+    pub name: String,
+    /// SI symbol; empty for a pure number.
+    pub unit: String,
+    /// The same throughout each trajectory.
+    pub covariate: bool,
+    /// Cells without a value.
+    pub missing: usize,
+    /// Smallest, mean, largest and standard deviation (divisor n); `None` where nothing was measured.
+    pub statistics: Option<Statistics>,
+}
+
+/// Range and moments of a column's measured values, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Smallest.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Largest.
+    pub max: f64,
+    /// Standard deviation, divisor n.
+    pub sd: f64,
+}
+
+impl Statistics {
+    /// Of the values that are not NaN; `None` where there are none.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
+        let measured = values.filter(|v| !v.is_nan());
+        let count = measured.clone().count();
+        if count == 0 {
+            return None;
+        }
+        let mean = measured.clone().sum::<f64>() / count as f64;
+        // A second pass, so that a large mean costs no digits.
+        let variance = measured.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64;
+        let min = measured.clone().fold(f64::INFINITY, f64::min);
+        let max = measured.fold(f64::NEG_INFINITY, f64::max);
+        if min == max {
+            // The rounded mean of equal values need not equal them.
+            return Some(Statistics {
+                min,
+                mean: min,
+                max,
+                sd: 0.0,
+            });
+        }
+        Some(Statistics {
+            min,
+            mean,
+            max,
+            sd: variance.sqrt(),
+        })
+    }
+}
+
+impl Summary {
+    /// Summary of `dataset`.
+    pub fn of(dataset: &Dataset) -> Summary {
+        let trajectories = dataset.trajectories();
+        let mut groups = BTreeMap::new();
+        for group in trajectories.iter().filter_map(Trajectory::group) {
+            *groups.entry(group.to_owned()).or_insert(0) += 1;
+        }
+        let mut lengths: Vec<usize> = trajectories.iter().map(Trajectory::len).collect();
+        lengths.sort_unstable();
+        let length = match lengths[..] {
+            [] => None,
+            [min, ..] => Some(LengthSummary {
+                min,
+                median: lengths[(lengths.len() - 1) / 2],
+                max: lengths[lengths.len() - 1],
+            }),
+        };
+        Summary {
+            source: dataset.origin().to_string(),
+            trajectories: trajectories.len(),
+            samples: lengths.iter().sum(),
+            groups,
+            length,
+            sampling: sampling(trajectories),
+            columns: columns(dataset),
+        }
+    }
+}
+
+fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
+    let covariates: Vec<&str> = dataset.covariates().map(|c| c.name()).collect();
+    let summarise = |(i, column): (usize, &crate::Column)| {
+        let values = dataset
+            .trajectories()
+            .iter()
+            .flat_map(move |t| t.column(i))
+            .copied();
+        ColumnSummary {
+            name: column.name().to_owned(),
+            unit: column.unit().symbol().to_owned(),
+            covariate: covariates.contains(&column.name()),
+            missing: values.clone().filter(|v| v.is_nan()).count(),
+            statistics: Statistics::of(values),
+        }
+    };
+    dataset
+        .columns()
+        .iter()
+        .enumerate()
+        .map(summarise)
+        .collect()
+}
+
+fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
+    let mut all = Vec::new();
+    let (mut regular, mut gaps) = (true, 0);
+    let mut duration_s = [f64::INFINITY, f64::NEG_INFINITY];
+    for t in trajectories {
+        let time = t.time_s();
+        let duration = time[time.len() - 1] - time[0];
+        duration_s = [duration_s[0].min(duration), duration_s[1].max(duration)];
+        let mut intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let Some(median) = median(&mut intervals) else {
+            continue;
+        };
+        regular &= intervals
+            .iter()
+            .all(|dt| (dt - median).abs() <= REGULAR_TOLERANCE * median);
+        gaps += intervals
+            .iter()
+            .filter(|&&dt| dt > GAP_FACTOR * median)
+            .count();
+        all.append(&mut intervals);
+    }
+    let median_interval_s = median(&mut all)?;
+    Some(SamplingSummary {
+        median_interval_s,
+        median_rate_hz: 1.0 / median_interval_s,
+        regular,
+        gaps,
+        longest_interval_s: all.last().copied()?,
+        duration_s,
+    })
+}
+
+/// Sorts, and gives the middle (lower middle of an even number); `None` for no values.
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len().checked_sub(1)? / 2).copied()
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.source)?;
+        write!(
+            f,
+            "{} trajectories, {} samples",
+            self.trajectories, self.samples
+        )?;
+        if let Some(length) = self.length {
+            let LengthSummary { min, median, max } = length;
+            if min == max {
+                write!(f, ", {min} each")?;
+            } else {
+                write!(f, ", {min} to {max} each (median {median})")?;
+            }
+        }
+        writeln!(f)?;
+        if !self.groups.is_empty() {
+            let groups: Vec<String> = self
+                .groups
+                .iter()
+                .map(|(name, count)| format!("{name} ({count})"))
+                .collect();
+            writeln!(f, "groups: {}", groups.join(", "))?;
+        }
+        if let Some(s) = self.sampling {
+            writeln!(
+                f,
+                "sampled at {} Hz ({}), {}, {} to {} s long",
+                digits(s.median_rate_hz),
+                if s.regular { "regular" } else { "irregular" },
+                match s.gaps {
+                    0 => "no gaps".to_owned(),
+                    n => format!("{n} gaps up to {} s", digits(s.longest_interval_s)),
+                },
+                digits(s.duration_s[0]),
+                digits(s.duration_s[1]),
+            )?;
+        }
+        writeln!(f)?;
+        write_table(f, &self.columns)
+    }
+}
+
+fn write_table(f: &mut fmt::Formatter<'_>, columns: &[ColumnSummary]) -> fmt::Result {
+    let width = columns
+        .iter()
+        .map(|c| c.name.len())
+        .max()
+        .unwrap_or(0)
+        .max("column".len());
+    writeln!(
+        f,
+        "{:width$} {:>7} {:>12} {:>12} {:>12} {:>12} {:>8}",
+        "column", "unit", "min", "mean", "max", "sd", "missing"
+    )?;
+    for c in columns {
+        write!(
+            f,
+            "{:width$} {:>7}",
+            c.name,
+            if c.unit.is_empty() { "-" } else { &c.unit }
+        )?;
+        match c.statistics {
+            Some(s) => {
+                for value in [s.min, s.mean, s.max, s.sd] {
+                    write!(f, " {:>12}", digits(value))?;
+                }
+            }
+            None => write!(f, "{:>52}", "nothing measured")?,
+        }
+        write!(f, " {:>8}", c.missing)?;
+        writeln!(
+            f,
+            "{}",
+            if c.covariate {
+                "  constant in each trajectory"
+            } else {
+                ""
+            }
+        )?;
+    }
+    Ok(())
+}
+
+/// Five significant digits, without an exponent where that stays short.
+fn digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor();
+    if !(-4.0..6.0).contains(&exponent) {
+        return format!("{value:.4e}");
+    }
+    let text = format!("{value:.*}", (4.0 - exponent).max(0.0) as usize);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}

@@ -1,0 +1,140 @@
+//! One recorded run: times and, column by column, the values at those times.
+
+use crate::error::DataError;
+
+/// A run sampled at strictly increasing, possibly irregular times.
+///
+/// Values are column-major, one vector of `len()` samples for each column of the data set. Finite
+/// numbers are measured values; NaN means "not measured here" (see
+/// [`MissingCells`](crate::MissingCells)); infinities cannot occur.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    id: String,
+    group: Option<String>,
+    time_s: Vec<f64>,
+    values: Vec<Vec<f64>>,
+}
+
+impl Trajectory {
+    /// Trajectory `id` with `values[column][sample]` at `time_s[sample]`.
+    ///
+    /// # Errors
+    /// No samples, unequal lengths, times that do not increase strictly, infinite values, or an
+    /// identifier that cannot be written and read back.
+    pub fn new(
+        id: impl Into<String>,
+        time_s: Vec<f64>,
+        values: Vec<Vec<f64>>,
+    ) -> Result<Self, DataError> {
+        let id = id.into();
+        check_label(&id, &id)?;
+        if time_s.is_empty() {
+            return Err(DataError::NoSamples { trajectory: id });
+        }
+        let unordered = (0..time_s.len())
+            .find(|&i| !time_s[i].is_finite() || (i > 0 && time_s[i] <= time_s[i - 1]));
+        if let Some(sample) = unordered {
+            return Err(DataError::BadTime {
+                trajectory: id,
+                sample,
+            });
+        }
+        for (column, samples) in values.iter().enumerate() {
+            if samples.len() != time_s.len() {
+                return Err(DataError::SampleCount {
+                    trajectory: id,
+                    column,
+                    found: samples.len(),
+                    expected: time_s.len(),
+                });
+            }
+            if let Some(sample) = samples.iter().position(|v| v.is_infinite()) {
+                return Err(DataError::Infinite {
+                    trajectory: id,
+                    column,
+                    sample,
+                });
+            }
+        }
+        Ok(Trajectory {
+            id,
+            group: None,
+            time_s,
+            values,
+        })
+    }
+
+    /// The same with the text label `group` (which ball, which surface).
+    ///
+    /// # Errors
+    /// A label that cannot be written and read back.
+    pub fn with_group(mut self, group: impl Into<String>) -> Result<Self, DataError> {
+        let group = group.into();
+        check_label(&self.id, &group)?;
+        self.group = Some(group);
+        Ok(self)
+    }
+
+    /// Identifier, unique within a data set.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Text label, where the data set has one.
+    pub fn group(&self) -> Option<&str> {
+        self.group.as_deref()
+    }
+
+    /// Sample times, s, strictly increasing.
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// Number of samples, at least 1.
+    #[expect(clippy::len_without_is_empty, reason = "a trajectory is never empty")]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Samples of every column, in the order of the data set's columns.
+    pub fn values(&self) -> &[Vec<f64>] {
+        &self.values
+    }
+
+    /// Samples of the column with index `column` (see
+    /// [`Dataset::column_index`](crate::Dataset::column_index)).
+    ///
+    /// # Panics
+    /// `column` is not below the number of columns.
+    pub fn column(&self, column: usize) -> &[f64] {
+        &self.values[column]
+    }
+
+    /// The value of a column that never changes in this trajectory; `None` where it changes or has
+    /// gaps.
+    ///
+    /// # Panics
+    /// `column` is not below the number of columns.
+    pub fn constant(&self, column: usize) -> Option<f64> {
+        let samples = self.column(column);
+        samples
+            .first()
+            .copied()
+            .filter(|first| samples.iter().all(|v| v == first))
+    }
+}
+
+/// Whether `label` comes back from a file as it was written: blanks at the ends are trimmed when
+/// reading, and an empty cell is none.
+pub(crate) fn is_label(label: &str) -> bool {
+    !label.is_empty() && label.trim() == label && !label.chars().any(char::is_control)
+}
+
+fn check_label(trajectory: &str, label: &str) -> Result<(), DataError> {
+    if is_label(label) {
+        return Ok(());
+    }
+    Err(DataError::BadLabel {
+        trajectory: trajectory.to_owned(),
+    })
+}

@@ -1,0 +1,351 @@
+//! Contract: whatever is wrong with a file, the reader stops at the first fault and says, word for
+//! word as below, where it is and what to do. `F` stands for the path. The texts are asserted whole,
+//! since they are what a user gets to see.
+
+use augsim_data::{
+    DataError, Dataset, MissingCells, Trajectory, read_csv, read_legacy_ball, write_csv,
+};
+use flate2::{Compression, write::GzEncoder};
+use std::io::Write;
+use std::path::PathBuf;
+
+struct File {
+    _folder: tempfile::TempDir,
+    path: PathBuf,
+}
+
+fn file(bytes: &[u8]) -> File {
+    let folder = tempfile::tempdir().expect("a writable temporary folder");
+    let path = folder.path().join("drops.csv");
+    std::fs::write(&path, bytes).expect("a writable temporary folder");
+    File {
+        _folder: folder,
+        path,
+    }
+}
+
+fn text_of(error: &DataError, path: &std::path::Path) -> String {
+    error.to_string().replace(&path.display().to_string(), "F")
+}
+
+fn refusal(content: &str) -> String {
+    let file = file(content.as_bytes());
+    let error = read_csv(&file.path, MissingCells::Refuse).expect_err("the file is faulty");
+    text_of(&error, &file.path)
+}
+
+fn gzip(content: &str) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder
+        .write_all(content.as_bytes())
+        .expect("a writable temporary folder");
+    encoder.finish().expect("a writable temporary folder")
+}
+
+const HEADER: &str = "trajectory,t_s,height_m,velocity_m_s\n";
+
+#[test]
+fn a_missing_file_is_unreadable() {
+    let path = PathBuf::from("no/such.csv");
+    let error = read_csv(&path, MissingCells::Refuse).unwrap_err();
+    assert!(matches!(error, DataError::Unreadable { .. }));
+    assert!(error.to_string().starts_with("no/such.csv: cannot read: "));
+    assert!(
+        error
+            .to_string()
+            .ends_with("; check that the path exists and may be read")
+    );
+}
+
+#[test]
+fn empty_files_and_bare_headers() {
+    let empty = "F: the file is empty; the first line must be a header such as \
+                 `trajectory,t_s,height_m,velocity_m_s`";
+    assert_eq!(refusal(""), empty);
+    assert_eq!(refusal("\n\n"), empty);
+    assert_eq!(
+        refusal(HEADER),
+        "F: line 1: a header but no samples; add one row for each sample"
+    );
+    assert_eq!(
+        refusal("trajectory,t_s,group\na,0,tennis\n"),
+        "F: line 1: no column of measured values; add at least one whose name ends in its unit, \
+         such as `height_m`"
+    );
+}
+
+#[test]
+fn columns_that_are_missing_repeated_or_without_unit() {
+    assert_eq!(
+        refusal("trajectory,time,height_m\na,0,1\n"),
+        "F: line 1: column `t_s` is missing; the header has: trajectory, time, height_m; the long \
+         form is comma-separated and starts with `trajectory,t_s,` followed by columns that end in \
+         their unit"
+    );
+    assert_eq!(
+        refusal("trajectory;t_s;height_m\na;0;1\n"),
+        "F: line 1: column `trajectory` is missing; the header has: trajectory;t_s;height_m; the \
+         long form is comma-separated and starts with `trajectory,t_s,` followed by columns that \
+         end in their unit"
+    );
+    assert_eq!(
+        refusal("trajectory,t_s,height_m,height_m\na,0,1,1\n"),
+        "F: column `height_m` occurs twice; rename or remove one of them"
+    );
+    assert_eq!(
+        refusal("trajectory,t_s,height_cm\na,0,1\n"),
+        "F: line 1: column `height_cm`: its name ends in no known unit; convert to SI and end the \
+         name in one of _m _m2 _m_s _m_s2 _rad _rad_s _rad_s2 _s _per_s _per_m _Hz _kg _N _N_m _Pa \
+         _K; pure numbers end in new, flag, count, index, ratio, fraction, restitution, friction; a \
+         text label goes into a column called `group`"
+    );
+    assert_eq!(
+        refusal("trajectory,t_s,height (m)\na,0,1\n"),
+        "F: line 1: column `height (m)`: a name is made of ASCII letters, digits and underscores \
+         and starts with a letter; rename it"
+    );
+}
+
+#[test]
+fn cells_that_are_no_finite_number() {
+    for cell in [
+        "NaN",
+        "inf",
+        "-Infinity",
+        "1e999",
+        "n/a",
+        "1,5",
+        "0x10",
+        "4.5 m",
+    ] {
+        let quoted = format!("\"{cell}\"");
+        assert_eq!(
+            refusal(&format!("{HEADER}a,0,1,0\na,1,{quoted},0\n")),
+            format!(
+                "F: line 3, column `height_m`: `{cell}` is not a finite number; write a decimal \
+                 such as 1.25 or -3e-4, and leave out samples that were not measured"
+            )
+        );
+    }
+    assert_eq!(
+        refusal(&format!("{HEADER}a,soon,1,0\n")),
+        "F: line 2, column `t_s`: `soon` is not a finite number; write a decimal such as 1.25 or \
+         -3e-4, and leave out samples that were not measured"
+    );
+}
+
+#[test]
+fn empty_cells() {
+    assert_eq!(
+        refusal(&format!("{HEADER}a,0,1,\n")),
+        "F: line 2, column `velocity_m_s`: empty cell; fill it in, remove the row, or read the file \
+         with gaps allowed"
+    );
+    let gaps = file(format!("{HEADER}a,0,1,\n,1,1,1\n").as_bytes());
+    let error = read_csv(&gaps.path, MissingCells::AsGap).unwrap_err();
+    assert_eq!(
+        text_of(&error, &gaps.path),
+        "F: line 3, column `trajectory`: empty cell; every row needs it"
+    );
+    let gaps = file(format!("{HEADER}a,,1,1\n").as_bytes());
+    let error = read_csv(&gaps.path, MissingCells::AsGap).unwrap_err();
+    assert_eq!(
+        text_of(&error, &gaps.path),
+        "F: line 2, column `t_s`: empty cell; every sample needs its time"
+    );
+}
+
+#[test]
+fn rows_of_another_length() {
+    let expected = |found| {
+        format!(
+            "F: line 3: {found} cells where the header has 4; complete the row (the first column \
+             is `trajectory`)"
+        )
+    };
+    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1\n")), expected(3));
+    assert_eq!(
+        refusal(&format!("{HEADER}a,0,1,0\na,1,1,0,7\n")),
+        expected(5)
+    );
+}
+
+#[test]
+fn time_that_does_not_advance() {
+    assert_eq!(
+        refusal(&format!("{HEADER}a,0,1,0\na,0.5,1,0\na,0.25,1,0\n")),
+        "F: line 4, column `t_s`: time 0.25 s after 0.5 s in trajectory `a`; sort its rows by time \
+         and remove repeated ones"
+    );
+    assert_eq!(
+        refusal(&format!("{HEADER}a,0,1,0\nb,3,1,0\nb,3,1,0\n")),
+        "F: line 4, column `t_s`: time 3 s after 3 s in trajectory `b`; sort its rows by time and \
+         remove repeated ones"
+    );
+}
+
+#[test]
+fn a_trajectory_that_comes_back() {
+    assert_eq!(
+        refusal(&format!("{HEADER}a,0,1,0\nb,0,1,0\n\na,1,1,0\n")),
+        "F: line 5, column `trajectory`: trajectory `a` appears again after it ended on line 2; \
+         keep its rows together or give the second part another name"
+    );
+}
+
+#[test]
+fn groups_that_change_and_labels_that_cannot_be_kept() {
+    assert_eq!(
+        refusal("trajectory,group,t_s,height_m\na,golf,0,1\na,tennis,1,1\n"),
+        "F: line 3, column `group`: `tennis` in trajectory `a`, which began with `golf`; a \
+         trajectory has one group"
+    );
+    assert_eq!(
+        refusal(&format!("{HEADER}\"a\nb\",0,1,0\n")),
+        "F: line 2, column `trajectory`: \"a\\nb\" begins or ends with a blank or contains a \
+         control character; rename it"
+    );
+}
+
+#[test]
+fn bytes_that_are_no_text() {
+    let file = file(b"trajectory,t_s,height_m\na,0,1\n\xff\xfe,1,1\n");
+    let error = read_csv(&file.path, MissingCells::Refuse).unwrap_err();
+    assert_eq!(
+        text_of(&error, &file.path),
+        "F: line 3, column `trajectory`: not UTF-8 text; save the file as UTF-8"
+    );
+}
+
+#[test]
+fn gzip_streams_that_are_cut_or_damaged() {
+    let rows: String = (0..2000)
+        .map(|i| format!("a,{i},{},0\n", (i * 7919) % 1013))
+        .collect();
+    let whole = gzip(&format!("{HEADER}{rows}"));
+    let intact = file(&whole);
+    let samples = read_csv(&intact.path, MissingCells::Refuse).unwrap();
+    assert_eq!(samples.trajectories()[0].len(), 2000);
+
+    // Cut anywhere: in the gzip header, in the data, in the final checksum.
+    for kept in [3, whole.len() / 2, whole.len() - 4] {
+        let cut = file(&whole[..kept]);
+        let error = read_csv(&cut.path, MissingCells::Refuse).unwrap_err();
+        let DataError::TruncatedGzip { line, .. } = error else {
+            panic!("{kept}: {error}")
+        };
+        assert_eq!(
+            text_of(&error, &cut.path),
+            format!(
+                "F: line {line}: the gzip stream ends too early; the file was cut off while \
+                 copying or writing: copy or make it again"
+            )
+        );
+    }
+
+    let mut flipped = whole.clone();
+    let checksum = flipped.len() - 8;
+    flipped[checksum] ^= 1;
+    let damaged = file(&flipped);
+    let error = read_csv(&damaged.path, MissingCells::Refuse).unwrap_err();
+    assert!(matches!(error, DataError::DamagedGzip { .. }), "{error}");
+}
+
+#[test]
+fn the_ball_layout_has_its_own_columns() {
+    let long = file(format!("{HEADER}a,0,1,0\n").as_bytes());
+    let error = read_legacy_ball(&long.path).unwrap_err();
+    assert_eq!(
+        text_of(&error, &long.path),
+        "F: line 1: column `traj` is missing; the header has: trajectory, t_s, height_m, \
+         velocity_m_s; the ball layout is `traj,step,t,height,velocity`"
+    );
+    let gap = file(b"traj,step,t,height,velocity\n0,0,0,4,\n");
+    let error = read_legacy_ball(&gap.path).unwrap_err();
+    assert_eq!(
+        text_of(&error, &gap.path),
+        "F: line 2, column `velocity`: empty cell; this layout has no gaps"
+    );
+    let half = file(b"traj,step,t,height,velocity\n0,0.5,0,4,1\n");
+    assert!(
+        read_legacy_ball(&half.path)
+            .unwrap_err()
+            .to_string()
+            .contains("column `step`")
+    );
+}
+
+#[test]
+fn data_sets_built_by_code_are_checked_too() {
+    let trajectory = |id: &str| Trajectory::new(id, vec![0.0, 1.0], vec![vec![1.0, 2.0]]);
+    let text = |result: Result<Trajectory, DataError>| result.unwrap_err().to_string();
+    assert_eq!(
+        text(Trajectory::new("a", vec![], vec![])),
+        "trajectory `a`: no samples; leave it out"
+    );
+    assert_eq!(
+        text(Trajectory::new("a", vec![0.0, 0.0], vec![])),
+        "trajectory `a`: time at sample 1 is not finite or not after the one before; times must \
+         increase strictly"
+    );
+    assert_eq!(
+        text(Trajectory::new("a", vec![0.0, 1.0], vec![vec![1.0]])),
+        "trajectory `a`: value column 0 has 1 samples where the time has 2; pass one value for \
+         each time"
+    );
+    assert_eq!(
+        text(Trajectory::new(
+            "a",
+            vec![0.0],
+            vec![vec![f64::NEG_INFINITY]]
+        )),
+        "trajectory `a`: value column 0 is infinite at sample 0; only finite values, and NaN for a \
+         gap, are allowed"
+    );
+    assert_eq!(
+        text(trajectory(" a")),
+        "trajectory \" a\": identifiers and groups must not be empty, begin or end with a blank or \
+         contain control characters; rename it"
+    );
+
+    let text = |result: Result<Dataset, DataError>| result.unwrap_err().to_string();
+    let two = || vec![trajectory("a").unwrap(), trajectory("b").unwrap()];
+    assert_eq!(
+        text(Dataset::from_names(&["x_m", "y_m"], two())),
+        "data set in memory: trajectory `a`: 1 value columns where the data set has 2; pass one \
+         vector for each column"
+    );
+    assert_eq!(
+        text(Dataset::from_names(
+            &["x_m"],
+            vec![trajectory("a").unwrap(), trajectory("a").unwrap()]
+        )),
+        "data set in memory: trajectory `a` occurs twice; give each its own name"
+    );
+    let mixed = vec![
+        trajectory("a").unwrap(),
+        trajectory("b").unwrap().with_group("g").unwrap(),
+    ];
+    assert_eq!(
+        text(Dataset::from_names(&["x_m"], mixed)),
+        "data set in memory: trajectory `b`: has a group while the first trajectory has none; give \
+         all of them one or none"
+    );
+    assert_eq!(
+        text(Dataset::from_names(&["t_s"], vec![])),
+        "column `t_s`: `trajectory`, `t_s` and `group` have a meaning of their own; rename it"
+    );
+
+    let set = Dataset::from_names(&["x_m"], two())
+        .unwrap()
+        .with_path("drops.csv");
+    assert_eq!(
+        set.column_index("height_m").unwrap_err().to_string(),
+        "drops.csv: no column `height_m`; it has: x_m; rename a column or ask for one of these"
+    );
+    let nothing = write_csv(&set.select(&[]), &PathBuf::from("out.csv")).unwrap_err();
+    assert_eq!(
+        nothing.to_string(),
+        "out.csv: refusing to write a data set without trajectories; no reader would accept it"
+    );
+}

@@ -1,0 +1,243 @@
+//! Errors of predicted ball trajectories, as the bouncing-ball table defines them.
+//!
+//! Position and velocity: mean absolute error over all samples (the start included) and
+//! trajectories. Trans %: the mean over trajectories of sum |height error| / sum |height|, so that
+//! predicting 0 scores 100 %.
+
+use augsim_data::{DataError, Dataset};
+use serde::Serialize;
+use thiserror::Error;
+
+/// What keeps a prediction from being scored.
+#[derive(Debug, Error)]
+pub enum ScoreError {
+    /// A column is missing.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The two data sets do not describe the same trajectories.
+    #[error(
+        "trajectory {index}: prediction `{predicted}` with {predicted_samples} samples stands \
+         against `{truth}` with {truth_samples}; predict the same trajectories in the same order"
+    )]
+    Mismatch {
+        /// Position in the data sets.
+        index: usize,
+        /// Identifier in the prediction; empty where it has no such trajectory.
+        predicted: String,
+        /// Samples in the prediction.
+        predicted_samples: usize,
+        /// Identifier in the truth.
+        truth: String,
+        /// Samples in the truth.
+        truth_samples: usize,
+    },
+    /// Gaps in what is scored.
+    #[error("trajectory `{trajectory}`: has gaps; score trajectories without missing cells")]
+    Gap {
+        /// Trajectory.
+        trajectory: String,
+    },
+    /// The relative error has no meaning.
+    #[error(
+        "trajectory `{trajectory}`: every height is 0, so a relative error has no meaning; leave it out"
+    )]
+    NoHeight {
+        /// Trajectory.
+        trajectory: String,
+    },
+    /// Nothing to score.
+    #[error("no trajectories to score; pass at least one")]
+    Nothing,
+    /// A floor needs at least two draws, and at least as many as are averaged.
+    #[error("{draws} draws are too few; take at least {needed}")]
+    TooFewDraws {
+        /// Asked for.
+        draws: usize,
+        /// Needed.
+        needed: usize,
+    },
+    /// Samples are not the engine's steps apart.
+    #[error(
+        "trajectory `{trajectory}`: sample {sample} is not at {sample} steps of {step_s} s after \
+         the first; this engine predicts its own steps only: resample the data"
+    )]
+    OtherRate {
+        /// Trajectory.
+        trajectory: String,
+        /// First sample that is off.
+        sample: usize,
+        /// The engine's step, s.
+        step_s: f64,
+    },
+}
+
+/// A mean over trajectories and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation over trajectories / sqrt(trajectories); 0 for a single one.
+    pub standard_error: f64,
+}
+
+impl Estimate {
+    /// Of one value for each trajectory.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Estimate {
+        let count = values.clone().count() as f64;
+        let mean = values.clone().sum::<f64>() / count;
+        let squares: f64 = values.map(|v| (v - mean).powi(2)).sum();
+        let standard_error = if count > 1.0 {
+            (squares / (count - 1.0) / count).sqrt()
+        } else {
+            0.0
+        };
+        Estimate {
+            mean,
+            standard_error,
+        }
+    }
+}
+
+/// Errors over a data set.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BallScore {
+    /// Mean absolute height error, m.
+    pub position_m: Estimate,
+    /// Mean absolute velocity error, m/s.
+    pub velocity_m_s: Estimate,
+    /// Mean of the trajectories' relative height errors, %.
+    pub trans_percent: Estimate,
+}
+
+impl BallScore {
+    /// Of `predicted` against `truth`, both with `height_m` and `velocity_m_s` and the same
+    /// trajectories in the same order.
+    ///
+    /// # Errors
+    /// Missing columns, other trajectories, gaps, or heights that are all 0.
+    pub fn of(truth: &Dataset, predicted: &Dataset) -> Result<BallScore, ScoreError> {
+        let observed = observations(truth)?;
+        let (height, velocity) = columns(predicted)?;
+        let mut errors = Vec::with_capacity(observed.len());
+        for (index, (o, t)) in observed.iter().zip(truth.trajectories()).enumerate() {
+            let p = predicted.trajectories().get(index);
+            let p = p
+                .filter(|p| p.id() == t.id() && p.len() == t.len())
+                .ok_or_else(|| ScoreError::Mismatch {
+                    index,
+                    predicted: p.map(|p| p.id().to_owned()).unwrap_or_default(),
+                    predicted_samples: p.map_or(0, |p| p.len()),
+                    truth: t.id().to_owned(),
+                    truth_samples: t.len(),
+                })?;
+            let (h, v) = (p.column(height), p.column(velocity));
+            errors.push(o.error_of(h.iter().copied(), v.iter().copied()));
+        }
+        Ok(BallScore::from_errors(&errors))
+    }
+
+    /// Of predicting 0 m and 0 m/s always, the table's "Zero".
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_zero(truth: &Dataset) -> Result<BallScore, ScoreError> {
+        let zero = || std::iter::repeat(0.0);
+        let errors: Vec<TrajectoryError> = observations(truth)?
+            .iter()
+            .map(|o| o.error_of(zero(), zero()))
+            .collect();
+        Ok(BallScore::from_errors(&errors))
+    }
+
+    /// Mean over trajectories.
+    pub(crate) fn from_errors(errors: &[TrajectoryError]) -> BallScore {
+        BallScore {
+            position_m: Estimate::of(errors.iter().map(|e| e.position_m)),
+            velocity_m_s: Estimate::of(errors.iter().map(|e| e.velocity_m_s)),
+            trans_percent: Estimate::of(errors.iter().map(|e| e.trans_percent)),
+        }
+    }
+}
+
+/// Errors of one trajectory; units as in [`BallScore`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TrajectoryError {
+    pub(crate) position_m: f64,
+    pub(crate) velocity_m_s: f64,
+    pub(crate) trans_percent: f64,
+}
+
+/// The true path of one trajectory.
+pub(crate) struct Observation<'a> {
+    pub(crate) height_m: &'a [f64],
+    pub(crate) velocity_m_s: &'a [f64],
+    height_sum: f64,
+}
+
+impl Observation<'_> {
+    /// From the sums of absolute errors over its samples.
+    pub(crate) fn error_from_sums(&self, height: f64, velocity: f64) -> TrajectoryError {
+        let samples = self.height_m.len() as f64;
+        TrajectoryError {
+            position_m: height / samples,
+            velocity_m_s: velocity / samples,
+            trans_percent: 100.0 * height / self.height_sum,
+        }
+    }
+
+    fn error_of(
+        &self,
+        height: impl Iterator<Item = f64>,
+        velocity: impl Iterator<Item = f64>,
+    ) -> TrajectoryError {
+        self.error_from_sums(
+            absolute_difference(self.height_m, height),
+            absolute_difference(self.velocity_m_s, velocity),
+        )
+    }
+}
+
+fn absolute_difference(truth: &[f64], predicted: impl Iterator<Item = f64>) -> f64 {
+    truth
+        .iter()
+        .zip(predicted)
+        .map(|(t, p)| (t - p).abs())
+        .sum()
+}
+
+fn columns(dataset: &Dataset) -> Result<(usize, usize), ScoreError> {
+    Ok((
+        dataset.column_index("height_m")?,
+        dataset.column_index("velocity_m_s")?,
+    ))
+}
+
+/// The trajectories of `truth`, checked to be free of gaps and not all zero.
+pub(crate) fn observations(truth: &Dataset) -> Result<Vec<Observation<'_>>, ScoreError> {
+    let (height, velocity) = columns(truth)?;
+    if truth.trajectories().is_empty() {
+        return Err(ScoreError::Nothing);
+    }
+    let observe = |t| {
+        let t: &augsim_data::Trajectory = t;
+        let (height_m, velocity_m_s) = (t.column(height), t.column(velocity));
+        let trajectory = || t.id().to_owned();
+        if height_m.iter().chain(velocity_m_s).any(|v| v.is_nan()) {
+            return Err(ScoreError::Gap {
+                trajectory: trajectory(),
+            });
+        }
+        let height_sum: f64 = height_m.iter().map(|h| h.abs()).sum();
+        if height_sum == 0.0 {
+            return Err(ScoreError::NoHeight {
+                trajectory: trajectory(),
+            });
+        }
+        Ok(Observation {
+            height_m,
+            velocity_m_s,
+            height_sum,
+        })
+    };
+    truth.trajectories().iter().map(observe).collect()
+}
