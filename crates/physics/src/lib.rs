@@ -1,3 +1,10 @@
 //! Ball and pushing engines, effects, sensor models and model files.
 
 pub mod ball;
+mod dual;
+pub mod effects;
+pub mod model;
+pub mod scalar;
+
+pub use dual::Dual;
+pub use scalar::Scalar;

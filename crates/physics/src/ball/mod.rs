@@ -1,8 +1,19 @@
-//! A ball that falls, flies and bounces on flat ground.
+//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet stepping scheme beside it.
 
 pub mod bullet;
-mod ensemble;
+mod contact;
+mod engine;
+mod flight;
 pub mod floor;
-mod order_statistics;
+mod impact;
 pub mod paper_law;
 pub mod score;
+mod state;
+mod world;
+
+pub use engine::{Offsets, Run, Sample, Throw, simulate};
+pub use impact::{Impact, ImpactRecord};
+pub use state::{Axes, Covariates, State};
+pub use world::{
+    BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World,
+};

@@ -1,0 +1,34 @@
+//! A camera turned about its line of sight.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
+use crate::Scalar;
+
+/// x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)
+pub struct CameraRoll;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "camera-roll",
+    location: Location::Sensor,
+    parameters: &[
+        ParameterSpec { name: "phi_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.005 },
+    ],
+    needs: Needs::Horizontal,
+    stands_for: &[],
+    excludes: &[],
+    formula: "x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)",
+    source: "geometry of projection",
+};
+
+impl<S: Scalar> Law<S> for CameraRoll {
+    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+        let (sin, cos) = (p[0].sin(), p[0].cos());
+        let [x, y, z] = sight.position;
+        sight.position = [x * cos - z * sin, y, x * sin + z * cos];
+    }
+}
+
+impl<S: Scalar> Effect<S> for CameraRoll {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

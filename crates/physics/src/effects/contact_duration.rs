@@ -1,0 +1,32 @@
+//! Contact that lasts: a damped spring, with gravity acting during contact.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e
+pub struct ContactDuration;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "contact-duration",
+    location: Location::Impact,
+    parameters: &[
+        ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e",
+    source: "Cross 1999, Am. J. Phys. 67:222; Kelvin-Voigt contact",
+};
+
+impl<S: Scalar> Law<S> for ContactDuration {
+    fn contact_duration(&self, p: &[S]) -> Option<S> {
+        Some(p[0])
+    }
+}
+
+impl<S: Scalar> Effect<S> for ContactDuration {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

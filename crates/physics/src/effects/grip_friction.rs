@@ -1,0 +1,34 @@
+//! A fixed share of the slip is taken at each impact.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+use crate::scalar::{axpy};
+use crate::ball::Impact;
+
+/// dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks
+pub struct GripFriction;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "grip-friction",
+    location: Location::Impact,
+    parameters: &[
+        ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05 },
+    ],
+    needs: Needs::Horizontal,
+    stands_for: &[],
+    excludes: &["coulomb-friction"],
+    formula: "dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks",
+    source: "Cross 2002, Am. J. Phys. 70:1093 (grip)",
+};
+
+impl<S: Scalar> Law<S> for GripFriction {
+    fn tangential(&self, p: &[S], impact: &Impact<'_, S>, j: &mut [S; 3]) {
+        *j = axpy(j, &impact.slip, -p[0]);
+    }
+}
+
+impl<S: Scalar> Effect<S> for GripFriction {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

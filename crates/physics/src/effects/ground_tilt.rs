@@ -1,0 +1,32 @@
+//! A ground that is not level along x.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// ground plane z = x tan(alpha)
+pub struct GroundTilt;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "ground-tilt",
+    location: Location::Impact,
+    parameters: &[
+        ParameterSpec { name: "alpha_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.01 },
+    ],
+    needs: Needs::Horizontal,
+    stands_for: &[],
+    excludes: &[],
+    formula: "ground plane z = x tan(alpha)",
+    source: "geometry",
+};
+
+impl<S: Scalar> Law<S> for GroundTilt {
+    fn ground_angle(&self, p: &[S]) -> Option<S> {
+        Some(p[0])
+    }
+}
+
+impl<S: Scalar> Effect<S> for GroundTilt {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

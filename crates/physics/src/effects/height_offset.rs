@@ -1,0 +1,32 @@
+//! A constant error of the measured height.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
+use crate::Scalar;
+
+/// z' = z + b
+pub struct HeightOffset;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "height-offset",
+    location: Location::Sensor,
+    parameters: &[
+        ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "z' = z + b",
+    source: "calibration of the instrument",
+};
+
+impl<S: Scalar> Law<S> for HeightOffset {
+    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+        sight.position[2] += p[0];
+    }
+}
+
+impl<S: Scalar> Effect<S> for HeightOffset {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

@@ -1,0 +1,32 @@
+//! A constant horizontal acceleration along x.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// a_x = a
+pub struct HorizontalAcceleration;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "horizontal-acceleration",
+    location: Location::Flight,
+    parameters: &[
+        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1 },
+    ],
+    needs: Needs::Horizontal,
+    stands_for: &["steady side force", "apparatus out of level"],
+    excludes: &[],
+    formula: "a_x = a",
+    source: "geometry: gravity times the tangent of the angle out of level",
+};
+
+impl<S: Scalar> Law<S> for HorizontalAcceleration {
+    fn constant_acceleration(&self, p: &[S], a: &mut [S; 3]) {
+        a[0] += p[0];
+    }
+}
+
+impl<S: Scalar> Effect<S> for HorizontalAcceleration {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

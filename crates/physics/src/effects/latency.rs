@@ -1,0 +1,32 @@
+//! The measurement is late, or the release was not at time zero.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// z'(t) = z(t - delay)
+pub struct Latency;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "latency",
+    location: Location::Sensor,
+    parameters: &[
+        ParameterSpec { name: "delay_s", unit: "s", min: -0.5, max: 0.5, typical: 0.004 },
+    ],
+    needs: Needs::ReleaseAtRest,
+    stands_for: &["late clock", "release before or after t = 0"],
+    excludes: &[],
+    formula: "z'(t) = z(t - delay)",
+    source: "calibration of the instrument",
+};
+
+impl<S: Scalar> Law<S> for Latency {
+    fn delay(&self, p: &[S]) -> Option<S> {
+        Some(p[0])
+    }
+}
+
+impl<S: Scalar> Effect<S> for Latency {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

@@ -1,0 +1,32 @@
+//! A constant horizontal acceleration along y (data in space).
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// a_y = a
+pub struct LateralAcceleration;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "lateral-acceleration",
+    location: Location::Flight,
+    parameters: &[
+        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1 },
+    ],
+    needs: Needs::Lateral,
+    stands_for: &["steady side force", "apparatus out of level"],
+    excludes: &[],
+    formula: "a_y = a",
+    source: "geometry: gravity times the tangent of the angle out of level",
+};
+
+impl<S: Scalar> Law<S> for LateralAcceleration {
+    fn constant_acceleration(&self, p: &[S], a: &mut [S; 3]) {
+        a[1] += p[0];
+    }
+}
+
+impl<S: Scalar> Effect<S> for LateralAcceleration {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

@@ -1,0 +1,37 @@
+//! Air drag at high Reynolds number: grows with the square of the speed.
+
+use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+use crate::scalar::{axpy, dot};
+
+/// a = -k |v - w| (v - w), w the velocity of the air
+pub struct QuadraticDrag;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "quadratic-drag",
+    location: Location::Flight,
+    parameters: &[
+        ParameterSpec { name: "k_per_m", unit: "1/m", min: 0.0, max: 5.0, typical: 0.02 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "a = -k |v - w| (v - w), w the velocity of the air",
+    source: "Nagurka 2003, Int. J. Engng Ed. 19:623; k = rho Cd A / (2 m)",
+};
+
+impl<S: Scalar> Law<S> for QuadraticDrag {
+    fn changes_flight(&self) -> bool {
+        true
+    }
+    fn acceleration(&self, p: &[S], flight: &Flight<'_, S>, a: &mut [S; 3]) {
+        let u = &flight.airspeed;
+        *a = axpy(a, u, -(p[0] * dot(u, u).sqrt()));
+    }
+}
+
+impl<S: Scalar> Effect<S> for QuadraticDrag {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

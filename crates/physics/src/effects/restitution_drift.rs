@@ -1,0 +1,33 @@
+//! Restitution that drifts with the session clock: wear, warming, deflation.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+use crate::ball::Impact;
+
+/// e = e0 + d (T - T_ref), T the session time of the impact
+pub struct RestitutionDrift;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "restitution-drift",
+    location: Location::Impact,
+    parameters: &[
+        ParameterSpec { name: "d_per_s", unit: "1/s", min: -0.1, max: 0.1, typical: 0.0001 },
+    ],
+    needs: Needs::StartTime,
+    stands_for: &[],
+    excludes: &[],
+    formula: "e = e0 + d (T - T_ref), T the session time of the impact",
+    source: "squash and tennis balls: restitution against temperature",
+};
+
+impl<S: Scalar> Law<S> for RestitutionDrift {
+    fn restitution(&self, p: &[S], impact: &Impact<'_, S>, e: S) -> S {
+        e + p[0] * impact.clock()
+    }
+}
+
+impl<S: Scalar> Effect<S> for RestitutionDrift {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

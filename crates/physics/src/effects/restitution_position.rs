@@ -1,0 +1,33 @@
+//! Restitution that depends on where the ball lands along x.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+use crate::ball::Impact;
+
+/// e = e0 + q x
+pub struct RestitutionPosition;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "restitution-position",
+    location: Location::Impact,
+    parameters: &[
+        ParameterSpec { name: "q_per_m", unit: "1/m", min: -1.0, max: 1.0, typical: 0.02 },
+    ],
+    needs: Needs::Horizontal,
+    stands_for: &[],
+    excludes: &[],
+    formula: "e = e0 + q x",
+    source: "a floor that is not the same everywhere",
+};
+
+impl<S: Scalar> Law<S> for RestitutionPosition {
+    fn restitution(&self, p: &[S], impact: &Impact<'_, S>, e: S) -> S {
+        e + p[0] * impact.position[0]
+    }
+}
+
+impl<S: Scalar> Effect<S> for RestitutionPosition {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

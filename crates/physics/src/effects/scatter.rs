@@ -1,0 +1,46 @@
+//! Restitution that differs at random from impact to impact, or from trajectory to trajectory.
+//!
+//! Not a [`Law`](super::Law): its parameter is the standard deviation of a random number that the engine takes as an input
+//! (the offsets `xi`), because a likelihood needs the numbers themselves.
+
+use super::{EffectSpec, Location, Needs, ParameterSpec};
+
+/// Kind of the scatter of restitution.
+pub const SCATTER_KIND: &str = "restitution-scatter";
+
+/// Its description.
+pub static SCATTER_SPEC: EffectSpec = EffectSpec {
+    kind: SCATTER_KIND,
+    location: Location::Impact,
+    parameters: &[ParameterSpec {
+        name: "sd",
+        unit: "",
+        min: 0.0,
+        max: 0.5,
+        typical: 0.02,
+    }],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "e = e0 + xi, xi normal with mean 0 and standard deviation sd, drawn per impact or per trajectory",
+    source: "Montaine et al. 2011, arXiv:1104.0049 (roughness)",
+};
+
+/// What one random number belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ScatterPer {
+    /// A new draw at every impact.
+    Impact,
+    /// One draw for all impacts of a trajectory.
+    Trajectory,
+}
+
+impl ScatterPer {
+    /// The word in model files: `per = "impact"`.
+    pub fn name(self) -> &'static str {
+        match self {
+            ScatterPer::Impact => "impact",
+            ScatterPer::Trajectory => "trajectory",
+        }
+    }
+}

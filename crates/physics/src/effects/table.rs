@@ -1,0 +1,217 @@
+//! A law that is not in the library: a piecewise-linear function of one feature, as a table of knots.
+
+use super::{Flight, Law, Location, Sight};
+use crate::Scalar;
+use crate::ball::Impact;
+use crate::scalar::{axpy, cross, dot};
+
+/// Kind of a tabulated law in model files.
+pub const TABLE_KIND: &str = "table";
+
+/// What the table adds to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Target {
+    /// The coefficient of restitution.
+    Restitution,
+    /// A quadratic drag coefficient, 1/m.
+    Drag,
+    /// Acceleration along x, m/s².
+    AccelerationX,
+    /// Acceleration along y, m/s².
+    AccelerationY,
+    /// Acceleration along z, m/s².
+    AccelerationZ,
+    /// The Magnus coefficient.
+    Magnus,
+    /// The change of tangential velocity along x at an impact, m/s.
+    TangentialJump,
+    /// The measured x, m.
+    SensorX,
+    /// The measured z, m.
+    SensorZ,
+}
+
+/// The feature that the table is a function of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Against {
+    /// Time since the release, s.
+    Time,
+    /// Session time, s, relative to the session's reference time.
+    Clock,
+    /// Bounce index, from 0.
+    Bounce,
+    /// Impact speed along the normal, m/s.
+    NormalSpeed,
+    /// Horizontal speed at the impact, along x, m/s.
+    TangentialSpeed,
+    /// Slip of the contact point along x, m/s.
+    Slip,
+    /// Absolute spin, rad/s.
+    Spin,
+    /// Speed in flight, m/s.
+    Speed,
+    /// Position x, m.
+    X,
+    /// Position y, m.
+    Y,
+    /// Height z, m.
+    Z,
+    /// Velocity along x, m/s.
+    VelocityX,
+    /// Velocity along z, m/s.
+    VelocityZ,
+}
+
+macro_rules! names {
+    ($type:ident: $($variant:ident = $name:literal),* $(,)?) => {
+        impl $type {
+            /// Every value, in order.
+            pub const ALL: &'static [$type] = &[$($type::$variant),*];
+            /// The word in model files and results.
+            pub fn name(self) -> &'static str {
+                match self { $($type::$variant => $name),* }
+            }
+            /// The value of a word.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name { $($name => Some($type::$variant),)* _ => None }
+            }
+        }
+    };
+}
+names!(Target: Restitution = "restitution", Drag = "drag", AccelerationX = "acceleration-x", AccelerationY = "acceleration-y",
+    AccelerationZ = "acceleration-z", Magnus = "magnus", TangentialJump = "tangential-jump", SensorX = "sensor-x", SensorZ = "sensor-z");
+names!(Against: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed = "impact-speed", TangentialSpeed = "tangential-speed",
+    Slip = "slip", Spin = "spin", Speed = "speed", X = "x", Y = "y", Z = "height", VelocityX = "velocity-x", VelocityZ = "velocity-z");
+
+impl Target {
+    /// Where the target acts.
+    pub fn location(self) -> Location {
+        match self {
+            Target::Restitution | Target::TangentialJump => Location::Impact,
+            Target::SensorX | Target::SensorZ => Location::Sensor,
+            _ => Location::Flight,
+        }
+    }
+
+    /// Unit of the table's values.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Target::Restitution | Target::Magnus => "",
+            Target::Drag => "1/m",
+            Target::AccelerationX | Target::AccelerationY | Target::AccelerationZ => "m/s²",
+            Target::TangentialJump => "m/s",
+            Target::SensorX | Target::SensorZ => "m",
+        }
+    }
+}
+
+/// A piecewise-linear law: values at uniform knots, linear between them, constant outside.
+///
+/// The values are the law's parameters, in the order of the knots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What the law adds to.
+    pub target: Target,
+    /// The feature it depends on.
+    pub against: Against,
+    /// First knot, in the feature's unit.
+    pub first: f64,
+    /// Last knot, in the feature's unit.
+    pub last: f64,
+}
+
+impl Table {
+    /// The law's value at `x`, for the values `p` at the knots.
+    pub fn interpolate<S: Scalar>(&self, p: &[S], x: S) -> S {
+        let Some(top) = p.len().checked_sub(1) else {
+            return S::zero();
+        };
+        let scale = top as f64 / (self.last - self.first).max(1e-300);
+        let u = (x - self.first) * scale;
+        if top == 0 || u.value() <= 0.0 {
+            p[0]
+        } else if u.value() >= top as f64 {
+            p[top]
+        } else {
+            let i = u.value() as usize;
+            p[i] + (p[i + 1] - p[i]) * (u - i as f64)
+        }
+    }
+
+    fn in_flight<S: Scalar>(&self, f: &Flight<'_, S>) -> S {
+        match self.against {
+            Against::Time => f.time,
+            Against::Clock => f.time + f.covariates.clock_s,
+            Against::X => f.position[0],
+            Against::Y => f.position[1],
+            Against::Z => f.position[2],
+            Against::VelocityX => f.velocity[0],
+            Against::VelocityZ => f.velocity[2],
+            Against::Spin => dot(&f.spin, &f.spin).sqrt(),
+            _ => dot(&f.airspeed, &f.airspeed).sqrt(),
+        }
+    }
+
+    fn at_impact<S: Scalar>(&self, i: &Impact<'_, S>) -> S {
+        match self.against {
+            Against::Time => i.time,
+            Against::Clock => i.clock(),
+            Against::Bounce => S::constant(i.index as f64),
+            Against::TangentialSpeed | Against::VelocityX => i.tangential[0],
+            Against::Slip => i.slip[0],
+            Against::Spin => dot(&i.spin, &i.spin).sqrt(),
+            Against::X => i.position[0],
+            Against::Y => i.position[1],
+            _ => i.normal_speed,
+        }
+    }
+
+    fn in_sight<S: Scalar>(&self, s: &Sight<S>) -> S {
+        match self.against {
+            Against::X => s.truth[0],
+            Against::Y => s.truth[1],
+            Against::VelocityX => s.velocity[0],
+            Against::VelocityZ => s.velocity[2],
+            Against::Speed => dot(&s.velocity, &s.velocity).sqrt(),
+            _ => s.truth[2],
+        }
+    }
+}
+
+impl<S: Scalar> Law<S> for Table {
+    fn changes_flight(&self) -> bool {
+        self.target.location() == Location::Flight
+    }
+    fn acceleration(&self, p: &[S], flight: &Flight<'_, S>, a: &mut [S; 3]) {
+        let value = self.interpolate(p, self.in_flight(flight));
+        match self.target {
+            Target::Drag => {
+                let u = &flight.airspeed;
+                *a = axpy(a, u, -(value * dot(u, u).sqrt()));
+            }
+            Target::Magnus => *a = axpy(a, &cross(&flight.spin, &flight.velocity), value),
+            Target::AccelerationX => a[0] += value,
+            Target::AccelerationY => a[1] += value,
+            Target::AccelerationZ => a[2] += value,
+            _ => {}
+        }
+    }
+    fn restitution(&self, p: &[S], impact: &Impact<'_, S>, e: S) -> S {
+        match self.target {
+            Target::Restitution => e + self.interpolate(p, self.at_impact(impact)),
+            _ => e,
+        }
+    }
+    fn tangential(&self, p: &[S], impact: &Impact<'_, S>, j: &mut [S; 3]) {
+        if self.target == Target::TangentialJump {
+            j[0] += self.interpolate(p, self.at_impact(impact));
+        }
+    }
+    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+        match self.target {
+            Target::SensorX => sight.position[0] += self.interpolate(p, self.in_sight(sight)),
+            Target::SensorZ => sight.position[2] += self.interpolate(p, self.in_sight(sight)),
+            _ => {}
+        }
+    }
+}

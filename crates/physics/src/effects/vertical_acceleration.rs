@@ -1,0 +1,32 @@
+//! A constant vertical acceleration beside the declared gravity.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// a_z = a
+pub struct VerticalAcceleration;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "vertical-acceleration",
+    location: Location::Flight,
+    parameters: &[
+        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["wrong gravity", "buoyancy or added mass", "steady updraught", "clock rate error", "length scale error"],
+    excludes: &[],
+    formula: "a_z = a",
+    source: "Pantaleone and Messer 2011, Am. J. Phys. (buoyancy and added mass)",
+};
+
+impl<S: Scalar> Law<S> for VerticalAcceleration {
+    fn constant_acceleration(&self, p: &[S], a: &mut [S; 3]) {
+        a[2] += p[0];
+    }
+}
+
+impl<S: Scalar> Effect<S> for VerticalAcceleration {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

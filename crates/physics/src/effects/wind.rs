@@ -1,0 +1,32 @@
+//! A steady horizontal wind along x; acts through the drag.
+
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::Scalar;
+
+/// the air moves with w along x; drag acts on v - w
+pub struct Wind;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "wind",
+    location: Location::Flight,
+    parameters: &[
+        ParameterSpec { name: "w_m_s", unit: "m/s", min: -30.0, max: 30.0, typical: 1.0 },
+    ],
+    needs: Needs::Effect("quadratic-drag"),
+    stands_for: &[],
+    excludes: &[],
+    formula: "the air moves with w along x; drag acts on v - w",
+    source: "relative-velocity drag, e.g. Mehta 1985",
+};
+
+impl<S: Scalar> Law<S> for Wind {
+    fn air_velocity(&self, p: &[S], w: &mut [S; 3]) {
+        w[0] += p[0];
+    }
+}
+
+impl<S: Scalar> Effect<S> for Wind {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

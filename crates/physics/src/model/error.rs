@@ -1,0 +1,110 @@
+//! What can be wrong with a model file.
+
+use thiserror::Error;
+
+/// A model file that cannot be used. Every message names the file, the line and the remedy.
+#[derive(Debug, Error)]
+pub enum ModelError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {source}; check the path")]
+    Read {
+        /// The file.
+        file: String,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// Not TOML.
+    #[error(
+        "{file}:{line}: not valid TOML: {reason}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table"
+    )]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What the TOML reader says.
+        reason: String,
+    },
+    /// A key that nothing reads.
+    #[error("{file}:{line}: unknown key `{key}` in {place}; {remedy}")]
+    UnknownKey {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// Where it stands.
+        place: String,
+        /// The known key that is spelt most like it, and all known keys.
+        remedy: String,
+    },
+    /// An effect that the library does not have.
+    #[error("{file}:{line}: unknown effect kind `{kind}`; did you mean `{nearest}`?")]
+    UnknownKind {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The kind.
+        kind: String,
+        /// The known kind that is spelt most like it.
+        nearest: String,
+    },
+    /// Something that must be there is not.
+    #[error("{file}:{line}: {place} lacks `{key}`; add `{example}`")]
+    Missing {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Where it is missing.
+        place: String,
+        /// The key.
+        key: String,
+        /// A line that would do.
+        example: String,
+    },
+    /// A value of the wrong kind.
+    #[error("{file}:{line}: `{key}` must be {expected}")]
+    WrongType {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// What it must be.
+        expected: String,
+    },
+    /// A value outside its bounds.
+    #[error(
+        "{file}:{line}: `{key}` = {value} is outside [{min}, {max}]; change the value or widen min and max"
+    )]
+    OutOfBounds {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// The value.
+        value: f64,
+        /// Lower bound.
+        min: f64,
+        /// Upper bound.
+        max: f64,
+    },
+    /// Two blocks that cannot stand together.
+    #[error("{file}:{line}: `{kind}` and `{other}` describe the same thing; keep one of them")]
+    Conflict {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The later kind.
+        kind: String,
+        /// The earlier kind.
+        other: String,
+    },
+}

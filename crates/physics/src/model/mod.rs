@@ -1,0 +1,147 @@
+//! Model files: what is declared about a system, and what `discover` adds to it.
+
+mod error;
+mod parse;
+mod write;
+
+use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
+use crate::effects::{ScatterPer, Table, index_of};
+use std::path::Path;
+
+pub use error::ModelError;
+pub(crate) use parse::edit_distance;
+
+/// What one value of a parameter belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Per {
+    /// One value for all trajectories.
+    #[default]
+    All,
+    /// One value for each `group` (object) in the data.
+    Group,
+    /// One value for each trajectory: a nuisance, fitted and not reported.
+    Trajectory,
+}
+
+/// A declared parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with its unit.
+    pub name: String,
+    /// The declared value.
+    pub nominal: f64,
+    /// Lower bound.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+    /// Not calibrated.
+    pub frozen: bool,
+    /// What one value belongs to.
+    pub per: Per,
+    /// 95 % interval, when a fit has put it here.
+    pub ci95: Option<[f64; 2]>,
+    /// Values by group, when a fit with `per = "group"` has put them here.
+    pub groups: Vec<(String, f64)>,
+}
+
+/// An effect in the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectBlock {
+    /// Kind, as in the library.
+    pub kind: String,
+    /// For the scatter of restitution: what one draw belongs to.
+    pub scatter: Option<ScatterPer>,
+    /// For a tabulated law: its shape; the parameters are the values at the knots.
+    pub table: Option<Table>,
+    /// Its parameters, in the order of the library.
+    pub parameters: Vec<Parameter>,
+}
+
+/// How a trajectory begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Release {
+    /// At rest at `t_s = 0`; the position is fitted for each trajectory.
+    Rest,
+    /// Position and velocity are fitted for each trajectory.
+    #[default]
+    Free,
+}
+
+/// A model of the bouncing ball.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Where it is from, for messages.
+    pub file: String,
+    /// The four base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults.
+    pub parameters: Vec<Parameter>,
+    /// Names of the base parameters that the file declares.
+    pub declared: Vec<String>,
+    /// Declared standard deviation of the position sensor, m.
+    pub position_sd_m: Option<f64>,
+    /// How trajectories begin.
+    pub release: Release,
+    /// Effects in the model.
+    pub effects: Vec<EffectBlock>,
+}
+
+impl Model {
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn read(path: &Path) -> Result<Self, ModelError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &file),
+            Err(source) => Err(ModelError::Read { file, source }),
+        }
+    }
+
+    /// Parses the text of a model file; `file` is used in messages.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
+        parse::parse(text, file)
+    }
+
+    /// Gravity and restitution, both with their usual bounds.
+    pub fn plain(gravity_m_s2: f64, restitution: f64) -> Self {
+        let mut parameters: Vec<_> = BASE_PARAMETERS
+            .iter()
+            .map(|n| parse::base_default(n))
+            .collect();
+        parameters[0].nominal = gravity_m_s2;
+        parameters[1].nominal = restitution;
+        parameters[1].frozen = false;
+        Self {
+            file: "model".into(),
+            parameters,
+            declared: BASE_PARAMETERS[..2].iter().map(|s| s.to_string()).collect(),
+            position_sd_m: None,
+            release: Release::Free,
+            effects: Vec::new(),
+        }
+    }
+
+    /// The world of this model and the nominal parameter vector. Scatter is no law and has no place in the vector.
+    pub fn world(&self, axes: Axes) -> (World, Vec<f64>) {
+        let mut world = World::new(axes);
+        let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
+        for block in &self.effects {
+            let law = match (&block.table, index_of(&block.kind)) {
+                (Some(table), _) => LawRef::Table(table.clone()),
+                (None, Some(index)) => LawRef::Listed(index),
+                (None, None) => continue,
+            };
+            world.add(law, block.parameters.len());
+            values.extend(block.parameters.iter().map(|p| p.nominal));
+        }
+        (world, values)
+    }
+
+    /// The model file's text; [`parse`](Model::parse) reads it back to the same model.
+    pub fn to_toml(&self) -> String {
+        write::to_toml(self)
+    }
+}

@@ -1,0 +1,431 @@
+//! Model files in: every key is known or refused, with its line.
+
+use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
+use crate::ball::BASE_PARAMETERS;
+use crate::effects::{
+    Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
+    nearest_kind, spec_of,
+};
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+type Value<'a> = Spanned<DeValue<'a>>;
+
+/// Levenshtein distance, for "did you mean".
+pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let change = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// A base parameter as it is when a file does not name it: frozen.
+pub(super) fn base_default(name: &str) -> Parameter {
+    let (nominal, min, max) = match name {
+        "gravity_m_s2" => (9.81, 0.0, 100.0),
+        "restitution" => (0.7, 0.0, 1.0),
+        "radius_m" => (0.0, 0.0, 100.0),
+        _ => (0.4, 0.01, 1.0),
+    };
+    Parameter {
+        name: name.into(),
+        nominal,
+        min,
+        max,
+        frozen: true,
+        per: Per::All,
+        ci95: None,
+        groups: Vec::new(),
+    }
+}
+
+fn effect_default(spec: &ParameterSpec) -> Parameter {
+    Parameter {
+        name: spec.name.into(),
+        nominal: spec.typical,
+        min: spec.min,
+        max: spec.max,
+        frozen: false,
+        per: Per::All,
+        ci95: None,
+        groups: Vec::new(),
+    }
+}
+
+struct Reader<'t> {
+    text: &'t str,
+    file: &'t str,
+}
+
+impl Reader<'_> {
+    fn line(&self, span: Range<usize>) -> usize {
+        1 + self
+            .text
+            .bytes()
+            .take(span.start)
+            .filter(|&b| b == b'\n')
+            .count()
+    }
+
+    fn known(&self, table: &DeTable<'_>, place: &str, known: &[&str]) -> Result<(), ModelError> {
+        for (key, _) in table.iter() {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let nearest = known.iter().min_by_key(|k| edit_distance(name, k)).copied();
+                return Err(ModelError::UnknownKey {
+                    file: self.file.into(),
+                    line: self.line(key.span()),
+                    key: name.into(),
+                    place: place.into(),
+                    remedy: format!(
+                        "did you mean `{}`? Known here: {}",
+                        nearest.unwrap_or(""),
+                        known.join(", ")
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong(&self, key: &str, value: &Value<'_>, expected: &str) -> ModelError {
+        ModelError::WrongType {
+            file: self.file.into(),
+            line: self.line(value.span()),
+            key: key.into(),
+            expected: expected.into(),
+        }
+    }
+
+    fn missing(&self, line: usize, place: &str, key: &str, example: &str) -> ModelError {
+        ModelError::Missing {
+            file: self.file.into(),
+            line,
+            place: place.into(),
+            key: key.into(),
+            example: example.into(),
+        }
+    }
+
+    fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
+        let text = match value.get_ref() {
+            DeValue::Float(f) => f.as_str(),
+            DeValue::Integer(i) => i.as_str(),
+            _ => return Err(self.wrong(key, value, "a number")),
+        };
+        match text.parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => Err(self.wrong(key, value, "a finite number")),
+        }
+    }
+
+    fn word<'v>(
+        &self,
+        key: &str,
+        value: &'v Value<'_>,
+        words: &[&str],
+    ) -> Result<&'v str, ModelError> {
+        match value.get_ref().as_str() {
+            Some(w) if words.is_empty() || words.contains(&w) => Ok(w),
+            _ => Err(self.wrong(key, value, &format!("one of \"{}\"", words.join("\", \"")))),
+        }
+    }
+
+    fn table<'v, 'a>(
+        &self,
+        key: &str,
+        value: &'v Value<'a>,
+    ) -> Result<&'v DeTable<'a>, ModelError> {
+        let expected = "a table such as { nominal = 0.65, min = 0.0, max = 1.0 }";
+        value
+            .get_ref()
+            .as_table()
+            .ok_or_else(|| self.wrong(key, value, expected))
+    }
+
+    fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
+        let list = value.get_ref().as_array();
+        let list = list.ok_or_else(|| self.wrong(key, value, "a list of numbers"))?;
+        list.iter().map(|v| self.number(key, v)).collect()
+    }
+
+    /// Overwrites `p` by what the file says: a bare number is a nominal value.
+    fn parameter(
+        &self,
+        p: &mut Parameter,
+        value: &Value<'_>,
+        declares: bool,
+    ) -> Result<(), ModelError> {
+        if declares {
+            p.frozen = false;
+        }
+        let name = p.name.clone();
+        if let Some(table) = value.get_ref().as_table() {
+            let keys = ["nominal", "min", "max", "frozen", "per", "ci95", "groups"];
+            self.known(table, &format!("`{name}`"), &keys)?;
+            let nominal = table.get("nominal");
+            let nominal = nominal.ok_or_else(|| {
+                self.missing(
+                    self.line(value.span()),
+                    &format!("`{name}`"),
+                    "nominal",
+                    "nominal = 0.0",
+                )
+            })?;
+            p.nominal = self.number(&name, nominal)?;
+            for (key, slot) in [("min", &mut p.min), ("max", &mut p.max)] {
+                if let Some(v) = table.get(key) {
+                    *slot = self.number(key, v)?;
+                }
+            }
+            if let Some(v) = table.get("frozen") {
+                let flag = v.get_ref().as_bool();
+                p.frozen = flag.ok_or_else(|| self.wrong("frozen", v, "true or false"))?;
+            }
+            if let Some(v) = table.get("per") {
+                p.per = match self.word("per", v, &["all", "group", "trajectory"])? {
+                    "group" => Per::Group,
+                    "trajectory" => Per::Trajectory,
+                    _ => Per::All,
+                };
+            }
+            if let Some(v) = table.get("ci95") {
+                match self.numbers("ci95", v)?[..] {
+                    [low, high] => p.ci95 = Some([low, high]),
+                    _ => return Err(self.wrong("ci95", v, "a list of two numbers")),
+                }
+            }
+            if let Some(v) = table.get("groups") {
+                for (group, v) in self.table("groups", v)?.iter() {
+                    let group: &str = group.get_ref();
+                    p.groups.push((group.into(), self.number(group, v)?));
+                }
+            }
+        } else {
+            p.nominal = self.number(&name, value)?;
+        }
+        if !(p.min <= p.nominal && p.nominal <= p.max) {
+            return Err(ModelError::OutOfBounds {
+                file: self.file.into(),
+                line: self.line(value.span()),
+                key: name,
+                value: p.nominal,
+                min: p.min,
+                max: p.max,
+            });
+        }
+        Ok(())
+    }
+
+    fn effect(
+        &self,
+        value: &Value<'_>,
+        earlier: &[EffectBlock],
+    ) -> Result<EffectBlock, ModelError> {
+        let table = self.table("effect", value)?;
+        let line = self.line(value.span());
+        let kind_value = table.get("kind");
+        let kind_value = kind_value
+            .ok_or_else(|| self.missing(line, "[[effect]]", "kind", "kind = \"quadratic-drag\""))?;
+        let kind = self.word("kind", kind_value, &[])?;
+        if kind == TABLE_KIND {
+            return self.tabulated(table, line);
+        }
+        let Some(spec) = spec_of(kind) else {
+            return Err(ModelError::UnknownKind {
+                file: self.file.into(),
+                line: self.line(kind_value.span()),
+                kind: kind.into(),
+                nearest: nearest_kind(kind).into(),
+            });
+        };
+        let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
+        if let Some(other) = earlier.iter().find(clash) {
+            return Err(ModelError::Conflict {
+                file: self.file.into(),
+                line: self.line(kind_value.span()),
+                kind: kind.into(),
+                other: other.kind.clone(),
+            });
+        }
+        self.listed(table, spec)
+    }
+
+    fn listed(&self, table: &DeTable<'_>, spec: &EffectSpec) -> Result<EffectBlock, ModelError> {
+        let mut known: Vec<&str> = vec!["kind"];
+        known.extend(spec.parameters.iter().map(|p| p.name));
+        let scatters = spec.kind == SCATTER_KIND;
+        if scatters {
+            known.push("per");
+        }
+        self.known(table, &format!("[[effect]] `{}`", spec.kind), &known)?;
+        let mut parameters = Vec::new();
+        for parameter in spec.parameters {
+            let mut p = effect_default(parameter);
+            if let Some(v) = table.get(parameter.name) {
+                self.parameter(&mut p, v, true)?;
+            }
+            parameters.push(p);
+        }
+        let scatter = match table.get("per") {
+            Some(v) if self.word("per", v, &["impact", "trajectory"])? == "trajectory" => {
+                Some(ScatterPer::Trajectory)
+            }
+            _ => scatters.then_some(ScatterPer::Impact),
+        };
+        Ok(EffectBlock {
+            kind: spec.kind.into(),
+            scatter,
+            table: None,
+            parameters,
+        })
+    }
+
+    fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
+        self.known(
+            table,
+            "[[effect]] `table`",
+            &["kind", "target", "against", "first", "last", "values"],
+        )?;
+        let need = |key: &str, example: &str| {
+            table
+                .get(key)
+                .ok_or_else(|| self.missing(line, "[[effect]] `table`", key, example))
+        };
+        let targets: Vec<_> = Target::ALL.iter().map(|t| t.name()).collect();
+        let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
+        let target = self.word(
+            "target",
+            need("target", "target = \"restitution\"")?,
+            &targets,
+        )?;
+        let against = self.word(
+            "against",
+            need("against", "against = \"impact-speed\"")?,
+            &features,
+        )?;
+        let values = self.numbers("values", need("values", "values = [0.0, -0.01, -0.02]")?)?;
+        let (Some(target), Some(against)) =
+            (Target::from_name(target), Against::from_name(against))
+        else {
+            return Err(self.missing(
+                line,
+                "[[effect]] `table`",
+                "target",
+                "target = \"restitution\"",
+            ));
+        };
+        let shape = Table {
+            target,
+            against,
+            first: self.number("first", need("first", "first = 0.5")?)?,
+            last: self.number("last", need("last", "last = 5.0")?)?,
+        };
+        Ok(EffectBlock {
+            kind: TABLE_KIND.into(),
+            scatter: None,
+            table: Some(shape),
+            parameters: values
+                .into_iter()
+                .enumerate()
+                .map(|(i, v)| Parameter {
+                    name: format!("knot{i}"),
+                    nominal: v,
+                    min: -100.0,
+                    max: 100.0,
+                    frozen: false,
+                    per: Per::All,
+                    ci95: None,
+                    groups: Vec::new(),
+                })
+                .collect(),
+        })
+    }
+}
+
+pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
+    let reader = Reader { text, file };
+    let root = DeTable::parse(text).map_err(|e| ModelError::Syntax {
+        file: file.into(),
+        line: reader.line(e.span().unwrap_or(0..0)),
+        reason: e.message().into(),
+    })?;
+    let root = root.get_ref();
+    reader.known(
+        root,
+        "a model file",
+        &["scenario", "parameters", "sensor", "release", "effect"],
+    )?;
+    let scenario = root.get("scenario");
+    let scenario = scenario
+        .ok_or_else(|| reader.missing(1, "the model file", "scenario", "scenario = \"ball\""))?;
+    reader.word("scenario", scenario, &["ball"])?;
+
+    let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| base_default(n)).collect();
+    let mut declared = Vec::new();
+    if let Some(value) = root.get("parameters") {
+        let table = reader.table("parameters", value)?;
+        reader.known(table, "[parameters]", &BASE_PARAMETERS)?;
+        for p in &mut parameters {
+            if let Some(v) = table.get(p.name.as_str()) {
+                // A radius or inertia ratio given as a number is a measurement, not something to calibrate.
+                let plain_number = v.get_ref().as_table().is_none();
+                let geometry = p.name == "radius_m" || p.name == "inertia_ratio";
+                reader.parameter(p, v, !(plain_number && geometry))?;
+                declared.push(p.name.clone());
+            }
+        }
+    }
+    let mut position_sd_m = None;
+    if let Some(value) = root.get("sensor") {
+        let table = reader.table("sensor", value)?;
+        reader.known(table, "[sensor]", &["position_sd_m", "height_sd_m"])?;
+        for key in ["position_sd_m", "height_sd_m"] {
+            if let Some(v) = table.get(key) {
+                let sd = reader.number(key, v)?;
+                if sd <= 0.0 {
+                    return Err(reader.wrong(key, v, "a positive number"));
+                }
+                position_sd_m = Some(sd);
+            }
+        }
+    }
+    let mut release = Release::default();
+    if let Some(value) = root.get("release") {
+        let table = reader.table("release", value)?;
+        reader.known(table, "[release]", &["kind"])?;
+        if let Some(v) = table.get("kind") {
+            release = match reader.word("kind", v, &["rest", "free"])? {
+                "rest" => Release::Rest,
+                _ => Release::Free,
+            };
+        }
+    }
+    let mut effects = Vec::new();
+    if let Some(value) = root.get("effect") {
+        let blocks = value.get_ref().as_array();
+        let blocks =
+            blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
+        for block in blocks.iter() {
+            let block = reader.effect(block, &effects)?;
+            effects.push(block);
+        }
+    }
+    Ok(Model {
+        file: file.into(),
+        parameters,
+        declared,
+        position_sd_m,
+        release,
+        effects,
+    })
+}

@@ -1,0 +1,98 @@
+//! Contract: a model file is read whole or refused with the file, the line and the remedy; what is written is read back.
+
+use augsim_physics::model::{Model, Per, Release};
+
+const GOOD: &str = r#"scenario = "ball"
+[parameters]
+gravity_m_s2 = { nominal = 9.81, frozen = true }
+restitution  = { nominal = 0.65, min = 0.0, max = 1.0 }
+[sensor]
+position_sd_m = 0.002
+[release]
+kind = "rest"
+[[effect]]
+kind = "quadratic-drag"
+k_per_m = { nominal = 0.0132, ci95 = [0.0127, 0.0138], per = "group", groups = { "golf ball" = 0.01 } }
+[[effect]]
+kind = "restitution-scatter"
+per = "trajectory"
+sd = 0.1
+[[effect]]
+kind = "table"
+target = "restitution"
+against = "impact-speed"
+first = 0.5
+last = 5.0
+values = [0.0, -0.01, -0.03]
+"#;
+
+fn refusal(text: &str) -> String {
+    Model::parse(text, "ball.toml")
+        .expect_err("refused")
+        .to_string()
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let model = Model::parse(GOOD, "ball.toml").expect("good");
+    assert_eq!(model.release, Release::Rest);
+    assert_eq!(model.effects[0].parameters[0].per, Per::Group);
+    assert_eq!(
+        Model::parse(&model.to_toml(), "ball.toml").expect("good"),
+        model
+    );
+}
+
+#[test]
+fn unknown_things_are_refused_with_line_and_nearest_name() {
+    assert_eq!(
+        refusal("scenario = \"ball\"\n[[effect]]\nkind = \"quadratic-darg\"\n"),
+        "ball.toml:3: unknown effect kind `quadratic-darg`; did you mean `quadratic-drag`?"
+    );
+    let text = refusal("scenario = \"ball\"\n[parameters]\n\nrestitutoin = 0.5\n");
+    assert!(
+        text.starts_with(
+            "ball.toml:4: unknown key `restitutoin` in [parameters]; did you mean `restitution`?"
+        ),
+        "{text}"
+    );
+    let text = refusal("scenario = \"ball\"\n[[effect]]\nkind = \"wind\"\nk_per_m = 1.0\n");
+    assert!(
+        text.contains("ball.toml:4: unknown key `k_per_m` in [[effect]] `wind`"),
+        "{text}"
+    );
+}
+
+#[test]
+fn values_out_of_bounds_are_refused() {
+    assert_eq!(
+        refusal("scenario = \"ball\"\n[parameters]\nrestitution = 1.2\n"),
+        "ball.toml:3: `restitution` = 1.2 is outside [0, 1]; change the value or widen min and max"
+    );
+}
+
+#[test]
+fn wrong_types_missing_keys_and_conflicts_are_refused() {
+    assert_eq!(
+        refusal("scenario = \"ball\"\n[parameters]\nrestitution = \"high\"\n"),
+        "ball.toml:3: `restitution` must be a number"
+    );
+    assert!(refusal("[parameters]\n").contains("lacks `scenario`; add `scenario = \"ball\"`"));
+    assert!(
+        refusal("scenario = \"ball\"\n[[effect]]\nper = 1\n").contains("[[effect]] lacks `kind`")
+    );
+    assert!(refusal("scenario = \n").starts_with("ball.toml:1: not valid TOML"));
+    let two = "scenario = \"ball\"\n[[effect]]\nkind = \"restitution-speed-linear\"\n[[effect]]\nkind = \"restitution-speed-power\"\n";
+    assert!(refusal(two).contains("describe the same thing"));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let text = Model::read(std::path::Path::new("nowhere/ball.toml"))
+        .expect_err("refused")
+        .to_string();
+    assert!(
+        text.starts_with("nowhere/ball.toml: cannot be read"),
+        "{text}"
+    );
+}
