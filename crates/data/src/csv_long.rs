@@ -43,10 +43,7 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
     read_long(CsvSource::open(path)?, missing)
 }
 
-pub(crate) fn read_long(
-    mut source: CsvSource,
-    missing: MissingCells,
-) -> Result<Dataset, DataError> {
+pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<Dataset, DataError> {
     let path = source.path().to_owned();
     let id_cell = source.require(TRAJECTORY, LAYOUT)?;
     let time_cell = source.require(TIME, LAYOUT)?;
@@ -57,10 +54,7 @@ pub(crate) fn read_long(
         if cell == id_cell || cell == time_cell || Some(cell) == group_cell {
             continue;
         }
-        let bad = |cause| DataError::BadColumn {
-            path: path.clone(),
-            cause,
-        };
+        let bad = |cause| DataError::BadColumn { path: path.clone(), cause };
         columns.push(Column::new(name).map_err(bad)?);
         value_cells.push(cell);
     }
@@ -81,10 +75,8 @@ pub(crate) fn read_long(
                 (Some(number), _) => number,
                 (None, MissingCells::AsGap) => f64::NAN,
                 (None, MissingCells::Refuse) => {
-                    return Err(source.empty_cell(
-                        cell,
-                        "fill it in, remove the row, or read the file with gaps allowed",
-                    ));
+                    return Err(source
+                        .empty_cell(cell, "fill it in, remove the row, or read the file with gaps allowed"));
                 }
             };
         }
@@ -111,9 +103,7 @@ fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
 /// The data set has no trajectories, or the file cannot be written.
 pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     if dataset.trajectories().is_empty() {
-        return Err(DataError::NothingToWrite {
-            path: path.to_owned(),
-        });
+        return Err(DataError::NothingToWrite { path: path.to_owned() });
     }
     let gzip = path.extension().is_some_and(|extension| extension == "gz");
     atomic_write(path, |file| {
@@ -131,11 +121,7 @@ pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
 fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
     let grouped = dataset.trajectories().iter().any(|t| t.group().is_some());
     let mut rows = csv::Writer::from_writer(out);
-    let fixed = if grouped {
-        &[TRAJECTORY, GROUP, TIME][..]
-    } else {
-        &[TRAJECTORY, TIME][..]
-    };
+    let fixed = if grouped { &[TRAJECTORY, GROUP, TIME][..] } else { &[TRAJECTORY, TIME][..] };
     let names = dataset.columns().iter().map(Column::name);
     rows.write_record(fixed.iter().copied().chain(names))?;
     for trajectory in dataset.trajectories() {
@@ -147,11 +133,7 @@ fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
             rows.write_field(time_s.to_string())?;
             for column in trajectory.values() {
                 let value = column[sample];
-                let cell = if value.is_nan() {
-                    String::new()
-                } else {
-                    value.to_string()
-                };
+                let cell = if value.is_nan() { String::new() } else { value.to_string() };
                 rows.write_field(cell)?;
             }
             rows.write_record(None::<&[u8]>)?;

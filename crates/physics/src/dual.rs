@@ -28,10 +28,7 @@ impl<const N: usize> Dual<N> {
     /// A function of one variable: its value and its derivative at `self.value`.
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
-        Self {
-            value,
-            d: std::array::from_fn(|i| slope * self.d[i]),
-        }
+        Self { value, d: std::array::from_fn(|i| slope * self.d[i]) }
     }
 }
 
@@ -39,10 +36,7 @@ impl<const N: usize> Add for Dual<N> {
     type Output = Self;
     #[inline]
     fn add(self, o: Self) -> Self {
-        Self {
-            value: self.value + o.value,
-            d: std::array::from_fn(|i| self.d[i] + o.d[i]),
-        }
+        Self { value: self.value + o.value, d: std::array::from_fn(|i| self.d[i] + o.d[i]) }
     }
 }
 
@@ -50,10 +44,7 @@ impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
     #[inline]
     fn sub(self, o: Self) -> Self {
-        Self {
-            value: self.value - o.value,
-            d: std::array::from_fn(|i| self.d[i] - o.d[i]),
-        }
+        Self { value: self.value - o.value, d: std::array::from_fn(|i| self.d[i] - o.d[i]) }
     }
 }
 
@@ -75,10 +66,7 @@ impl<const N: usize> Div for Dual<N> {
     fn div(self, o: Self) -> Self {
         let r = 1.0 / o.value;
         let value = self.value * r;
-        Self {
-            value,
-            d: std::array::from_fn(|i| (self.d[i] - value * o.d[i]) * r),
-        }
+        Self { value, d: std::array::from_fn(|i| (self.d[i] - value * o.d[i]) * r) }
     }
 }
 
@@ -94,10 +82,7 @@ impl<const N: usize> Add<f64> for Dual<N> {
     type Output = Self;
     #[inline]
     fn add(self, o: f64) -> Self {
-        Self {
-            value: self.value + o,
-            d: self.d,
-        }
+        Self { value: self.value + o, d: self.d }
     }
 }
 
@@ -105,10 +90,7 @@ impl<const N: usize> Sub<f64> for Dual<N> {
     type Output = Self;
     #[inline]
     fn sub(self, o: f64) -> Self {
-        Self {
-            value: self.value - o,
-            d: self.d,
-        }
+        Self { value: self.value - o, d: self.d }
     }
 }
 

@@ -11,25 +11,14 @@ fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -
     let mut p = vec![G, e, 0.02, 0.4];
     p.extend(extra);
     let mut run = Run::default();
-    let throw = Throw {
-        world,
-        parameters: &p,
-        start,
-        covariates: &Covariates::default(),
-        offsets: Offsets::None,
-    };
+    let throw =
+        Throw { world, parameters: &p, start, covariates: &Covariates::default(), offsets: Offsets::None };
     simulate(&throw, times, &mut run);
     run
 }
 
 fn drop_from(h: f64, e: f64, times: &[f64]) -> Run<f64> {
-    run(
-        &World::new(Axes::Vertical),
-        &[],
-        e,
-        State::at_rest(h),
-        times,
-    )
+    run(&World::new(Axes::Vertical), &[], e, State::at_rest(h), times)
 }
 
 fn grid(until: f64, n: usize) -> Vec<f64> {
@@ -56,10 +45,7 @@ fn bouncing_ends_at_the_zeno_limit() {
     let limit = fall * (1.0 + e) / (1.0 - e);
     let run = drop_from(1.0, e, &[10.0]);
     let rest = run.rest_time.expect("comes to rest");
-    assert!(
-        rest <= limit && limit - rest < 2e-4 / (G * (1.0 - e)),
-        "{rest} {limit}"
-    );
+    assert!(rest <= limit && limit - rest < 2e-4 / (G * (1.0 - e)), "{rest} {limit}");
     assert_eq!(run.samples[0].position[2].abs(), 0.0);
     assert_eq!(run.samples[0].velocity[2], 0.0);
 }
@@ -82,11 +68,7 @@ fn drag_in_fall_matches_the_closed_form() {
     let run = run(&world, &[k], 0.7, State::at_rest(h), &times);
     for (t, s) in times.iter().zip(&run.samples) {
         let exact = h - (G * t / terminal).cosh().ln() / k;
-        assert!(
-            (s.position[2] - exact).abs() < 1e-6,
-            "{t} {}",
-            s.position[2] - exact
-        );
+        assert!((s.position[2] - exact).abs() < 1e-6, "{t} {}", s.position[2] - exact);
     }
 }
 
@@ -119,16 +101,9 @@ fn soft_contact_goes_below_the_ground_and_leaves_slower() {
     let mut world = World::new(Axes::Vertical);
     world.add_kind("contact-duration").expect("in the library");
     let soft = run(&world, &[0.02], 0.7, State::at_rest(1.0), &grid(2.0, 2000));
-    let deepest = soft
-        .samples
-        .iter()
-        .map(|s| s.position[2])
-        .fold(0.0, f64::min);
+    let deepest = soft.samples.iter().map(|s| s.position[2]).fold(0.0, f64::min);
     let record = soft.impacts[0];
-    assert!(
-        deepest < -0.005 && deepest > -record.speed_in * 0.02,
-        "{deepest}"
-    );
+    assert!(deepest < -0.005 && deepest > -record.speed_in * 0.02, "{deepest}");
     assert!(record.speed_out < 0.7 * record.speed_in && record.speed_out > 0.66 * record.speed_in);
 }
 

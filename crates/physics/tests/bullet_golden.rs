@@ -36,24 +36,10 @@ fn cases(path: &Path, step_s: f64) -> Vec<Case> {
                 "geom_plane" => Ground::GeomPlane,
                 other => panic!("ground {other}"),
             };
-            let damping = if number(1) == 0.0 {
-                0.0
-            } else {
-                DEFAULT_DAMPING
-            };
+            let damping = if number(1) == 0.0 { 0.0 } else { DEFAULT_DAMPING };
             let restitution = number(2);
-            let ball = BulletBall {
-                ground,
-                damping,
-                restitution,
-                step_s,
-                ..BulletBall::default()
-            };
-            cases.push(Case {
-                ball,
-                name,
-                path: Vec::new(),
-            });
+            let ball = BulletBall { ground, damping, restitution, step_s, ..BulletBall::default() };
+            cases.push(Case { ball, name, path: Vec::new() });
         }
         let case = cases.last_mut().expect("just pushed");
         assert_eq!(number(4), case.path.len() as f64, "steps count up from 0");
@@ -63,10 +49,7 @@ fn cases(path: &Path, step_s: f64) -> Vec<Case> {
 }
 
 /// Largest differences in m and m/s over the cases of one ground.
-#[expect(
-    clippy::print_stdout,
-    reason = "the measured differences, for --nocapture"
-)]
+#[expect(clippy::print_stdout, reason = "the measured differences, for --nocapture")]
 fn worst(cases: &[Case], ground: Ground, every: usize) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for case in cases.iter().filter(|case| case.ball.ground == ground) {
@@ -74,10 +57,7 @@ fn worst(cases: &[Case], ground: Ground, every: usize) -> (f64, f64) {
         let ours = case.ball.simulate(case.path[0].0, steps);
         for (i, (z, v)) in case.path.iter().enumerate() {
             let (our_z, our_v) = ours[i * every];
-            worst = (
-                worst.0.max((our_z - z).abs()),
-                worst.1.max((our_v - v).abs()),
-            );
+            worst = (worst.0.max((our_z - z).abs()), worst.1.max((our_v - v).abs()));
         }
     }
     println!("{ground:?}: {:.1e} m, {:.1e} m/s", worst.0, worst.1);
@@ -87,36 +67,17 @@ fn worst(cases: &[Case], ground: Ground, every: usize) -> (f64, f64) {
 fn check(path: &Path, step_s: f64, every: usize, expected_cases: usize, urdf_tolerance_m: f64) {
     let cases = cases(path, step_s);
     assert_eq!(cases.len(), expected_cases);
-    assert_eq!(
-        worst(&cases, Ground::GeomPlane, every),
-        (0.0, 0.0),
-        "bit-equal"
-    );
+    assert_eq!(worst(&cases, Ground::GeomPlane, every), (0.0, 0.0), "bit-equal");
     let (z, v) = worst(&cases, Ground::PlaneUrdf, every);
     // Velocities are larger than heights by up to a factor of ten.
-    assert!(
-        z < urdf_tolerance_m && v < 10.0 * urdf_tolerance_m,
-        "{z:e} m, {v:e} m/s"
-    );
+    assert!(z < urdf_tolerance_m && v < 10.0 * urdf_tolerance_m, "{z:e} m, {v:e} m/s");
 }
 
 #[test]
 fn the_committed_cases_are_regenerated() {
     let fixtures = workspace().join("fixtures/pybullet-ball");
-    check(
-        &fixtures.join("golden_60hz_subset.csv.gz"),
-        1.0 / 60.0,
-        1,
-        8,
-        1e-9,
-    );
-    check(
-        &fixtures.join("golden_240hz_sampled60_subset.csv.gz"),
-        1.0 / 240.0,
-        4,
-        4,
-        1e-6,
-    );
+    check(&fixtures.join("golden_60hz_subset.csv.gz"), 1.0 / 60.0, 1, 8, 1e-9);
+    check(&fixtures.join("golden_240hz_sampled60_subset.csv.gz"), 1.0 / 240.0, 4, 4, 1e-6);
 }
 
 #[test]

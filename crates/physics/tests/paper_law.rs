@@ -37,10 +37,7 @@ fn drops(path: &Path) -> Vec<Drop> {
     let rows = rows.records().map(|row| row.expect("a complete row"));
     let number = |text: &str| text.parse().expect("a number");
     rows.filter(|row| &row[0] == "test")
-        .map(|row| Drop {
-            drop_height_m: number(&row[2]),
-            restitution: number(&row[3]),
-        })
+        .map(|row| Drop { drop_height_m: number(&row[2]), restitution: number(&row[3]) })
         .collect()
 }
 
@@ -48,17 +45,9 @@ fn drops(path: &Path) -> Vec<Drop> {
 fn largest_difference(a: &Dataset, b: &Dataset) -> [f64; 2] {
     assert_eq!(a.trajectories().len(), b.trajectories().len());
     ["height_m", "velocity_m_s"].map(|column| {
-        let (a, b) = (
-            a.series(column).expect("there"),
-            b.series(column).expect("there"),
-        );
+        let (a, b) = (a.series(column).expect("there"), b.series(column).expect("there"));
         a.zip(b)
-            .flat_map(|(x, y)| {
-                x.iter()
-                    .zip(y)
-                    .map(|(x, y)| (x - y).abs())
-                    .collect::<Vec<_>>()
-            })
+            .flat_map(|(x, y)| x.iter().zip(y).map(|(x, y)| (x - y).abs()).collect::<Vec<_>>())
             .fold(0.0, f64::max)
     })
 }
@@ -70,18 +59,12 @@ const ROUNDED: f64 = 0.51e-5;
 fn check_regenerated(truth: &Dataset, engine: Option<&Dataset>, law: PaperLaw, drops: &[Drop]) {
     let ours = law.simulate(drops).expect("finite drops");
     let [height, velocity] = largest_difference(truth, &ours);
-    assert!(
-        height < ROUNDED && velocity < ROUNDED,
-        "{height:e} m, {velocity:e} m/s"
-    );
+    assert!(height < ROUNDED && velocity < ROUNDED, "{height:e} m, {velocity:e} m/s");
     let Some(engine) = engine else { return };
     // From the exact start: the file's rounded one moves an impact by up to a microsecond.
     let predicted = rollout(&paper_engine(), &ours).expect("its own rate");
     let [height, velocity] = largest_difference(engine, &predicted);
-    assert!(
-        height < ROUNDED && velocity < ROUNDED,
-        "engine: {height:e} m, {velocity:e} m/s"
-    );
+    assert!(height < ROUNDED && velocity < ROUNDED, "engine: {height:e} m, {velocity:e} m/s");
 }
 
 #[test]
@@ -99,20 +82,8 @@ fn the_committed_trajectories_are_regenerated_from_their_truth_records() {
 fn the_published_figures_of_the_baselines() {
     // test set, engine's predictions, truth records, law; Zero m, Zero m/s, Physics m, m/s, %.
     let rows = [
-        (
-            "test",
-            Some("physics_test"),
-            "params",
-            undamped(),
-            [0.601, 1.329, 0.1548, 0.966, 27.81],
-        ),
-        (
-            "test_1000",
-            None,
-            "params_1000",
-            undamped(),
-            [0.636, 1.421, 0.1678, 1.026, 27.26],
-        ),
+        ("test", Some("physics_test"), "params", undamped(), [0.601, 1.329, 0.1548, 0.966, 27.81]),
+        ("test_1000", None, "params_1000", undamped(), [0.636, 1.421, 0.1678, 1.026, 27.26]),
         (
             "test_damped",
             Some("physics_test_damped"),
@@ -127,9 +98,7 @@ fn the_published_figures_of_the_baselines() {
             return;
         };
         let truth = read_legacy_ball(&truth).unwrap();
-        let engine = engine
-            .and_then(file)
-            .map(|path| read_legacy_ball(&path).unwrap());
+        let engine = engine.and_then(file).map(|path| read_legacy_ball(&path).unwrap());
         check_regenerated(&truth, engine.as_ref(), law, &drops(&params));
 
         let zero = BallScore::of_zero(&truth).unwrap();
@@ -146,10 +115,7 @@ fn the_published_figures_of_the_baselines() {
         // Half a unit of the last published digit.
         let digits = [5e-4, 5e-4, 5e-5, 5e-4, 5e-3];
         for ((figure, published), half_unit) in figures.iter().zip(published).zip(digits) {
-            assert!(
-                (figure - published).abs() <= half_unit * 1.01,
-                "{name}: {figure} {published}"
-            );
+            assert!((figure - published).abs() <= half_unit * 1.01, "{name}: {figure} {published}");
         }
     }
 }
@@ -163,29 +129,16 @@ fn our_own_draws_give_the_same_figures() {
     let physics = BallScore::of(&truth, &rollout(&paper_engine(), &truth).unwrap()).unwrap();
     assert!((zero.position_m.mean - 0.642).abs() < 0.022, "{zero:?}");
     assert!((zero.velocity_m_s.mean - 1.429).abs() < 0.056, "{zero:?}");
-    assert!(
-        (physics.position_m.mean - 0.1677).abs() < 0.012,
-        "{physics:?}"
-    );
-    assert!(
-        (physics.velocity_m_s.mean - 1.018).abs() < 0.038,
-        "{physics:?}"
-    );
-    assert!(
-        (physics.trans_percent.mean - 27.15).abs() < 1.8,
-        "{physics:?}"
-    );
+    assert!((physics.position_m.mean - 0.1677).abs() < 0.012, "{physics:?}");
+    assert!((physics.velocity_m_s.mean - 1.018).abs() < 0.038, "{physics:?}");
+    assert!((physics.trans_percent.mean - 27.15).abs() < 1.8, "{physics:?}");
 }
 
 #[test]
 fn draws_depend_on_seed_and_index_alone_whatever_the_threads() {
     let generate = |threads, trajectories| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| undamped().generate(trajectories, 7))
-            .unwrap()
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| undamped().generate(trajectories, 7)).unwrap()
     };
     let (one, drops) = generate(1, 40);
     assert_eq!(generate(2, 40), (one.clone(), drops.clone()));
@@ -197,12 +150,7 @@ fn draws_depend_on_seed_and_index_alone_whatever_the_threads() {
 
 #[test]
 fn the_draws_follow_the_law() {
-    let (_, drops) = PaperLaw {
-        samples: 1,
-        ..undamped()
-    }
-    .generate(20_000, 3)
-    .unwrap();
+    let (_, drops) = PaperLaw { samples: 1, ..undamped() }.generate(20_000, 3).unwrap();
     let mean = |pick: fn(&Drop) -> f64| drops.iter().map(pick).sum::<f64>() / 20_000.0;
     // Five standard errors: uniform on [4, 5] has sd 0.289, the restitution 0.1.
     assert!((mean(|d| d.drop_height_m) - 4.5).abs() < 0.0102);
@@ -217,9 +165,7 @@ fn an_engine_predicts_its_own_steps_only() {
     law.ball.step_s = 1.0 / 50.0;
     let (other_rate, _) = law.generate(1, 0).unwrap();
     assert_eq!(
-        rollout(&paper_engine(), &other_rate)
-            .unwrap_err()
-            .to_string(),
+        rollout(&paper_engine(), &other_rate).unwrap_err().to_string(),
         "trajectory `0`: sample 1 is not at 1 steps of 0.016666666666666666 s after the first; this \
          engine predicts its own steps only: resample the data"
     );

@@ -91,10 +91,7 @@ impl BulletBall {
     /// [`step`](Self::step) with another restitution, for ensembles that differ in it alone.
     #[inline]
     pub fn step_with(&self, restitution: f64, state: &mut BulletState) {
-        let BulletState {
-            centre_m: z,
-            velocity_m_s: mut v,
-        } = *state;
+        let BulletState { centre_m: z, velocity_m_s: mut v } = *state;
         let (dt, k) = (self.step_s, self.damping);
         let gap = z - self.radius_m;
         let touching = gap < self.reach();
@@ -102,14 +99,10 @@ impl BulletBall {
         let rebound = keep_if(v.abs() >= RESTITUTION_THRESHOLD, positive(-restitution * v));
         let distance = gap + LINEAR_SLOP;
         // Above the ground all of the distance may be closed in this step, below it 8 %.
-        let closing =
-            keep_if(distance > 0.0, distance) + keep_if(distance <= 0.0, distance * CONTACT_ERP);
+        let closing = keep_if(distance > 0.0, distance) + keep_if(distance <= 0.0, distance * CONTACT_ERP);
         // The contact may push, never pull.
         v += keep_if(touching, positive(rebound - v - closing / dt));
-        *state = BulletState {
-            centre_m: z + v * dt,
-            velocity_m_s: v,
-        };
+        *state = BulletState { centre_m: z + v * dt, velocity_m_s: v };
     }
 
     /// Gap below which a contact is reported, m.
@@ -125,10 +118,7 @@ impl BulletBall {
     /// A drop at rest from `centre_m`: (centre height m, velocity m/s) of the start and after each of
     /// `steps` steps, `steps + 1` pairs.
     pub fn simulate(&self, centre_m: f64, steps: usize) -> Vec<(f64, f64)> {
-        let mut state = BulletState {
-            centre_m,
-            velocity_m_s: 0.0,
-        };
+        let mut state = BulletState { centre_m, velocity_m_s: 0.0 };
         let mut path = Vec::with_capacity(steps + 1);
         path.push((state.centre_m, state.velocity_m_s));
         for _ in 0..steps {
@@ -140,16 +130,8 @@ impl BulletBall {
 
     /// Heights of the underside, m, and velocities, m/s, from the given start, which is sample 0:
     /// `samples` of each.
-    pub fn simulate_underside(
-        &self,
-        height_m: f64,
-        velocity_m_s: f64,
-        samples: usize,
-    ) -> [Vec<f64>; 2] {
-        let mut state = BulletState {
-            centre_m: height_m + self.radius_m,
-            velocity_m_s,
-        };
+    pub fn simulate_underside(&self, height_m: f64, velocity_m_s: f64, samples: usize) -> [Vec<f64>; 2] {
+        let mut state = BulletState { centre_m: height_m + self.radius_m, velocity_m_s };
         let mut path = [Vec::with_capacity(samples), Vec::with_capacity(samples)];
         for sample in 0..samples {
             if sample > 0 {
@@ -182,11 +164,7 @@ mod tests {
     use super::*;
 
     fn undamped(restitution: f64) -> BulletBall {
-        BulletBall {
-            damping: 0.0,
-            restitution,
-            ..BulletBall::default()
-        }
+        BulletBall { damping: 0.0, restitution, ..BulletBall::default() }
     }
 
     #[test]
@@ -206,10 +184,7 @@ mod tests {
     #[test]
     fn an_impact_adds_the_penetration_over_time_to_the_rebound() {
         let ball = undamped(0.6);
-        let mut state = BulletState {
-            centre_m: 0.5 - 0.03,
-            velocity_m_s: -6.0,
-        };
+        let mut state = BulletState { centre_m: 0.5 - 0.03, velocity_m_s: -6.0 };
         ball.step(&mut state);
         let arriving = 6.0 + 9.8 / 60.0;
         let expected = 0.6 * arriving + 0.08 * (0.03 - 1e-5) * 60.0;
@@ -227,26 +202,16 @@ mod tests {
     #[test]
     fn at_60_hz_a_lively_ball_hops_for_ever() {
         let path = undamped(0.65).simulate(5.0, 4000);
-        let fastest = path[3900..]
-            .iter()
-            .map(|(_, v)| v.abs())
-            .fold(0.0, f64::max);
+        let fastest = path[3900..].iter().map(|(_, v)| v.abs()).fold(0.0, f64::max);
         assert!(fastest > 0.2, "{fastest}");
     }
 
     #[test]
     fn speculative_contact_slows_the_ball_before_it_arrives() {
-        let start = BulletState {
-            centre_m: 0.51,
-            velocity_m_s: -6.0,
-        };
+        let start = BulletState { centre_m: 0.51, velocity_m_s: -6.0 };
         let (mut urdf, mut plane) = (start, start);
         undamped(0.5).step(&mut urdf);
-        BulletBall {
-            ground: Ground::GeomPlane,
-            ..undamped(0.5)
-        }
-        .step(&mut plane);
+        BulletBall { ground: Ground::GeomPlane, ..undamped(0.5) }.step(&mut plane);
         assert!(urdf.velocity_m_s < -6.0);
         assert!(plane.velocity_m_s > 0.0);
     }

@@ -7,9 +7,7 @@
 
 use super::contact::Contact;
 use super::flight::{Step, parabola, time_to_contact};
-use super::{
-    Covariates, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World,
-};
+use super::{Covariates, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World};
 use crate::Scalar;
 use crate::effects::{Flight, Law, Sight};
 use crate::scalar::{axpy, cross, dot};
@@ -139,11 +137,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
             if self.done() {
                 return;
             }
-            let arrival = if self.closed_form {
-                self.fly_parabola(&state)
-            } else {
-                self.fly_steps(&state, false)
-            };
+            let arrival =
+                if self.closed_form { self.fly_parabola(&state) } else { self.fly_steps(&state, false) };
             let Some(arrival) = arrival else { return };
             match self.bounce(&arrival) {
                 Some(next) => state = next,
@@ -158,9 +153,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     fn horizon(&self) -> f64 {
-        self.times
-            .last()
-            .map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
+        self.times.last().map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
     }
 
     fn gap(&self, position: &[S; 3]) -> S {
@@ -179,28 +172,18 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 return;
             }
             let (truth, velocity) = at(time);
-            let mut sight = Sight {
-                position: truth,
-                truth,
-                velocity,
-            };
+            let mut sight = Sight { position: truth, truth, velocity };
             for (law, p) in &self.laws {
                 law.observe(p, &mut sight);
             }
-            self.run.samples.push(Sample {
-                position: sight.position,
-                velocity,
-            });
+            self.run.samples.push(Sample { position: sight.position, velocity });
         }
     }
 
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
         let a = self.constant;
-        let duration = time_to_contact(
-            self.gap(&state.position),
-            self.rate(&state.velocity),
-            dot(&self.normal, &a),
-        );
+        let duration =
+            time_to_contact(self.gap(&state.position), self.rate(&state.velocity), dot(&self.normal, &a));
         let until = duration.map_or(S::constant(f64::INFINITY), |d| state.time + d);
         self.emit(until, |t| parabola(state, &a, t - state.time));
         let duration = duration?;
@@ -208,12 +191,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             return None;
         }
         let (position, velocity) = parabola(state, &a, duration);
-        Some(State {
-            time: until,
-            position,
-            velocity,
-            spin: state.spin,
-        })
+        Some(State { time: until, position, velocity, spin: state.spin })
     }
 
     fn acceleration(
@@ -250,8 +228,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             let spin = state.spin;
             let step = {
                 let this = &*self;
-                let acceleration =
-                    |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
+                let acceleration = |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
                 let step = Step::rk4(&state, length, &acceleration);
                 if !resting && this.gap(&step.end.position).value() < 0.0 {
                     let arrival = this.locate(&step, &acceleration);
@@ -268,11 +245,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 }
                 Err((step, arrival)) => {
                     let t0 = state.time;
-                    let short = Step {
-                        start: step.start,
-                        end: arrival,
-                        length: arrival.time - t0,
-                    };
+                    let short = Step { start: step.start, end: arrival, length: arrival.time - t0 };
                     let _ = step;
                     self.emit(arrival.time, |t| short.at(t - t0));
                     return (arrival.time.value() <= self.horizon()).then_some(arrival);
@@ -283,22 +256,11 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     /// The state at the contact inside `step`.
-    fn locate(
-        &self,
-        step: &Step<S>,
-        acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3],
-    ) -> State<S> {
+    fn locate(&self, step: &Step<S>, acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3]) -> State<S> {
         let length = step.length.value();
-        let (rate0, rate1) = (
-            self.rate(&step.start.velocity).value(),
-            self.rate(&step.end.velocity).value(),
-        );
+        let (rate0, rate1) = (self.rate(&step.start.velocity).value(), self.rate(&step.end.velocity).value());
         // After a bounce the gap is zero at s = 0 too: the bracket starts at the top of the hop.
-        let mut low = if rate0 > 0.0 {
-            length * rate0 / (rate0 - rate1)
-        } else {
-            0.0
-        };
+        let mut low = if rate0 > 0.0 { length * rate0 / (rate0 - rate1) } else { 0.0 };
         let mut high = length;
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
@@ -355,12 +317,9 @@ impl<'a, S: Scalar> Engine<'a, S> {
             law.tangential(p, &impact, &mut jump);
         }
         let contact = match self.contact {
-            Some(tau) if e.value() > 0.0 => Some(Contact::new(
-                tau,
-                e,
-                speed,
-                -dot(&self.normal, &self.constant),
-            )),
+            Some(tau) if e.value() > 0.0 => {
+                Some(Contact::new(tau, e, speed, -dot(&self.normal, &self.constant)))
+            }
             _ => None,
         };
         let (speed_out, duration) = match &contact {
@@ -405,11 +364,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         Some(State {
             time,
             position: axpy(&moved, &self.normal, -self.gap(&moved)),
-            velocity: axpy(
-                &axpy(&tangential, &jump, S::constant(1.0)),
-                &self.normal,
-                speed_out,
-            ),
+            velocity: axpy(&axpy(&tangential, &jump, S::constant(1.0)), &self.normal, speed_out),
             spin,
         })
     }
@@ -421,14 +376,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
         state.position = axpy(&state.position, &self.normal, -self.gap(&state.position));
         state.velocity = axpy(&state.velocity, &self.normal, -self.rate(&state.velocity));
         if self.closed_form {
-            let a = axpy(
-                &self.constant,
-                &self.normal,
-                -dot(&self.normal, &self.constant),
-            );
-            self.emit(S::constant(f64::INFINITY), |t| {
-                parabola(&state, &a, t - state.time)
-            });
+            let a = axpy(&self.constant, &self.normal, -dot(&self.normal, &self.constant));
+            self.emit(S::constant(f64::INFINITY), |t| parabola(&state, &a, t - state.time));
         } else {
             self.fly_steps(&state, true);
         }

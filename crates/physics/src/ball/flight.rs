@@ -6,8 +6,7 @@ use crate::scalar::axpy;
 
 /// Position and velocity `s` seconds after a state, under constant acceleration `a`.
 pub(super) fn parabola<S: Scalar>(state: &State<S>, a: &[S; 3], s: S) -> ([S; 3], [S; 3]) {
-    let position =
-        std::array::from_fn(|i| state.position[i] + (state.velocity[i] + a[i] * s * 0.5) * s);
+    let position = std::array::from_fn(|i| state.position[i] + (state.velocity[i] + a[i] * s * 0.5) * s);
     (position, axpy(&state.velocity, a, s))
 }
 
@@ -21,11 +20,7 @@ pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S>
     }
     let pull = -accel;
     let root = (rate * rate + pull * gap * 2.0).sqrt();
-    if rate.value() >= 0.0 {
-        Some((rate + root) / pull)
-    } else {
-        Some(gap * 2.0 / (root - rate))
-    }
+    if rate.value() >= 0.0 { Some((rate + root) / pull) } else { Some(gap * 2.0 / (root - rate)) }
 }
 
 /// The ends of one integration step, with what Hermite interpolation between them needs.
@@ -38,11 +33,7 @@ pub(super) struct Step<S> {
 
 impl<S: Scalar> Step<S> {
     /// One classical Runge-Kutta step of fourth order; `acceleration(time, position, velocity)`.
-    pub fn rk4(
-        start: &State<S>,
-        length: S,
-        acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3],
-    ) -> Self {
+    pub fn rk4(start: &State<S>, length: S, acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3]) -> Self {
         let half = length * 0.5;
         let (p, v, t) = (&start.position, &start.velocity, start.time);
         let a1 = acceleration(t, p, v);
@@ -60,11 +51,7 @@ impl<S: Scalar> Step<S> {
         end.time = t + length;
         end.position = axpy(p, &sum(v, &v2, &v3, &v4), sixth);
         end.velocity = axpy(v, &sum(&a1, &a2, &a3, &a4), sixth);
-        Self {
-            start: *start,
-            end,
-            length,
-        }
+        Self { start: *start, end, length }
     }
 
     /// Position and velocity `s` seconds into the step, by the cubic through both ends with their velocities.

@@ -30,11 +30,7 @@ pub struct FloorOptions {
 
 impl Default for FloorOptions {
     fn default() -> Self {
-        FloorOptions {
-            draws: 2000,
-            averaged: 10,
-            seed: 0,
-        }
+        FloorOptions { draws: 2000, averaged: 10, seed: 0 }
     }
 }
 
@@ -78,10 +74,7 @@ where
 {
     let needed = options.averaged.max(2);
     if options.draws < needed || options.averaged == 0 {
-        return Err(ScoreError::TooFewDraws {
-            draws: options.draws,
-            needed,
-        });
+        return Err(ScoreError::TooFewDraws { draws: options.draws, needed });
     }
     let observed = observations(dataset)?;
     let workspace = || (Ensemble::new(options.draws), Workspace::default());
@@ -89,10 +82,7 @@ where
         .par_iter()
         .enumerate()
         .map_init(workspace, |(ensemble, workspace), (index, o)| {
-            let start = Start {
-                height_m: o.height_m[0],
-                velocity_m_s: o.velocity_m_s[0],
-            };
+            let start = Start { height_m: o.height_m[0], velocity_m_s: o.velocity_m_s[0] };
             let mut rng = random_stream(options.seed, "floor", index as u64);
             ensemble.resize(o.height_m.len());
             fill(start, &mut rng, ensemble);
@@ -117,43 +107,25 @@ where
 ///
 /// # Errors
 /// As [`floor`], and samples that are not the law's steps apart.
-pub fn paper_floor(
-    law: &PaperLaw,
-    dataset: &Dataset,
-    options: FloorOptions,
-) -> Result<Floor, ScoreError> {
+pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {
         let radius = law.ball.radius_m;
-        let first = BulletState {
-            centre_m: start.height_m + radius,
-            velocity_m_s: start.velocity_m_s,
-        };
-        let restitution: Vec<f64> = (0..ensemble.draws())
-            .map(|_| law.draw_restitution(rng))
-            .collect();
+        let first = BulletState { centre_m: start.height_m + radius, velocity_m_s: start.velocity_m_s };
+        let restitution: Vec<f64> = (0..ensemble.draws()).map(|_| law.draw_restitution(rng)).collect();
         let mut centre = vec![first.centre_m; restitution.len()];
         let mut velocity = vec![first.velocity_m_s; restitution.len()];
         for t in 0..ensemble.samples() {
             if t > 0 {
                 for ((&e, z), v) in restitution.iter().zip(&mut centre).zip(&mut velocity) {
-                    let mut state = BulletState {
-                        centre_m: *z,
-                        velocity_m_s: *v,
-                    };
+                    let mut state = BulletState { centre_m: *z, velocity_m_s: *v };
                     law.ball.step_with(e, &mut state);
                     (*z, *v) = (state.centre_m, state.velocity_m_s);
                 }
             }
             let (heights, velocities) = ensemble.at_mut(t);
-            heights
-                .iter_mut()
-                .zip(&centre)
-                .for_each(|(h, z)| *h = (z - radius) as f32);
-            velocities
-                .iter_mut()
-                .zip(&velocity)
-                .for_each(|(to, v)| *to = *v as f32);
+            heights.iter_mut().zip(&centre).for_each(|(h, z)| *h = (z - radius) as f32);
+            velocities.iter_mut().zip(&velocity).for_each(|(to, v)| *to = *v as f32);
         }
     })
 }
@@ -180,13 +152,7 @@ fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Work
     let mut height = Sums::default();
     let mut velocity = Sums::default();
     for (t, (&h, &v)) in o.height_m.iter().zip(o.velocity_m_s).enumerate() {
-        height.add(
-            h,
-            ensemble.height_at(t),
-            averaged,
-            Some(&w.weights),
-            &mut w.keys,
-        );
+        height.add(h, ensemble.height_at(t), averaged, Some(&w.weights), &mut w.keys);
         velocity.add(v, ensemble.velocity_at(t), averaged, None, &mut w.keys);
     }
     let samples = o.height_m.len() as f64;
@@ -210,9 +176,7 @@ fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
             *weight += f64::from(h.abs());
         }
     }
-    weights
-        .iter_mut()
-        .for_each(|sum| *sum = 1.0 / sum.max(1e-6));
+    weights.iter_mut().for_each(|sum| *sum = 1.0 / sum.max(1e-6));
 }
 
 /// Sums over time of the absolute errors of each predictor, and of the score.

@@ -14,6 +14,4 @@ mod world;
 pub use engine::{Offsets, Run, Sample, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
 pub use state::{Axes, Covariates, State};
-pub use world::{
-    BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World,
-};
+pub use world::{BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

@@ -55,39 +55,25 @@ impl Column {
     /// A column of words.
     #[must_use]
     pub fn text(title: &str) -> Self {
-        Self {
-            title: title.to_owned(),
-            ..Self::default()
-        }
+        Self { title: title.to_owned(), ..Self::default() }
     }
 
     /// A column of numbers in `unit`.
     #[must_use]
     pub fn number(title: &str, unit: &str) -> Self {
-        Self {
-            title: title.to_owned(),
-            unit: unit.to_owned(),
-            numeric: true,
-            ..Self::default()
-        }
+        Self { title: title.to_owned(), unit: unit.to_owned(), numeric: true, ..Self::default() }
     }
 
     /// This column with fixed decimals.
     #[must_use]
     pub fn decimals(self, decimals: usize) -> Self {
-        Self {
-            decimals: Some(decimals),
-            ..self
-        }
+        Self { decimals: Some(decimals), ..self }
     }
 
     /// This column with its best value marked.
     #[must_use]
     pub fn best(self, best: Best) -> Self {
-        Self {
-            best: Some(best),
-            ..self
-        }
+        Self { best: Some(best), ..self }
     }
 }
 
@@ -106,10 +92,7 @@ pub struct Row {
 
 impl From<Vec<Cell>> for Row {
     fn from(cells: Vec<Cell>) -> Self {
-        Self {
-            cells,
-            ..Self::default()
-        }
+        Self { cells, ..Self::default() }
     }
 }
 
@@ -151,11 +134,7 @@ impl Cell {
     /// An estimate with an interval where there is one.
     #[must_use]
     pub fn estimate(value: f64, interval: Option<[f64; 2]>) -> Self {
-        interval.map_or(Self::Number(value), |[low, high]| Self::Interval {
-            value,
-            low,
-            high,
-        })
+        interval.map_or(Self::Number(value), |[low, high]| Self::Interval { value, low, high })
     }
 
     fn value(&self) -> Option<f64> {
@@ -185,16 +164,10 @@ pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, Strin
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
-        return (
-            significant(value, 3),
-            format!("{}, {}", significant(low, 3), significant(high, 3)),
-        );
+        return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
     let decimals = decimals_for(half, 2).min(decimals_for(size, 6));
-    (
-        fixed(value, decimals),
-        format!("{}, {}", fixed(low, decimals), fixed(high, decimals)),
-    )
+    (fixed(value, decimals), format!("{}, {}", fixed(low, decimals), fixed(high, decimals)))
 }
 
 impl Table {
@@ -214,12 +187,8 @@ impl Table {
                 Best::Nearest(target) => (value - target).abs(),
             })
         };
-        let rivals: Vec<f64> = self
-            .rows
-            .iter()
-            .filter(|r| r.compare.as_ref() == Some(group))
-            .filter_map(badness)
-            .collect();
+        let rivals: Vec<f64> =
+            self.rows.iter().filter(|r| r.compare.as_ref() == Some(group)).filter_map(badness).collect();
         rivals.len() > 1 && badness(row).is_some_and(|mine| rivals.iter().all(|r| mine <= *r))
     }
 
@@ -290,10 +259,7 @@ mod tests {
             strong: false,
         };
         let table = Table {
-            columns: vec![
-                Column::text("model"),
-                Column::number("error", "m").best(Best::Lowest),
-            ],
+            columns: vec![Column::text("model"), Column::number("error", "m").best(Best::Lowest)],
             rows: vec![
                 row(Some("forecast"), 0.3),
                 row(Some("forecast"), 0.2),
@@ -312,13 +278,7 @@ mod tests {
             estimate_text(0.013_21, [0.012_7, 0.013_8]),
             ("0.01321".into(), "0.01270, 0.01380".into())
         );
-        assert_eq!(
-            estimate_text(-4.0, [-5.5, -2.5]),
-            ("−4.0".into(), "−5.5, −2.5".into())
-        );
-        assert_eq!(
-            estimate_text(3.0, [3.0, 3.0]),
-            ("3.00".into(), "3.00, 3.00".into())
-        );
+        assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.0".into(), "−5.5, −2.5".into()));
+        assert_eq!(estimate_text(3.0, [3.0, 3.0]), ("3.00".into(), "3.00, 3.00".into()));
     }
 }

@@ -38,10 +38,7 @@ pub(crate) const DARK: [(&str, &str); 12] = [
 pub(crate) const SERIES: u8 = 5;
 
 fn variables(colours: &[(&str, &str)]) -> String {
-    colours
-        .iter()
-        .map(|(name, value)| format!("--{name}:{value};"))
-        .collect()
+    colours.iter().map(|(name, value)| format!("--{name}:{value};")).collect()
 }
 
 /// The custom properties under `selector`, with the dark set for readers who prefer it on a screen
@@ -90,13 +87,8 @@ mod tests {
 
     fn rgb(hex: &str) -> Rgb {
         let linear = |at: usize| {
-            let c =
-                f64::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("hex colour")) / 255.0;
-            if c <= 0.040_45 {
-                c / 12.92
-            } else {
-                ((c + 0.055) / 1.055).powf(2.4)
-            }
+            let c = f64::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("hex colour")) / 255.0;
+            if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         };
         [linear(1), linear(3), linear(5)]
     }
@@ -109,11 +101,7 @@ mod tests {
     fn lab(c: Rgb) -> Rgb {
         let c = c.map(|v| v.clamp(0.0, 1.0));
         let f = |v: f64| {
-            if v > 0.008_856 {
-                v.cbrt()
-            } else {
-                7.787 * v + 16.0 / 116.0
-            }
+            if v > 0.008_856 { v.cbrt() } else { 7.787 * v + 16.0 / 116.0 }
         };
         let x = f((0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2]) / 0.950_47);
         let y = f(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
@@ -122,11 +110,7 @@ mod tests {
     }
 
     fn get(colours: &[(&str, &str)], name: &str) -> Rgb {
-        rgb(colours
-            .iter()
-            .find(|c| c.0 == name)
-            .expect("named colour")
-            .1)
+        rgb(colours.iter().find(|c| c.0 == name).expect("named colour").1)
     }
 
     #[test]
@@ -137,10 +121,7 @@ mod tests {
                     assert!(contrast(get(colours, text), ground) >= 4.5, "{text}");
                 }
                 for i in 0..SERIES {
-                    assert!(
-                        contrast(get(colours, &format!("s{i}")), ground) >= 3.0,
-                        "s{i}"
-                    );
+                    assert!(contrast(get(colours, &format!("s{i}")), ground) >= 3.0, "s{i}");
                 }
             }
         }
@@ -174,12 +155,7 @@ mod tests {
                     .collect();
                 for (i, a) in seen.iter().enumerate() {
                     for b in &seen[i + 1..] {
-                        let apart = a
-                            .iter()
-                            .zip(b)
-                            .map(|(p, q)| (p - q).powi(2))
-                            .sum::<f64>()
-                            .sqrt();
+                        let apart = a.iter().zip(b).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
                         assert!(apart > 12.0, "{apart}");
                     }
                 }
