@@ -12,12 +12,7 @@ pub struct Ensemble {
 
 impl Ensemble {
     pub(crate) fn new(draws: usize) -> Self {
-        Ensemble {
-            draws,
-            samples: 0,
-            height_m: Vec::new(),
-            velocity_m_s: Vec::new(),
-        }
+        Ensemble { draws, samples: 0, height_m: Vec::new(), velocity_m_s: Vec::new() }
     }
 
     pub(crate) fn resize(&mut self, samples: usize) {
@@ -42,10 +37,7 @@ impl Ensemble {
     /// `t` is not below the number of samples.
     pub fn at_mut(&mut self, t: usize) -> (&mut [f32], &mut [f32]) {
         let range = t * self.draws..(t + 1) * self.draws;
-        (
-            &mut self.height_m[range.clone()],
-            &mut self.velocity_m_s[range],
-        )
+        (&mut self.height_m[range.clone()], &mut self.velocity_m_s[range])
     }
 
     /// Heights of all draws at sample `t`, m.

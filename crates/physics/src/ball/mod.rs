@@ -1,11 +1,14 @@
-//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet stepping scheme beside it.
+//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet
+//! stepping scheme beside it.
 
 pub mod bullet;
 mod contact;
 mod engine;
+mod ensemble;
 mod flight;
 pub mod floor;
 mod impact;
+mod order_statistics;
 pub mod paper_law;
 pub mod score;
 mod state;

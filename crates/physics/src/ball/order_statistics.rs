@@ -6,11 +6,7 @@ pub(crate) fn partition_at_middle(draws: &[f32], keys: &mut Vec<u64>) -> usize {
     keys.clear();
     keys.extend(draws.iter().enumerate().map(|(index, x)| {
         let bits = x.to_bits();
-        let ordered = if bits >> 31 == 0 {
-            bits | 1 << 31
-        } else {
-            !bits
-        };
+        let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
         u64::from(ordered) << 32 | index as u64
     }));
     let middle = keys.len() / 2;
@@ -21,11 +17,7 @@ pub(crate) fn partition_at_middle(draws: &[f32], keys: &mut Vec<u64>) -> usize {
 /// Value of a key.
 fn value(key: u64) -> f64 {
     let ordered = (key >> 32) as u32;
-    f64::from(f32::from_bits(if ordered >> 31 == 1 {
-        ordered ^ 1 << 31
-    } else {
-        !ordered
-    }))
+    f64::from(f32::from_bits(if ordered >> 31 == 1 { ordered ^ 1 << 31 } else { !ordered }))
 }
 
 /// Median of keys partitioned at `middle`: of an even number, the mean of the middle two.
@@ -40,11 +32,8 @@ pub(crate) fn median(keys: &[u64], middle: usize) -> f64 {
 /// The value at which half of the total weight is reached, by halving the range it can lie in; the
 /// keys are partitioned at `middle` already.
 pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f64]) -> f64 {
-    let weight_of = |keys: &[u64]| -> f64 {
-        keys.iter()
-            .map(|&key| weights[(key & u64::from(u32::MAX)) as usize])
-            .sum()
-    };
+    let weight_of =
+        |keys: &[u64]| -> f64 { keys.iter().map(|&key| weights[(key & u64::from(u32::MAX)) as usize]).sum() };
     let half = weights.iter().sum::<f64>() / 2.0;
     let (mut low, mut high, mut below) = (0, keys.len(), 0.0);
     loop {
@@ -81,11 +70,8 @@ mod tests {
                 if word >> 63 == 1 { -size } else { size }
             };
             let draws: Vec<f32> = (0..count).map(|_| draw(rng.next_u64())).collect();
-            let weights: Vec<f64> = (0..count)
-                .map(|_| (1 + rng.next_u64() % 9) as f64)
-                .collect();
-            let mut sorted: Vec<(f32, f64)> =
-                draws.iter().copied().zip(weights.iter().copied()).collect();
+            let weights: Vec<f64> = (0..count).map(|_| (1 + rng.next_u64() % 9) as f64).collect();
+            let mut sorted: Vec<(f32, f64)> = draws.iter().copied().zip(weights.iter().copied()).collect();
             sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
             let middle = partition_at_middle(&draws, &mut keys);
             let expected = f64::from(sorted[(count - 1) / 2].0 + sorted[count / 2].0) / 2.0;
