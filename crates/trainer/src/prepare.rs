@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 /// How fast the compressed features grow: about a thousandth of the states' spread stays visible.
 const FINE: f64 = 500.0;
 
+/// Size of the smallest physics step that corrections are measured against, in units of the root mean
+/// square step: at an apex or at rest the physics hardly moves, but may still be wrong.
+const QUIET: f64 = 0.05;
+
 /// Scales of states, physics steps and corrections, fitted on the training set only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
@@ -17,7 +21,8 @@ pub struct Scales {
     pub sd: Vec<f64>,
     /// Root mean square of one physics step, f_p(s) - s.
     pub step: Vec<f64>,
-    /// Root mean square of a correction, s' - f_p(s).
+    /// Root mean square of a correction, s' - f_p(s), relative to the size of the physics step plus
+    /// [`QUIET`] (both in units of `step`).
     pub correction: Vec<f64>,
 }
 
@@ -27,7 +32,7 @@ impl Scales {
         let s = train.state_dim();
         let mut next = vec![0.0; s];
         let (mut n, mut sum, mut sum2) = (0.0, vec![0.0; s], vec![0.0; s]);
-        let (mut step, mut correction, mut pairs) = (vec![0.0; s], vec![0.0; s], 0.0);
+        let (mut step, mut pairs) = (vec![0.0; s], 0.0);
         for q in &train.items {
             for t in 0..q.time {
                 let now = q.state(t);
@@ -41,7 +46,6 @@ impl Scales {
                     pairs += 1.0;
                     for j in 0..s {
                         step[j] += (next[j] - now[j]).powi(2);
-                        correction[j] += (q.state(t + 1)[j] - next[j]).powi(2);
                     }
                 }
             }
@@ -49,13 +53,27 @@ impl Scales {
         // A column that never changes (or physics that is exact) has scale 1: nothing to scale.
         let positive = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
         let mean: Vec<f64> = sum.iter().map(|v| v / n).collect();
-        let rms = |v: Vec<f64>| v.into_iter().map(|v| positive((v / pairs).sqrt())).collect();
-        Scales {
-            sd: sum2.iter().zip(&mean).map(|(v, m)| positive((v / n - m * m).max(0.0).sqrt())).collect(),
-            mean,
-            step: rms(step),
-            correction: rms(correction),
+        let rms = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / pairs).sqrt())).collect() };
+        let sd = sum2.iter().zip(&mean).map(|(v, m)| positive((v / n - m * m).max(0.0).sqrt())).collect();
+        let mut scales = Scales { sd, mean, step: rms(step), correction: vec![1.0; s] };
+        let mut correction = vec![0.0; s];
+        for q in &train.items {
+            for t in 0..q.time - 1 {
+                let (now, after) = (q.state(t), q.state(t + 1));
+                engine.step(now, &mut next);
+                for j in 0..s {
+                    correction[j] += ((after[j] - next[j]) / scales.unit(j, now, &next)).powi(2);
+                }
+            }
         }
+        scales.correction = rms(correction);
+        scales
+    }
+
+    /// Unit in which column `j`'s correction of a physics step from `now` to `next` is measured: it grows
+    /// with how far the physics moves, so that a wrong restitution and a wrong drag are of one size.
+    pub fn unit(&self, j: usize, now: &[f64], next: &[f64]) -> f64 {
+        self.correction[j] * ((next[j] - now[j]).abs() / self.step[j] + QUIET)
     }
 
     /// Number of features of a step of `state` columns.
@@ -113,7 +131,7 @@ pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequenc
                 engine.step(q.state(t), &mut next);
                 scales.write_features(q.state(t), &next, u);
                 let after = q.state(t + 1);
-                x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.correction[j]) as f32));
+                x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.unit(j, q.state(t), &next)) as f32));
             }
             Prepared { time: rows, x_width: s, u_width, x, u }
         }

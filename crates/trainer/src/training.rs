@@ -1,5 +1,6 @@
 //! The training loop.
 
+use crate::latent::LatentLaw;
 use crate::nets::Net;
 use crate::prepare::{Prepared, Scales, prepare};
 use crate::sequences::Sequences;
@@ -44,6 +45,8 @@ pub struct TrainingState {
     pub params: Vec<f32>,
     /// Optimiser.
     pub adam: AdamState<f32>,
+    /// Law of the trajectory latent, fitted when training has ended (Hybrid+ only).
+    pub latent: Option<LatentLaw>,
 }
 
 /// A training run in memory.
@@ -76,6 +79,7 @@ impl Training {
             iteration: 0,
             params: params.values().to_vec(),
             adam: AdamState::new(n),
+            latent: None,
             scales,
             settings,
         };
@@ -138,6 +142,17 @@ impl Training {
     pub fn state(&mut self) -> &TrainingState {
         self.state.params.copy_from_slice(self.params.values());
         &self.state
+    }
+
+    /// Ends training: fits what forecasts need besides the parameters.
+    ///
+    /// # Errors
+    /// [`TrainerError::Tensor`] if the encoder cannot be run.
+    pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
+        if let Net::Stepwise(net) = &self.net {
+            self.state.latent = Some(LatentLaw::fit(net, &self.params, &self.prepared)?);
+        }
+        Ok(self.state())
     }
 
     /// The trained parameters, under PyTorch's names.

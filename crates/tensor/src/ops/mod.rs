@@ -6,6 +6,7 @@
 mod add;
 mod broadcast;
 mod concat;
+mod detach;
 mod div;
 mod elementwise;
 mod exp;

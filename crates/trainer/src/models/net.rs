@@ -1,15 +1,15 @@
 //! A trained net as a predictor.
 
+use crate::latent::infer;
 use crate::nets::{Dcvrnn, Net, Stepwise};
 use crate::prepare::{conditions, prepare};
 use crate::sequences::Sequence;
 use crate::training::{TrainingState, net_of};
-use crate::{Engine, Forecaster, Samples, Sequences, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 /// A trained net with everything that a forecast needs.
 #[derive(Debug)]
@@ -17,29 +17,21 @@ pub struct NetModel {
     state: TrainingState,
     net: Net,
     params: Params<f32>,
-    /// Distribution of the trajectory latent over the training set (Hybrid+ only).
-    latent: Option<LatentLaw>,
-}
-
-/// A Gaussian fitted to what the encoder gave on the training set: mean and lower Cholesky factor.
-#[derive(Debug, Clone, PartialEq)]
-struct LatentLaw {
-    mean: Vec<f64>,
-    factor: Vec<f64>,
 }
 
 impl NetModel {
-    /// The net of a saved state. Hybrid+ also needs the training set, to fit the law of its latent.
+    /// The net of a saved state.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the state is inconsistent.
-    pub fn new(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
+    pub fn new(state: TrainingState) -> Result<Self, TrainerError> {
         let (net, params) = net_of(&state)?;
-        let mut model = NetModel { state, net, params, latent: None };
-        if let Net::Stepwise(net) = &model.net {
-            model.latent = Some(model.fit_latent(net, train)?);
-        }
-        Ok(model)
+        Ok(NetModel { state, net, params })
+    }
+
+    /// The saved state that the model was made of.
+    pub fn state(&self) -> &TrainingState {
+        &self.state
     }
 
     /// Reconstructions `[time, S, sample]` of a trajectory that the encoder sees. Not a prediction.
@@ -63,7 +55,7 @@ impl NetModel {
                 Ok(Samples { count: samples, values: tape.value(passed.mean_x).to_vec() })
             }
             Net::Stepwise(net) => {
-                let (mean, sd) = self.infer(net, q)?;
+                let (mean, sd) = infer(net, &self.params, &prepared)?;
                 let draws = self.noise("reconstruction", index, mean.len() * samples);
                 let mut w = draws;
                 for (i, w) in w.iter_mut().enumerate() {
@@ -86,36 +78,6 @@ impl NetModel {
         (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
     }
 
-    /// Posterior mean and deviation of the latent of one trajectory.
-    fn infer(&self, net: &Stepwise, q: &Sequence) -> Result<(Vec<f64>, Vec<f64>), TrainerError> {
-        let settings = &self.state.settings;
-        let prepared = prepare(settings.recipe, &settings.engine, &self.state.scales, q);
-        let (mut tape, bound) = self.frozen()?;
-        let x = tape.constant(&[prepared.time, prepared.x_width, 1], &prepared.x)?;
-        let u = tape.constant(&[prepared.time, prepared.u_width, 1], &prepared.u)?;
-        let g = net.infer(&mut tape, &bound, x, u, None)?;
-        let wide = |v| tape.value(v).iter().map(|v| f64::from(*v)).collect();
-        Ok((wide(g.mean), wide(g.sd)))
-    }
-
-    /// Ex-post density estimation: moments of the posteriors of the training set.
-    fn fit_latent(&self, net: &Stepwise, train: &Sequences) -> Result<LatentLaw, TrainerError> {
-        let l = net.sizes().latent;
-        let posteriors = train.items.par_iter().map(|q| self.infer(net, q)).collect::<Result<Vec<_>, _>>()?;
-        let n = posteriors.len() as f64;
-        let mean: Vec<f64> = (0..l).map(|i| posteriors.iter().map(|p| p.0[i]).sum::<f64>() / n).collect();
-        let mut covariance = vec![0.0; l * l];
-        for (m, sd) in &posteriors {
-            for i in 0..l {
-                for j in 0..l {
-                    covariance[i * l + j] += (m[i] - mean[i]) * (m[j] - mean[j]) / n;
-                }
-                covariance[i * l + i] += sd[i] * sd[i] / n;
-            }
-        }
-        Ok(LatentLaw { mean, factor: cholesky(&covariance, l) })
-    }
-
     /// Rolls the net and the physics out together for latents `w [L, samples]`.
     fn roll(
         &self,
@@ -134,6 +96,7 @@ impl NetModel {
         let mut values = vec![0.0_f32; time * s * samples];
         let mut now: Vec<f64> = start.repeat(samples);
         let mut next = now.clone();
+        let mut moved = vec![0.0; s];
         let mut row = vec![0.0_f32; sizes.condition];
         let mut u = vec![0.0_f32; sizes.condition * samples];
         for t in 0..time {
@@ -164,8 +127,10 @@ impl NetModel {
                     let at = j * samples + sample;
                     let draw: f64 = StandardNormal.sample(&mut rng);
                     let correction = f64::from(mean[at]) + f64::from(sd[at]) * draw;
-                    now[sample * s + j] = next[sample * s + j] + scales.correction[j] * correction;
+                    let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
+                    moved[j] = to[j] + scales.unit(j, from, to) * correction;
                 }
+                now[sample * s..][..s].copy_from_slice(&moved);
             }
         }
         Ok(Samples { count: samples, values })
@@ -191,42 +156,16 @@ impl Forecaster for NetModel {
     }
 
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
-        match (&self.net, &self.latent) {
-            (Net::Stepwise(net), Some(law)) => {
-                let l = net.sizes().latent;
-                let draws = self.noise("forecast", task.index, l * samples);
-                let mut w = vec![0.0; l * samples];
-                for sample in 0..samples {
-                    for i in 0..l {
-                        let shift: f64 = (0..=i)
-                            .map(|j| law.factor[i * l + j] * f64::from(draws[j * samples + sample]))
-                            .sum();
-                        w[i * samples + sample] = (law.mean[i] + shift) as f32;
-                    }
-                }
+        match &self.net {
+            Net::Dcvrnn(net) => self.generate(net, task, samples),
+            Net::Stepwise(net) => {
+                let Some(law) = &self.state.latent else {
+                    let what = "its training has not ended, so the law of its latent is not fitted yet";
+                    return Err(TrainerError::Foreign { what: what.into() });
+                };
+                let w = law.draw(&self.noise("forecast", task.index, net.sizes().latent * samples), samples);
                 self.roll(net, task.start, task.time, task.index, &w, samples)
             }
-            (Net::Stepwise(_), None) => {
-                Err(TrainerError::Foreign { what: "the law of its latent is missing".into() })
-            }
-            (Net::Dcvrnn(net), _) => self.generate(net, task, samples),
         }
     }
-}
-
-/// Lower Cholesky factor of a small positive semi-definite matrix, row-major.
-fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
-            let rest = a[i * n + j] - dot;
-            l[i * n + j] = match () {
-                () if i == j => rest.max(0.0).sqrt(),
-                () if l[j * n + j] > 0.0 => rest / l[j * n + j],
-                () => 0.0,
-            };
-        }
-    }
-    l
 }

@@ -2,18 +2,25 @@
 //!
 //! Where the paper's net rolls the physics out from s_0 alone and corrects the whole curve, this one asks
 //! the physics for one step from the state that was predicted last and corrects that step:
-//! s_{t+1} ~ N(f_p(s_t) + scale * mu(c_t, w), scale * sigma(c_t, w)), with c_t features of s_t and f_p(s_t).
+//! s_{t+1} ~ N(f_p(s_t) + k mu(c_t, w), k sigma(c_t, w)), with c_t features of s_t and f_p(s_t), and a unit k
+//! that grows with how far the physics moves in this step.
 //! What differs from trajectory to trajectory and cannot be seen at t = 0 (the restitution, say) is the
 //! latent w, one draw per trajectory. An encoder infers w from the whole trajectory during training only;
 //! a forecast draws w from a Gaussian fitted to what the encoder gave on the training set (ex-post density
 //! estimation, Ghosh et al. 2020), because the divergence of one latent hardly weighs against the
 //! likelihood of hundreds of steps.
 //!
-//! Loss: KL(q(w | trajectory) || N(0, I)) - sum over t of ln P(s_{t+1} | s_t, w), less constants.
+//! Loss: k KL(q(w | trajectory) || N(0, I)) - sum over t of v_t ln P(s_{t+1} | s_t, w), less constants, where
+//! v_t is the predicted variance, held constant (beta-NLL with beta = 1, Seitzer et al. 2022). With v_t = 1 the
+//! net learns to call an impact unpredictable and stops learning it (and never uses w): measured on the
+//! ball, 53 % error instead of 19 %.
 
 use super::{LossVars, Tile, mask_of, masked_sum};
-use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Mlp, Params};
+use augsim_nn::{Bound, Gaussian, GaussianHead, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// Weight k of the divergence: small, since the weighted likelihood is small too.
+const KL_WEIGHT: f64 = 0.01;
 
 /// Extents of a [`Stepwise`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,11 +37,13 @@ pub struct StepwiseSizes {
     pub sd_floor: f64,
 }
 
-/// The net: encoder GRU and head, and a perceptron for the correction of a step.
+/// The net: an encoder that weighs the steps of a trajectory by what they tell (attention pooling over a
+/// set of steps), and a perceptron for the correction of a step.
 #[derive(Debug, Clone)]
 pub struct Stepwise {
     sizes: StepwiseSizes,
-    encoder: Gru,
+    encoder: Mlp,
+    encoder_weight: Linear,
     encoder_head: GaussianHead,
     step: Mlp,
     step_head: GaussianHead,
@@ -45,7 +54,8 @@ impl Stepwise {
     pub fn new<T: Scalar>(params: &mut Params<T>, s: StepwiseSizes) -> Self {
         Stepwise {
             sizes: s,
-            encoder: Gru::new(params, "enc.gru", s.state + s.condition, s.hidden, 1),
+            encoder: Mlp::new(params, "enc.step", &[s.state + s.condition, s.hidden, s.hidden]),
+            encoder_weight: Linear::new(params, "enc.weight", s.hidden, 1),
             encoder_head: GaussianHead::new(params, "enc", s.hidden, s.latent, 1e-4),
             step: Mlp::new(params, "step", &[s.condition + s.latent, s.hidden, s.hidden]),
             step_head: GaussianHead::new(params, "step", s.hidden, s.state, s.sd_floor),
@@ -81,8 +91,13 @@ impl Stepwise {
         let kl = tape.sum_all(kl)?;
         let step = self.correct(tape, p, u, w)?;
         let misfit = tape.gaussian_nll(x, step.mean, step.sd)?;
+        let sd = tape.detach(step.sd)?;
+        let variance = tape.mul(sd, sd)?;
+        let tempered = tape.mul(misfit, variance)?;
+        let tempered = masked_sum(tape, tempered, mask)?;
         let misfit = masked_sum(tape, misfit, mask)?;
-        Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+        let weighted = tape.scale(kl, KL_WEIGHT)?;
+        Ok(LossVars { total: tape.add(weighted, tempered)?, kl, misfit })
     }
 
     /// Posterior of w `[1, L, lanes]` given corrections and features of a whole trajectory. Training and
@@ -99,16 +114,17 @@ impl Stepwise {
         mask: Option<Var>,
     ) -> Result<Gaussian, TensorError> {
         let seen = tape.concat(&[x, u], 1)?;
-        let h = self.encoder.forward(tape, p, seen, &[])?;
-        let mean = match mask {
-            None => tape.mean(h, 0)?,
-            Some(mask) => {
-                let visible = tape.mul(h, mask)?;
-                let total = tape.sum(visible, 0)?;
-                let count = tape.sum(mask, 0)?;
-                tape.div(total, count)?
-            }
+        let h = self.encoder.forward(tape, p, seen)?;
+        let weight = self.encoder_weight.forward(tape, p, h)?;
+        let weight = tape.exp(weight)?;
+        let weight = match mask {
+            None => weight,
+            Some(mask) => tape.mul(weight, mask)?,
         };
+        let weighted = tape.mul(h, weight)?;
+        let total = tape.sum(weighted, 0)?;
+        let norm = tape.sum(weight, 0)?;
+        let mean = tape.div(total, norm)?;
         self.encoder_head.forward(tape, p, mean)
     }
 
