@@ -161,7 +161,8 @@ impl Line {
         let direct = !self.hide_legend
             && target.width >= 440.0
             && (2..=5).contains(&drawn.len())
-            && drawn.iter().all(|s| s.mark != Mark::Points);
+            && drawn.iter().all(|s| s.mark != Mark::Points)
+            && ends_apart(&y, &drawn);
         let widest = drawn
             .iter()
             .map(|s| width(&s.name, LABEL))
@@ -207,6 +208,17 @@ impl Line {
         }
         words
     }
+}
+
+/// Whether the lines end far enough apart for names beside them; else a legend reads better.
+fn ends_apart(y: &Scale, drawn: &[&Series]) -> bool {
+    // The plot area is about 230 pixels high, a name needs 15.
+    let scale = y.on(0.0, 230.0);
+    let mut ends: Vec<f64> = (drawn.iter())
+        .filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back())
+        .collect();
+    ends.sort_by(f64::total_cmp);
+    ends.windows(2).all(|pair| pair[1] - pair[0] >= 9.0)
 }
 
 fn keys(drawn: &[&Series]) -> Vec<Key> {

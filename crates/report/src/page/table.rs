@@ -190,7 +190,10 @@ pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, Strin
             format!("{}, {}", significant(low, 3), significant(high, 3)),
         );
     }
-    let decimals = decimals_for(half, 2).min(decimals_for(size, 6));
+    // Two digits of the half width where they matter (10 to 49), else one.
+    let mantissa = half / 10f64.powf(half.log10().floor());
+    let digits = if mantissa < 4.95 { 2 } else { 1 };
+    let decimals = decimals_for(half, digits).min(decimals_for(size, 6));
     (
         fixed(value, decimals),
         format!("{}, {}", fixed(low, decimals), fixed(high, decimals)),

@@ -18,6 +18,8 @@ pub(crate) const TICK: f64 = 11.0;
 pub(crate) enum Swatch {
     /// A line with its dash.
     Line,
+    /// A line without one.
+    Solid,
     /// A marker with its shape.
     Point,
     /// A filled box of a band: 50 % (dark) or 90 % (light).
@@ -117,6 +119,9 @@ pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     let rect = |class: &str| html! { rect class={ (class) " " (tone) } x=(c(x + 2.0)) y=(c(y - 5.0)) width="16" height="10" rx="1.5" {} };
     match key.swatch {
         Swatch::Line => html! { path class={ "ln " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} },
+        Swatch::Solid => {
+            html! { path class={ "ln so " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} }
+        }
         Swatch::Point => marker(key.tone, x + 10.0, y, 3.6),
         Swatch::Band50 => html! { (rect("b9")) (rect("b5")) },
         Swatch::Band90 => rect("b9"),

@@ -65,7 +65,7 @@ pub(crate) fn figure_css() -> String {
          .fig .rf{fill:none;stroke:var(--ink);stroke-width:1;stroke-dasharray:1.5 3;stroke-linecap:round}.fig .ev{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3;opacity:.8}\n\
          .fig .b9{fill:var(--k);fill-opacity:.16;stroke:var(--k);stroke-opacity:.35;stroke-width:.6}.fig .b5{fill:var(--k);fill-opacity:.3}\n\
          .fig .pt{fill:var(--k);fill-opacity:.85;stroke:var(--bg);stroke-width:.6}.fig .br{fill:var(--k);fill-opacity:.75}.fig .iv{fill:none;stroke:var(--k);stroke-width:1.6;stroke-linecap:round}\n\
-         .fig .ld{fill:none;stroke:var(--k);stroke-width:.8;opacity:.7}.fig .pn{fill:var(--panel)}.fig .bg{fill:var(--bg)}\n\
+         .fig .so.ln{stroke-dasharray:none}.fig .ld{fill:none;stroke:var(--k);stroke-width:.8;opacity:.7}.fig .pn{fill:var(--panel)}.fig .bg{fill:var(--bg)}\n\
          .fig .ki{--k:var(--ink)}.fig .km{--k:var(--muted)}.fig .km.ln{stroke-dasharray:5 3}\n",
     );
     let dashes = ["", "7 3.5", "2 3.5", "9 3 2 3", "4 2.5"];

@@ -298,6 +298,7 @@ fn fan(f: &Forecast, tone: Tone) -> Fan {
 }
 
 fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
+    let mut cut = false;
     let mut figures = Vec::new();
     // The floor belongs beside the forecasts; a reconstruction has a figure of its own.
     for (shown, name) in [
@@ -331,13 +332,30 @@ fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
                     curve.error.clone(),
                 ));
             }
+            if let Some(top) = crowded_below(&line.series) {
+                line.y = line.y.with_domain(0.0, top);
+                cut = true;
+            }
             figures.push(Figure::from(line));
         }
     }
-    grid(
-        figures,
-        "Mean absolute error over the test trajectories at each time after the start. The floor is the least error that any predictor from the initial state can have.",
-    )
+    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is the least error that any predictor from the initial state can have.".to_owned();
+    if cut {
+        caption.push_str(" One model is so far off that its curve is cut at the top.");
+    }
+    grid(figures, &caption)
+}
+
+/// The end of an axis that shows all curves but one which would press the others to the bottom.
+fn crowded_below(series: &[Series]) -> Option<f64> {
+    let mut peaks: Vec<f64> = (series.iter())
+        .filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1))
+        .collect();
+    peaks.sort_by(f64::total_cmp);
+    let [.., second, first] = peaks.as_slice() else {
+        return None;
+    };
+    (peaks.len() > 2 && *second > 0.0 && *first > 2.5 * second).then_some(second * 1.2)
 }
 
 fn grid(figures: Vec<Figure>, caption: &str) -> Vec<Block> {
@@ -380,7 +398,7 @@ fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
         } else {
             Axis::linear(name, unit)
         };
-        let mut line = Line::new(name, Axis::linear("iteration", ""), y);
+        let mut line = Line::new(name, Axis::linear("iteration", "").with_integers(), y);
         for curve in &report.learning {
             if let Some(part) = find(curve).and_then(|i| curve.parts.get(i)) {
                 line = line.with(summarised(
