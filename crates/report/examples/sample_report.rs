@@ -13,9 +13,7 @@ use augsim_report::{DiscoveryReport, TrainingReport, discovery_report, training_
 fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [kind, path] = arguments.as_slice() else {
-        return Err(std::io::Error::other(
-            "usage: sample_report training|discovery|nothing|empty PATH",
-        ));
+        return Err(std::io::Error::other("usage: sample_report training|discovery|nothing|empty PATH"));
     };
     let html = match kind.as_str() {
         "training" => training_report(&training::sample()),

@@ -2,28 +2,20 @@
 
 use augsim_report::DiscoveryReport;
 use augsim_report::discovery::{
-    Anatomy, Bins, CalibratedParameter, Candidate, ContactError, Correlations, ErrorSummary,
-    Example, FoundEffect, Noise, NoiseFinding, Parameter, Profile, ResidualAutocorrelation,
-    ResidualQuantiles, Rmse, Verdict,
+    Anatomy, Bins, CalibratedParameter, Candidate, ContactError, Correlations, ErrorSummary, Example,
+    FoundEffect, Noise, NoiseFinding, Parameter, Profile, ResidualAutocorrelation, ResidualQuantiles, Rmse,
+    Verdict,
 };
 use augsim_report::page::Method;
 
 use super::training::{Noise as Random, ball, provenance};
 
 fn rmse(rmse: f64, low: f64, high: f64) -> Option<Rmse> {
-    Some(Rmse {
-        rmse,
-        ci95: Some([low, high]),
-    })
+    Some(Rmse { rmse, ci95: Some([low, high]) })
 }
 
 fn parameter(name: &str, value: f64, half: f64, unit: &str) -> Parameter {
-    Parameter {
-        name: name.into(),
-        value,
-        ci95: Some([value - half, value + half]),
-        unit: unit.into(),
-    }
+    Parameter { name: name.into(), value, ci95: Some([value - half, value + half]), unit: unit.into() }
 }
 
 fn profile(
@@ -70,14 +62,7 @@ fn anatomy() -> Anatomy {
                 |t| 9.0 * t * t / (1.0 + t) - 6.0 * (t * 3.2).sin(),
                 &mut random,
             ),
-            profile(
-                "speed",
-                "m/s",
-                0.0,
-                5.2,
-                |v| 0.75 * v * v - 4.0,
-                &mut random,
-            ),
+            profile("speed", "m/s", 0.0, 5.2, |v| 0.75 * v * v - 4.0, &mut random),
             profile("height", "m", 0.0, 1.4, |h| 9.0 - 12.0 * h, &mut random),
         ],
         contact: vec![
@@ -104,20 +89,14 @@ fn anatomy() -> Anatomy {
         ],
         contact_unit: "mm".into(),
         autocorrelation: Some(ResidualAutocorrelation {
-            before: lag
-                .iter()
-                .map(|l| 0.92 * (-l / 11.0).exp() + 0.02 * random.normal())
-                .collect(),
+            before: lag.iter().map(|l| 0.92 * (-l / 11.0).exp() + 0.02 * random.normal()).collect(),
             after: lag.iter().map(|_| 0.016 * random.normal()).collect(),
             lag,
             lag_unit: "samples".into(),
             white95: Some(0.031),
         }),
         quantiles: Some(ResidualQuantiles {
-            before: normal
-                .iter()
-                .map(|z| 2.6 * z + 0.28 * z * z * z + 1.1)
-                .collect(),
+            before: normal.iter().map(|z| 2.6 * z + 0.28 * z * z * z + 1.1).collect(),
             after: normal.iter().map(|z| z + 0.03 * random.normal()).collect(),
             normal,
         }),
@@ -133,10 +112,7 @@ fn examples() -> Vec<Example> {
                 trajectory: format!("trajectory {number}"),
                 channel: "height".into(),
                 unit: "m".into(),
-                measured: t
-                    .iter()
-                    .map(|t| ball(h0, e, *t).0 + 0.004 * random.normal())
-                    .collect(),
+                measured: t.iter().map(|t| ball(h0, e, *t).0 + 0.004 * random.normal()).collect(),
                 before: t.iter().map(|t| ball(h0, e + 0.045, *t).0).collect(),
                 after: t.iter().map(|t| ball(h0, e + 0.002, *t).0).collect(),
                 t_s: t,
@@ -147,22 +123,17 @@ fn examples() -> Vec<Example> {
 
 fn candidates() -> Vec<Candidate> {
     let candidate =
-        |kinds: &[&str], parameters: Vec<Parameter>, score: f64, chosen: bool, why: &str| {
-            Candidate {
-                kinds: kinds.iter().map(|k| (*k).to_owned()).collect(),
-                parameters,
-                score: Some(score),
-                chosen,
-                why: why.into(),
-            }
+        |kinds: &[&str], parameters: Vec<Parameter>, score: f64, chosen: bool, why: &str| Candidate {
+            kinds: kinds.iter().map(|k| (*k).to_owned()).collect(),
+            parameters,
+            score: Some(score),
+            chosen,
+            why: why.into(),
         };
     vec![
         candidate(
             &["quadratic-drag", "restitution-speed-linear"],
-            vec![
-                parameter("k_per_m", 0.1318, 0.0011, "1/m"),
-                parameter("b_s_per_m", 0.0143, 0.0016, "s/m"),
-            ],
+            vec![parameter("k_per_m", 0.1318, 0.0011, "1/m"), parameter("b_s_per_m", 0.0143, 0.0016, "s/m")],
             4182.6,
             true,
             "chosen: best held-out likelihood, residual white",
@@ -202,13 +173,7 @@ fn candidates() -> Vec<Candidate> {
             false,
             "loses 95 % of the gain on held-out drops",
         ),
-        candidate(
-            &[],
-            vec![],
-            0.0,
-            false,
-            "structure above the noise (p < 10⁻³⁰⁰)",
-        ),
+        candidate(&[], vec![], 0.0, false, "structure above the noise (p < 10⁻³⁰⁰)"),
     ]
 }
 

@@ -56,9 +56,7 @@ fn forecasts() -> Vec<Forecast> {
     let mut out = Vec::new();
     for (number, h0, e) in [(17, 4.62, 0.48), (233, 4.11, 0.66), (808, 4.9, 0.35)] {
         for (model, mean, sd) in [("Neural", 0.47, 0.13), ("Hybrid", 0.5, 0.1)] {
-            let draws: Vec<f64> = (0..200)
-                .map(|_| (mean + sd * noise.normal()).clamp(0.05, 0.95))
-                .collect();
+            let draws: Vec<f64> = (0..200).map(|_| (mean + sd * noise.normal()).clamp(0.05, 0.95)).collect();
             for (channel, unit) in [("height", "m"), ("velocity", "m/s")] {
                 let pick = |s: (f64, f64)| if channel == "height" { s.0 } else { s.1 };
                 let mut bands: [Vec<f64>; 5] = Default::default();
@@ -147,94 +145,35 @@ fn learning() -> Vec<LearningCurve> {
                     values: part(floor, 6.0 * size, 1500.0),
                 },
             ];
-            LearningCurve {
-                model: model.into(),
-                iteration,
-                parts,
-            }
+            LearningCurve { model: model.into(), iteration, parts }
         })
         .to_vec()
 }
 
 fn rows() -> Vec<MetricRow> {
-    let row =
-        |model: &str, protocol, estimator: &str, v: [f64; 5], cover: Option<[f64; 2]>| MetricRow {
-            model: model.into(),
-            protocol,
-            estimator: estimator.into(),
-            trans_percent: Some(v[0]),
-            pos_m: Some(v[1]),
-            vel_m_s: Some(v[2]),
-            crps_pos_m: Some(v[3]),
-            crps_vel_m_s: Some(v[4]),
-            coverage50: cover.map(|c| c[0]),
-            coverage90: cover.map(|c| c[1]),
-        };
+    let row = |model: &str, protocol, estimator: &str, v: [f64; 5], cover: Option<[f64; 2]>| MetricRow {
+        model: model.into(),
+        protocol,
+        estimator: estimator.into(),
+        trans_percent: Some(v[0]),
+        pos_m: Some(v[1]),
+        vel_m_s: Some(v[2]),
+        crps_pos_m: Some(v[3]),
+        crps_vel_m_s: Some(v[4]),
+        coverage50: cover.map(|c| c[0]),
+        coverage90: cover.map(|c| c[1]),
+    };
     use Protocol::{Floor, Forecast, Reconstruction};
     vec![
-        row(
-            "Zero",
-            Forecast,
-            "",
-            [100.0, 0.636, 1.421, 0.636, 1.421],
-            None,
-        ),
-        row(
-            "Physics",
-            Forecast,
-            "",
-            [27.3, 0.168, 1.026, 0.168, 1.026],
-            None,
-        ),
-        row(
-            "Neural",
-            Forecast,
-            "mean of 10",
-            [22.61, 0.149, 0.655, 0.104, 0.472],
-            Some([0.441, 0.853]),
-        ),
-        row(
-            "Neural",
-            Forecast,
-            "median of 100",
-            [19.30, 0.133, 0.601, 0.104, 0.472],
-            Some([0.441, 0.853]),
-        ),
-        row(
-            "Hybrid",
-            Forecast,
-            "mean of 10",
-            [18.92, 0.129, 0.571, 0.083, 0.392],
-            Some([0.492, 0.894]),
-        ),
-        row(
-            "Hybrid",
-            Forecast,
-            "median of 100",
-            [15.71, 0.110, 0.521, 0.083, 0.392],
-            Some([0.492, 0.894]),
-        ),
-        row(
-            "Hybrid",
-            Reconstruction,
-            "mean of 10",
-            [1.93, 0.013, 0.118, 0.009, 0.081],
-            Some([0.52, 0.93]),
-        ),
-        row(
-            "Neural",
-            Reconstruction,
-            "mean of 10",
-            [6.12, 0.041, 0.312, 0.029, 0.214],
-            Some([0.48, 0.88]),
-        ),
-        row(
-            "conditional median",
-            Floor,
-            "",
-            [15.07, 0.107, 0.505, 0.079, 0.371],
-            Some([0.5, 0.9]),
-        ),
+        row("Zero", Forecast, "", [100.0, 0.636, 1.421, 0.636, 1.421], None),
+        row("Physics", Forecast, "", [27.3, 0.168, 1.026, 0.168, 1.026], None),
+        row("Neural", Forecast, "mean of 10", [22.61, 0.149, 0.655, 0.104, 0.472], Some([0.441, 0.853])),
+        row("Neural", Forecast, "median of 100", [19.30, 0.133, 0.601, 0.104, 0.472], Some([0.441, 0.853])),
+        row("Hybrid", Forecast, "mean of 10", [18.92, 0.129, 0.571, 0.083, 0.392], Some([0.492, 0.894])),
+        row("Hybrid", Forecast, "median of 100", [15.71, 0.110, 0.521, 0.083, 0.392], Some([0.492, 0.894])),
+        row("Hybrid", Reconstruction, "mean of 10", [1.93, 0.013, 0.118, 0.009, 0.081], Some([0.52, 0.93])),
+        row("Neural", Reconstruction, "mean of 10", [6.12, 0.041, 0.312, 0.029, 0.214], Some([0.48, 0.88])),
+        row("conditional median", Floor, "", [15.07, 0.107, 0.505, 0.079, 0.371], Some([0.5, 0.9])),
     ]
 }
 
@@ -271,10 +210,7 @@ pub fn provenance(path: &str) -> Provenance {
     Provenance {
         version: "0.1.0".into(),
         seed: Some(1),
-        data: vec![DataSource {
-            path: path.into(),
-            hash: "sha256:6f1c0d9a4be27d0c5d0c8d6d2b6c7a9e".into(),
-        }],
+        data: vec![DataSource { path: path.into(), hash: "sha256:6f1c0d9a4be27d0c5d0c8d6d2b6c7a9e".into() }],
         machine: Some("2 cores, AVX-512, 2 threads".into()),
         date: Some("2026-01-31".into()),
         more: Vec::new(),

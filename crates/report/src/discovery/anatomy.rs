@@ -3,11 +3,12 @@
 use super::page::{AFTER, BEFORE};
 use super::{Anatomy, Bins, Example, Profile, Rmse};
 use crate::figure::{
-    Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile,
-    QuantileSeries, Series, Tone,
+    Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,
+    Series, Tone,
 };
 use crate::page::{Block, Columns, Grid, LegendEntry};
 use crate::plot::scale::extent;
+use crate::plot::text::capitalised;
 
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
@@ -16,31 +17,19 @@ pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
     let mut figures: Vec<Figure> = anatomy.profiles.iter().map(|p| profile(p).into()).collect();
     if !anatomy.contact.is_empty() {
         let bar = |name: &str, tone: Tone, rmse: Option<Rmse>| {
-            rmse.map(|r| Bar {
-                name: name.to_owned(),
-                tone,
-                value: Some(r.rmse),
-                interval: r.ci95,
-            })
+            rmse.map(|r| Bar { name: name.to_owned(), tone, value: Some(r.rmse), interval: r.ci95 })
         };
         let group = |label: &str, before, after| BarGroup {
             label: label.to_owned(),
-            bars: [
-                bar(BEFORE_NAME, BEFORE, before),
-                bar(AFTER_NAME, AFTER, after),
-            ]
-            .into_iter()
-            .flatten()
-            .collect(),
+            bars: [bar(BEFORE_NAME, BEFORE, before), bar(AFTER_NAME, AFTER, after)]
+                .into_iter()
+                .flatten()
+                .collect(),
         };
         figures.push(Figure::from(Bars {
             title: "Size of the residual by contact".to_owned(),
             value: Axis::linear("root mean square residual", &anatomy.contact_unit),
-            groups: anatomy
-                .contact
-                .iter()
-                .map(|c| group(&c.label, c.before, c.after))
-                .collect(),
+            groups: anatomy.contact.iter().map(|c| group(&c.label, c.before, c.after)).collect(),
             references: Vec::new(),
         }));
     }
@@ -55,10 +44,7 @@ pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
             title: "Autocorrelation of the whitened residual".to_owned(),
             lag_unit: a.lag_unit.clone(),
             white95: a.white95,
-            series: vec![
-                of(BEFORE_NAME, BEFORE, &a.before),
-                of(AFTER_NAME, AFTER, &a.after),
-            ],
+            series: vec![of(BEFORE_NAME, BEFORE, &a.before), of(AFTER_NAME, AFTER, &a.after)],
         }));
     }
     if let Some(q) = &anatomy.quantiles {
@@ -70,10 +56,7 @@ pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
         };
         figures.push(Figure::from(Quantile {
             title: "Quantiles of the whitened residual".to_owned(),
-            series: vec![
-                of(BEFORE_NAME, BEFORE, &q.before),
-                of(AFTER_NAME, AFTER, &q.after),
-            ],
+            series: vec![of(BEFORE_NAME, BEFORE, &q.before), of(AFTER_NAME, AFTER, &q.after)],
         }));
     }
     if figures.is_empty() {
@@ -87,8 +70,7 @@ pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
 
 fn profile(p: &Profile) -> Line {
     let series = |name: &str, tone, bins: &Bins| {
-        let mut s =
-            Series::line(name, tone, bins.x.clone(), bins.mean.clone()).with_mark(Mark::LinePoints);
+        let mut s = Series::line(name, tone, bins.x.clone(), bins.mean.clone()).with_mark(Mark::LinePoints);
         if !bins.lower95.is_empty() {
             s = s.with_band(0.95, bins.lower95.clone(), bins.upper95.clone());
         }
@@ -99,10 +81,7 @@ fn profile(p: &Profile) -> Line {
         Axis::linear(&p.against, &p.against_unit),
         Axis::linear(&p.residual, &p.unit).with_zero(),
     );
-    for (name, tone, bins) in [
-        (BEFORE_NAME, BEFORE, &p.before),
-        (AFTER_NAME, AFTER, &p.after),
-    ] {
+    for (name, tone, bins) in [(BEFORE_NAME, BEFORE, &p.before), (AFTER_NAME, AFTER, &p.after)] {
         if !bins.x.is_empty() {
             line = line.with(series(name, tone, bins));
         }
@@ -114,7 +93,7 @@ pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
     let mut figures = Vec::new();
     for e in examples {
         let mut line = Line::new(
-            &format!("{}: {}", e.trajectory, e.channel),
+            &capitalised(&format!("{}: {}", e.trajectory, e.channel)),
             Axis::linear("time", "s"),
             Axis::linear(&e.channel, &e.unit),
         );
@@ -131,22 +110,11 @@ pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
         }
         line.hide_legend = true;
         line = line.with(
-            Series::line("measured", Tone::Ink, e.t_s.clone(), e.measured.clone())
-                .with_mark(Mark::Points),
+            Series::line("measured", Tone::Ink, e.t_s.clone(), e.measured.clone()).with_mark(Mark::Points),
         );
-        line = line.with(Series::line(
-            BEFORE_NAME,
-            BEFORE,
-            e.t_s.clone(),
-            e.before.clone(),
-        ));
+        line = line.with(Series::line(BEFORE_NAME, BEFORE, e.t_s.clone(), e.before.clone()));
         if !e.after.is_empty() {
-            line = line.with(Series::line(
-                AFTER_NAME,
-                AFTER,
-                e.t_s.clone(),
-                e.after.clone(),
-            ));
+            line = line.with(Series::line(AFTER_NAME, AFTER, e.t_s.clone(), e.after.clone()));
         }
         figures.push(Figure::from(line));
     }
@@ -162,7 +130,6 @@ pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
             key(AFTER_NAME, AFTER),
         ],
         figures,
-        caption: "Trajectories that no fit has seen: only their initial state was fitted."
-            .to_owned(),
+        caption: "Trajectories that no fit has seen: only their initial state was fitted.".to_owned(),
     })]
 }

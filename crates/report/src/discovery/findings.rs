@@ -6,11 +6,7 @@ use crate::page::{Block, Cell, Column, Columns, Grid, Row, Table};
 use crate::plot::text::significant;
 
 fn parameter_cells(p: &Parameter) -> [Cell; 2] {
-    let unit = if p.unit.is_empty() {
-        Cell::Missing
-    } else {
-        Cell::text(&p.unit)
-    };
+    let unit = if p.unit.is_empty() { Cell::Missing } else { Cell::text(&p.unit) };
     [Cell::estimate(p.value, p.ci95), unit]
 }
 
@@ -58,11 +54,7 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
         let rows = (report.calibrated.iter())
             .map(|c| {
                 let [value, unit] = parameter_cells(&c.parameter);
-                let value = if c.frozen {
-                    Cell::text("frozen")
-                } else {
-                    value
-                };
+                let value = if c.frozen { Cell::text("frozen") } else { value };
                 Row::from(vec![
                     Cell::text(format!("`{}`", c.parameter.name)),
                     Cell::Number(c.declared),
@@ -102,13 +94,8 @@ pub(super) fn open(report: &DiscoveryReport) -> Vec<Block> {
         blocks.push(Block::Prose(
             "These explanations fit equally well; the data cannot tell them apart:".to_owned(),
         ));
-        let name = |kinds: &Vec<String>| {
-            kinds
-                .iter()
-                .map(|k| format!("`{k}`"))
-                .collect::<Vec<_>>()
-                .join(" with ")
-        };
+        let name =
+            |kinds: &Vec<String>| kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" with ");
         blocks.push(Block::List(report.alternatives.iter().map(name).collect()));
     }
     if let Some(next) = &report.next_experiment {
@@ -125,27 +112,15 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
         let kinds = if c.kinds.is_empty() {
             "calibrated model".to_owned()
         } else {
-            c.kinds
-                .iter()
-                .map(|k| format!("`{k}`"))
-                .collect::<Vec<_>>()
-                .join(" + ")
+            c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + ")
         };
         let one = |p: &Parameter| {
             let (value, interval) = match p.ci95 {
                 Some(ci) => crate::page::estimate_text(p.value, ci),
                 None => (significant(p.value, 3), String::new()),
             };
-            let interval = if interval.is_empty() {
-                interval
-            } else {
-                format!(" [{interval}]")
-            };
-            let unit = if p.unit.is_empty() {
-                String::new()
-            } else {
-                format!(" {}", p.unit)
-            };
+            let interval = if interval.is_empty() { interval } else { format!(" [{interval}]") };
+            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
             format!("`{}` = {value}{interval}{unit}", p.name)
         };
         let parameters = c.parameters.iter().map(one).collect::<Vec<_>>().join("; ");
@@ -154,11 +129,7 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
                 Cell::text(kinds),
                 Cell::Number((i + 1) as f64),
                 Cell::number(c.score),
-                if parameters.is_empty() {
-                    Cell::Missing
-                } else {
-                    Cell::text(parameters)
-                },
+                if parameters.is_empty() { Cell::Missing } else { Cell::text(parameters) },
                 Cell::text(&c.why),
             ],
             compare: None,
@@ -193,9 +164,8 @@ pub(super) fn correlations(report: &DiscoveryReport) -> Vec<Block> {
         columns: Columns::Two,
         legend: Vec::new(),
         figures: vec![figure.into()],
-        caption:
-            "Near 1 or −1 the data determine a combination of two parameters, not each of them."
-                .to_owned(),
+        caption: "Near 1 or −1 the data determine a combination of two parameters, not each of them."
+            .to_owned(),
     })]
 }
 
@@ -213,17 +183,20 @@ pub(super) fn noise(noise: &Noise) -> Vec<Block> {
             || "none was declared".to_owned(),
             |d| format!("declared: {} {}", significant(d, 3), noise.unit),
         );
-        blocks.push(Block::Prose(format!("Standard deviation of the sensor, estimated from the data: {value} {}{interval}; {declared}.", noise.unit)));
+        blocks.push(Block::Prose(format!(
+            "Standard deviation of the sensor, estimated from the data: {value} {}{interval}; {declared}.",
+            noise.unit
+        )));
     }
-    let findings = noise
-        .findings
-        .iter()
-        .map(|f| (format!("`{}`", f.kind), f.text.clone()))
-        .collect::<Vec<_>>();
+    let findings =
+        noise.findings.iter().map(|f| (format!("`{}`", f.kind), f.text.clone())).collect::<Vec<_>>();
     if !findings.is_empty() {
         blocks.push(Block::Definitions(findings));
     } else if !blocks.is_empty() {
-        blocks.push(Block::Prose("Nothing else about the noise was found to differ from what a white, normal sensor gives.".to_owned()));
+        blocks.push(Block::Prose(
+            "Nothing else about the noise was found to differ from what a white, normal sensor gives."
+                .to_owned(),
+        ));
     }
     blocks
 }
@@ -233,8 +206,7 @@ pub(super) fn model(report: &DiscoveryReport) -> Vec<Block> {
         return Vec::new();
     }
     vec![Block::Code {
-        caption: "The model file with what was found, ready for `simulate` and `discover`."
-            .to_owned(),
+        caption: "The model file with what was found, ready for `simulate` and `discover`.".to_owned(),
         text: report.model_toml.clone(),
     }]
 }

@@ -12,16 +12,10 @@ pub(super) const AFTER: Tone = Tone::Series(0);
 pub(super) fn page(report: &DiscoveryReport) -> Page {
     let mut reproduce = Vec::new();
     if !report.reproduce.is_empty() {
-        reproduce.push(Block::Code {
-            caption: String::new(),
-            text: report.reproduce.join("\n"),
-        });
+        reproduce.push(Block::Code { caption: String::new(), text: report.reproduce.join("\n") });
     }
-    let methods = if report.methods.is_empty() {
-        Vec::new()
-    } else {
-        vec![Block::Methods(report.methods.clone())]
-    };
+    let methods =
+        if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] };
     Page {
         overline: format!("augsim · discovery report · {}", report.scenario),
         title: report.title.clone(),
@@ -32,22 +26,13 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
             Section::new("Error on held-out trajectories", error(&report.error)),
             Section::new("What was found", findings::found(report)),
             Section::new("What remains open", findings::open(report)),
-            Section::new(
-                "Residual, before and after",
-                anatomy::residual(&report.anatomy),
-            ),
+            Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
             Section::new("Held-out trajectories", anatomy::examples(&report.examples)),
             Section::new("Candidates", findings::candidates(report)),
-            Section::new(
-                "How well the parameters are told apart",
-                findings::correlations(report),
-            ),
+            Section::new("How well the parameters are told apart", findings::correlations(report)),
             Section::new("Noise", findings::noise(&report.noise)),
             Section::new("Augmented model", findings::model(report)),
-            Section::new(
-                "Remarks",
-                report.notes.iter().cloned().map(Block::Prose).collect(),
-            ),
+            Section::new("Remarks", report.notes.iter().cloned().map(Block::Prose).collect()),
             Section::new("Methods and references", methods),
             Section::new("How to reproduce", reproduce),
         ],
@@ -66,38 +51,24 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
         })
     };
     let rmse = |r: Option<Rmse>| r.map(|r| r.rmse);
-    let floor = rmse(e.noise_floor).map_or_else(String::new, |f| {
-        format!("noise floor {}\u{202f}{}", significant(f, 3), e.unit)
-    });
-    let after_label = if e.augmented.is_some() {
-        "error with the effects added"
-    } else {
-        "error after calibration"
-    };
+    let floor = rmse(e.noise_floor)
+        .map_or_else(String::new, |f| format!("noise floor {}\u{202f}{}", significant(f, 3), e.unit));
+    let after_label =
+        if e.augmented.is_some() { "error with the effects added" } else { "error after calibration" };
     let share_note = match report.verdict {
         Verdict::NothingToAdd => "by calibration",
         _ => "of what noise does not explain",
     };
     [
-        figure(
-            "error as declared",
-            rmse(e.declared),
-            &e.unit,
-            "held-out, root mean square".to_owned(),
-        ),
-        figure(
-            after_label,
-            rmse(e.augmented.or(e.calibrated)),
-            &e.unit,
-            floor,
-        ),
-        figure(
-            "removable error removed",
-            e.explained_share.map(|s| s * 100.0),
-            "%",
-            share_note.to_owned(),
-        ),
-        figure("time of the run", report.seconds, "s", String::new()),
+        figure("error as declared", rmse(e.declared), &e.unit, "held-out, root mean square".to_owned()),
+        figure(after_label, rmse(e.augmented.or(e.calibrated)), &e.unit, floor),
+        figure("removable error removed", e.explained_share.map(|s| s * 100.0), "%", share_note.to_owned()),
+        report.seconds.map(|s| KeyFigure {
+            value: significant(s, 2),
+            unit: "s".to_owned(),
+            label: "time of the run".to_owned(),
+            note: String::new(),
+        }),
     ]
     .into_iter()
     .flatten()
@@ -107,32 +78,14 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
 fn error(e: &ErrorSummary) -> Vec<Block> {
     let stages = [
         ("declared", e.declared, BEFORE, "the model file as it is"),
-        (
-            "calibrated",
-            e.calibrated,
-            Tone::Series(2),
-            "declared parameters fitted",
-        ),
+        ("calibrated", e.calibrated, Tone::Series(2), "declared parameters fitted"),
         ("augmented", e.augmented, AFTER, "with the effects added"),
-        (
-            "noise floor",
-            e.noise_floor,
-            Tone::Muted,
-            "what the sensor alone gives",
-        ),
+        ("noise floor", e.noise_floor, Tone::Muted, "what the sensor alone gives"),
     ];
     let shown: Vec<_> = stages.into_iter().filter(|s| s.1.is_some()).collect();
     if shown.is_empty() {
-        return vec![Block::Prose(
-            "No held-out trajectories were evaluated.".to_owned(),
-        )];
+        return vec![Block::Prose("No held-out trajectories were evaluated.".to_owned())];
     }
-    // What noise does not explain, removed: quadratic, because independent errors add in squares.
-    let share = |r: Rmse| {
-        let (from, floor) = (e.declared?.rmse, e.noise_floor?.rmse);
-        let removable = from * from - floor * floor;
-        (removable > 0.0).then(|| (from * from - r.rmse * r.rmse) / removable * 100.0)
-    };
     let quantity = format!("{} error", e.quantity);
     let bars = shown.iter().map(|(name, rmse, tone, _)| Bar {
         name: (*name).to_owned(),
@@ -141,31 +94,15 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         interval: rmse.and_then(|r| r.ci95),
     });
     let figure = Bars {
-        title: format!(
-            "Root mean square {quantity} on {} held-out trajectories",
-            e.heldout_trajectories
-        ),
+        title: format!("Root mean square {quantity} on {} held-out trajectories", e.heldout_trajectories),
         value: Axis::linear(&quantity, &e.unit),
-        groups: vec![BarGroup {
-            label: String::new(),
-            bars: bars.collect(),
-        }],
+        groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
     };
-    let rows = shown.iter().map(|(name, rmse, tone, what)| {
+    let rows = shown.iter().map(|(name, rmse, _, what)| {
         let rmse = rmse.unwrap_or_default();
-        let removed = if *tone == Tone::Muted || *name == "declared" {
-            None
-        } else {
-            share(rmse)
-        };
         Row {
-            cells: vec![
-                Cell::text(*name),
-                Cell::text(*what),
-                Cell::estimate(rmse.rmse, rmse.ci95),
-                Cell::number(removed),
-            ],
+            cells: vec![Cell::text(*name), Cell::text(*what), Cell::estimate(rmse.rmse, rmse.ci95)],
             compare: None,
             strong: *name == "augmented",
         }
@@ -176,18 +113,22 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
             Column::text("model"),
             Column::text("which is"),
             Column::number("root mean square error [95 %]", &e.unit),
-            Column::number("removed", "% of the removable squared error").decimals(1),
         ],
         rows: rows.collect(),
         footnotes: vec![
-            "Trajectories that no fit has seen; intervals by bootstrap over trajectories. The removable error is what is left of the declared model's squared error after the noise floor is taken off.".to_owned(),
+            "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
         ],
     };
-    vec![
+    let share = e.explained_share.map(|s| {
+        Block::Prose(format!(
+            "Of the error that noise does not explain, {} % was removed.",
+            significant(s * 100.0, 3)
+        ))
+    });
+    let mut blocks: Vec<Block> = share.into_iter().collect();
+    blocks.extend([
         Block::Table(table),
-        Block::Figure(FigureBlock {
-            figure: figure.into(),
-            caption: String::new(),
-        }),
-    ]
+        Block::Figure(FigureBlock { figure: figure.into(), caption: String::new() }),
+    ]);
+    blocks
 }

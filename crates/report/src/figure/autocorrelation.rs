@@ -41,11 +41,7 @@ pub struct Autocorrelation {
 impl Autocorrelation {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
         let x_axis = Axis {
-            integer: self
-                .series
-                .iter()
-                .flat_map(|s| &s.lag)
-                .all(|lag| lag.fract() == 0.0),
+            integer: self.series.iter().flat_map(|s| &s.lag).all(|lag| lag.fract() == 0.0),
             ..Axis::linear("lag", &self.lag_unit)
         };
         let y_axis = Axis::linear("autocorrelation", "").with_zero();
@@ -54,17 +50,10 @@ impl Autocorrelation {
             let both = s.lag.iter().copied().zip(s.value.iter().copied());
             both.filter(|(x, y)| drawable(*x) && drawable(*y)).collect()
         };
-        let series: Vec<(&Correlogram, Vec<(f64, f64)>)> = self
-            .series
-            .iter()
-            .map(|s| (s, points(s)))
-            .filter(|(_, p)| !p.is_empty())
-            .collect();
+        let series: Vec<(&Correlogram, Vec<(f64, f64)>)> =
+            self.series.iter().map(|s| (s, points(s))).filter(|(_, p)| !p.is_empty()).collect();
         let all = || series.iter().flat_map(|(_, p)| p.iter().copied());
-        let band = white
-            .into_iter()
-            .flat_map(|w| [-w, w])
-            .filter(|_| !series.is_empty());
+        let band = white.into_iter().flat_map(|w| [-w, w]).filter(|_| !series.is_empty());
         let (Some(x), Some(y)) = (
             Scale::fit(&x_axis, all().map(|p| p.0), 0.04, (0.0, 1.0)),
             Scale::fit(&y_axis, all().map(|p| p.1).chain(band), 0.08, (1.0, 0.0)),
@@ -72,11 +61,7 @@ impl Autocorrelation {
             return no_data(target, &self.title, "autocorrelation against lag");
         };
         let mut keys: Vec<Key> = (series.iter())
-            .map(|(s, _)| Key {
-                name: s.name.clone(),
-                tone: s.tone,
-                swatch: Swatch::Point,
-            })
+            .map(|(s, _)| Key { name: s.name.clone(), tone: s.tone, swatch: Swatch::Point })
             .collect();
         if white.is_some() {
             keys.push(Key {
@@ -85,14 +70,7 @@ impl Autocorrelation {
                 swatch: Swatch::Band90,
             });
         }
-        let spec = Spec {
-            title: &self.title,
-            x: &x_axis,
-            y: &y_axis,
-            keys,
-            right: 8.0,
-            aspect: Some(0.66),
-        };
+        let spec = Spec { title: &self.title, x: &x_axis, y: &y_axis, keys, right: 8.0, aspect: Some(0.66) };
         let frame = Frame::new(target, &spec, x, y);
         let zero = frame.y.at(0.0).unwrap_or(frame.plot.bottom);
         // Stems of several series stand side by side around their lag.
@@ -108,13 +86,7 @@ impl Autocorrelation {
                 }
             }
         };
-        frame.finish(
-            target,
-            &self.title,
-            &self.describe(&series),
-            &marks,
-            &html! {},
-        )
+        frame.finish(target, &self.title, &self.describe(&series), &marks, &html! {})
     }
 
     fn describe(&self, series: &[(&Correlogram, Vec<(f64, f64)>)]) -> String {
@@ -124,10 +96,7 @@ impl Autocorrelation {
             words.push_str(&format!(" {}: at most {largest:.2} in size", s.name));
             if let Some(white) = self.white95 {
                 let outside = points.iter().filter(|p| p.1.abs() > white).count();
-                words.push_str(&format!(
-                    ", {outside} of {} lags outside the 95 % band",
-                    points.len()
-                ));
+                words.push_str(&format!(", {outside} of {} lags outside the 95 % band", points.len()));
             }
             words.push('.');
         }

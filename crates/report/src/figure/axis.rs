@@ -40,56 +40,36 @@ impl Axis {
     /// A linear axis for `label` in `unit` (empty for a pure number).
     #[must_use]
     pub fn linear(label: &str, unit: &str) -> Self {
-        Self {
-            label: label.to_owned(),
-            unit: unit.to_owned(),
-            ..Self::default()
-        }
+        Self { label: label.to_owned(), unit: unit.to_owned(), ..Self::default() }
     }
 
     /// A logarithmic axis for `label` in `unit`.
     #[must_use]
     pub fn log(label: &str, unit: &str) -> Self {
-        Self {
-            scale: Scale::Log,
-            ..Self::linear(label, unit)
-        }
+        Self { scale: Scale::Log, ..Self::linear(label, unit) }
     }
 
     /// This axis with zero in its range.
     #[must_use]
     pub fn with_zero(self) -> Self {
-        Self {
-            include_zero: true,
-            ..self
-        }
+        Self { include_zero: true, ..self }
     }
 
     /// This axis with ticks at whole numbers only.
     #[must_use]
     pub fn with_integers(self) -> Self {
-        Self {
-            integer: true,
-            ..self
-        }
+        Self { integer: true, ..self }
     }
 
     /// This axis with the range `low` to `high` instead of the data's.
     #[must_use]
     pub fn with_domain(self, low: f64, high: f64) -> Self {
-        Self {
-            domain: Some([low, high]),
-            ..self
-        }
+        Self { domain: Some([low, high]), ..self }
     }
 
     /// "height (m)", with a power of ten where the tick labels leave one out: "height (10⁻³ m)".
     pub(crate) fn text(&self, power: i32) -> String {
-        let factor = if power == 0 {
-            String::new()
-        } else {
-            format!("10{}", text::superscript(power))
-        };
+        let factor = if power == 0 { String::new() } else { format!("10{}", text::superscript(power)) };
         match (factor.is_empty(), self.unit.is_empty()) {
             (true, true) => self.label.clone(),
             (true, false) => format!("{} ({})", self.label, self.unit),
@@ -101,11 +81,7 @@ impl Axis {
     /// A value of this axis in words, to three digits, with the unit.
     pub(crate) fn value(&self, value: f64) -> String {
         let number = text::significant(value, 3);
-        if self.unit.is_empty() {
-            number
-        } else {
-            format!("{number} {}", self.unit)
-        }
+        if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
     }
 }
 

@@ -53,84 +53,41 @@ impl Bars {
         let all = || self.groups.iter().flat_map(|g| &g.bars);
         let ends = all().flat_map(|b| b.value.into_iter().chain(b.interval.into_iter().flatten()));
         let any = all().any(|b| b.value.is_some_and(drawable));
-        let axis = Axis {
-            include_zero: self.value.scale == super::Scale::Linear,
-            ..self.value.clone()
-        };
+        let axis = Axis { include_zero: self.value.scale == super::Scale::Linear, ..self.value.clone() };
         let references = self.references.iter().map(|r| r.value);
-        let Some(scale) = Scale::fit(
-            &axis,
-            ends.chain(references).filter(|_| any),
-            0.04,
-            (0.0, 1.0),
-        ) else {
+        let Some(scale) = Scale::fit(&axis, ends.chain(references).filter(|_| any), 0.04, (0.0, 1.0)) else {
             return no_data(target, &self.title, &self.value.label);
         };
         let grouped = self.groups.len() > 1;
         let mut keys: Vec<Key> = Vec::new();
         for bar in all().filter(|_| grouped) {
             if keys.iter().all(|k| k.name != bar.name) {
-                keys.push(Key {
-                    name: bar.name.clone(),
-                    tone: bar.tone,
-                    swatch: Swatch::Bar,
-                });
+                keys.push(Key { name: bar.name.clone(), tone: bar.tone, swatch: Swatch::Bar });
             }
         }
-        let (head, head_height) = header(
-            target.width,
-            &self.title,
-            if keys.len() > 1 { &keys } else { &[] },
-        );
+        let (head, head_height) = header(target.width, &self.title, if keys.len() > 1 { &keys } else { &[] });
         let names = || {
-            self.groups.iter().flat_map(|g| {
-                if grouped {
-                    vec![&g.label]
-                } else {
-                    g.bars.iter().map(|b| &b.name).collect()
-                }
-            })
+            self.groups
+                .iter()
+                .flat_map(|g| if grouped { vec![&g.label] } else { g.bars.iter().map(|b| &b.name).collect() })
         };
-        let widest = names()
-            .map(|n| width(n, LABEL))
-            .fold(0.0, f64::max)
-            .min(target.width * 0.42);
-        let value_width = all()
-            .filter_map(|b| b.value)
-            .map(|v| width(&significant(v, 3), TICK))
-            .fold(0.0, f64::max);
+        let widest = names().map(|n| width(n, LABEL)).fold(0.0, f64::max).min(target.width * 0.42);
+        let value_width =
+            all().filter_map(|b| b.value).map(|v| width(&significant(v, 3), TICK)).fold(0.0, f64::max);
         let (left, right) = (widest + 10.0, target.width - value_width - 12.0);
         let scale = scale.on(left, right);
-        let top = head_height
-            + if self.references.is_empty() {
-                10.0
-            } else {
-                26.0
-            };
+        let top = head_height + if self.references.is_empty() { 10.0 } else { 26.0 };
 
         let mut y = top;
         let mut rows = Vec::new();
         for group in &self.groups {
             if grouped {
                 let middle = y + group.bars.len() as f64 * STEP / 2.0;
-                rows.push(label(
-                    "",
-                    0.0,
-                    middle + 3.8,
-                    LABEL,
-                    &shorten(&group.label, LABEL, widest),
-                ));
+                rows.push(label("", 0.0, middle + 3.8, LABEL, &shorten(&group.label, LABEL, widest)));
             }
             for bar in &group.bars {
                 let name = if grouped { "" } else { bar.name.as_str() };
-                rows.push(bar_row(
-                    &scale,
-                    bar,
-                    name,
-                    y + STEP / 2.0,
-                    widest,
-                    target.width,
-                ));
+                rows.push(bar_row(&scale, bar, name, y + STEP / 2.0, widest, target.width));
                 y += STEP;
             }
             y += 8.0;
@@ -165,14 +122,8 @@ impl Bars {
         let mut words = format!("{}.", self.value.text(0));
         for group in &self.groups {
             for bar in &group.bars {
-                let value = bar
-                    .value
-                    .map_or_else(|| "no data".to_owned(), |v| self.value.value(v));
-                let place = if group.label.is_empty() {
-                    String::new()
-                } else {
-                    format!("{}, ", group.label)
-                };
+                let value = bar.value.map_or_else(|| "no data".to_owned(), |v| self.value.value(v));
+                let place = if group.label.is_empty() { String::new() } else { format!("{}, ", group.label) };
                 words.push_str(&format!(" {place}{}: {value}.", bar.name));
             }
         }
@@ -181,14 +132,7 @@ impl Bars {
 }
 
 /// One bar with name, interval and its value at the right.
-fn bar_row(
-    scale: &Scale,
-    bar: &Bar,
-    name: &str,
-    middle: f64,
-    name_width: f64,
-    right: f64,
-) -> Markup {
+fn bar_row(scale: &Scale, bar: &Bar, name: &str, middle: f64, name_width: f64, right: f64) -> Markup {
     let base = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low });
     let tone = bar.tone.class();
     let value = bar.value.filter(|v| drawable(*v));

@@ -56,76 +56,38 @@ impl Fan {
             ("50 % band", tone, Swatch::Band50),
             ("90 % band", tone, Swatch::Band90),
         ]
-        .map(|(name, tone, swatch)| Key {
-            name: name.to_owned(),
-            tone,
-            swatch,
-        })
+        .map(|(name, tone, swatch)| Key { name: name.to_owned(), tone, swatch })
         .to_vec()
     }
 
     /// All vertical values, for a range that several fans share.
     pub(crate) fn values(&self) -> impl Iterator<Item = f64> {
-        [
-            &self.median,
-            &self.lower50,
-            &self.upper50,
-            &self.lower90,
-            &self.upper90,
-            &self.truth,
-        ]
-        .into_iter()
-        .flatten()
-        .copied()
+        [&self.median, &self.lower50, &self.upper50, &self.lower90, &self.upper90, &self.truth]
+            .into_iter()
+            .flatten()
+            .copied()
     }
 
     pub(crate) fn draw(&self, target: &Target) -> Markup {
         let any = self.values().any(drawable);
         let (Some(x), Some(y)) = (
-            Scale::fit(
-                &self.x,
-                self.t.iter().copied().filter(|_| any),
-                0.0,
-                (0.0, 1.0),
-            ),
+            Scale::fit(&self.x, self.t.iter().copied().filter(|_| any), 0.0, (0.0, 1.0)),
             Scale::fit(&self.y, self.values(), 0.05, (1.0, 0.0)),
         ) else {
-            return no_data(
-                target,
-                &self.title,
-                &format!("{} against {}", self.y.label, self.x.label),
-            );
+            return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
         };
-        let keys = if self.hide_legend {
-            Vec::new()
-        } else {
-            Self::keys(self.tone)
-        };
-        let spec = Spec {
-            title: &self.title,
-            x: &self.x,
-            y: &self.y,
-            keys,
-            right: 8.0,
-            aspect: None,
-        };
+        let keys = if self.hide_legend { Vec::new() } else { Self::keys(self.tone) };
+        let spec = Spec { title: &self.title, x: &self.x, y: &self.y, keys, right: 8.0, aspect: None };
         let frame = Frame::new(target, &spec, x, y);
         let (guides, labels) = frame.guides(&[], &self.events);
         let area = |lower: &[f64], upper: &[f64]| {
-            path::area(
-                self.t
-                    .iter()
-                    .zip(lower.iter().zip(upper))
-                    .map(|(t, (l, u))| {
-                        let (px, low) = frame.at(*t, *l)?;
-                        Some((px, low, frame.y.at(*u)?))
-                    }),
-            )
+            path::area(self.t.iter().zip(lower.iter().zip(upper)).map(|(t, (l, u))| {
+                let (px, low) = frame.at(*t, *l)?;
+                Some((px, low, frame.y.at(*u)?))
+            }))
         };
         let line = |values: &[f64]| {
-            path::line(&path::runs(
-                self.t.iter().zip(values).map(|(t, v)| frame.at(*t, *v)),
-            ))
+            path::line(&path::runs(self.t.iter().zip(values).map(|(t, v)| frame.at(*t, *v))))
         };
         let tone = self.tone.class();
         let marks = html! {
@@ -139,12 +101,9 @@ impl Fan {
     }
 
     fn describe(&self) -> String {
-        let inside = (self
-            .truth
-            .iter()
-            .zip(self.lower90.iter().zip(&self.upper90)))
-        .filter(|(t, (l, u))| drawable(**t) && drawable(**l) && drawable(**u))
-        .map(|(t, (l, u))| (l..=u).contains(&t));
+        let inside = (self.truth.iter().zip(self.lower90.iter().zip(&self.upper90)))
+            .filter(|(t, (l, u))| drawable(**t) && drawable(**l) && drawable(**u))
+            .map(|(t, (l, u))| (l..=u).contains(&t));
         let (mut held, mut all) = (0_u32, 0_u32);
         for yes in inside {
             all += 1;
@@ -157,9 +116,7 @@ impl Fan {
         );
         if all > 0 {
             let share = f64::from(held) / f64::from(all) * 100.0;
-            words.push_str(&format!(
-                " The 90 % band holds the truth at {share:.0} % of the times."
-            ));
+            words.push_str(&format!(" The 90 % band holds the truth at {share:.0} % of the times."));
         }
         words
     }

@@ -26,32 +26,18 @@ impl Heatmap {
             return no_data(target, &self.title, "correlations need two parameters");
         }
         let (head, top) = header(target.width, &self.title, &[]);
-        let names: Vec<String> = (self.names.iter())
-            .map(|name| shorten(name, LABEL, target.width * 0.45))
-            .collect();
+        let names: Vec<String> =
+            (self.names.iter()).map(|name| shorten(name, LABEL, target.width * 0.45)).collect();
         // Rows 1.. and columns ..n-1: the diagonal says nothing.
-        let left = names
-            .iter()
-            .skip(1)
-            .map(|s| width(s, LABEL))
-            .fold(0.0, f64::max)
-            + 10.0;
+        let left = names.iter().skip(1).map(|s| width(s, LABEL)).fold(0.0, f64::max) + 10.0;
         let cell = ((target.width - left) / (n as f64 - 1.0)).min(72.0);
         let height = cell.min(34.0);
         let top = top + 12.0;
         let bottom = top + (n as f64 - 1.0) * height;
         let number_fits = cell >= width("−0.00", TICK) + 4.0;
-        let column_width = names
-            .iter()
-            .take(n - 1)
-            .map(|s| width(s, LABEL))
-            .fold(0.0, f64::max);
+        let column_width = names.iter().take(n - 1).map(|s| width(s, LABEL)).fold(0.0, f64::max);
         let slanted = column_width > cell - 6.0;
-        let foot = if slanted {
-            column_width * 0.58 + 22.0
-        } else {
-            24.0
-        };
+        let foot = if slanted { column_width * 0.58 + 22.0 } else { 24.0 };
         let column = |j: usize| left + (j as f64 + 0.5) * cell;
         let body = html! {
             (head)

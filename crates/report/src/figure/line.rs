@@ -61,23 +61,13 @@ impl Series {
     /// A plain line.
     #[must_use]
     pub fn line(name: &str, tone: Tone, x: Vec<f64>, y: Vec<f64>) -> Self {
-        Self {
-            name: name.to_owned(),
-            tone,
-            x,
-            y,
-            ..Self::default()
-        }
+        Self { name: name.to_owned(), tone, x, y, ..Self::default() }
     }
 
     /// This series with a band of probability `level`.
     #[must_use]
     pub fn with_band(mut self, level: f64, lower: Vec<f64>, upper: Vec<f64>) -> Self {
-        self.bands.push(Band {
-            level,
-            lower,
-            upper,
-        });
+        self.bands.push(Band { level, lower, upper });
         self
     }
 
@@ -118,12 +108,7 @@ impl Line {
     /// An empty chart.
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
-        Self {
-            title: title.to_owned(),
-            x,
-            y,
-            ..Self::default()
-        }
+        Self { title: title.to_owned(), x, y, ..Self::default() }
     }
 
     /// This chart with one more series.
@@ -134,9 +119,8 @@ impl Line {
     }
 
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let drawn: Vec<&Series> = (self.series.iter())
-            .filter(|s| s.points().any(|(x, y)| drawable(x) && drawable(y)))
-            .collect();
+        let drawn: Vec<&Series> =
+            (self.series.iter()).filter(|s| s.points().any(|(x, y)| drawable(x) && drawable(y))).collect();
         let xs = drawn.iter().flat_map(|s| s.x.iter().copied());
         let ys = drawn.iter().flat_map(|s| {
             let bands = s.bands.iter().flat_map(|b| b.lower.iter().chain(&b.upper));
@@ -145,33 +129,21 @@ impl Line {
         let references = self.references.iter().map(|r| r.value);
         let (Some(x), Some(y)) = (
             Scale::fit(&self.x, xs, 0.0, (0.0, 1.0)),
-            Scale::fit(
-                &self.y,
-                ys.chain(references.filter(|_| !drawn.is_empty())),
-                0.05,
-                (1.0, 0.0),
-            ),
+            Scale::fit(&self.y, ys.chain(references.filter(|_| !drawn.is_empty())), 0.05, (1.0, 0.0)),
         ) else {
-            return no_data(
-                target,
-                &self.title,
-                &format!("{} against {}", self.y.label, self.x.label),
-            );
+            return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
         };
         let direct = !self.hide_legend
             && target.width >= 440.0
             && (2..=5).contains(&drawn.len())
             && drawn.iter().all(|s| s.mark != Mark::Points)
             && ends_apart(&y, &drawn);
-        let widest = drawn
-            .iter()
-            .map(|s| width(&s.name, LABEL))
-            .fold(0.0, f64::max);
+        let widest = drawn.iter().map(|s| width(&s.name, LABEL)).fold(0.0, f64::max);
         let spec = Spec {
             title: &self.title,
             x: &self.x,
             y: &self.y,
-            keys: if self.hide_legend || direct || drawn.len() < 2 {
+            keys: if self.hide_legend || direct || drawn.iter().all(|s| s.name.is_empty()) {
                 Vec::new()
             } else {
                 keys(&drawn)
@@ -214,39 +186,25 @@ impl Line {
 fn ends_apart(y: &Scale, drawn: &[&Series]) -> bool {
     // The plot area is about 230 pixels high, a name needs 15.
     let scale = y.on(0.0, 230.0);
-    let mut ends: Vec<f64> = (drawn.iter())
-        .filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back())
-        .collect();
+    let mut ends: Vec<f64> =
+        (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();
     ends.sort_by(f64::total_cmp);
     ends.windows(2).all(|pair| pair[1] - pair[0] >= 9.0)
 }
 
 fn keys(drawn: &[&Series]) -> Vec<Key> {
     let swatch = |s: &Series| {
-        if s.mark == Mark::Points {
-            Swatch::Point
-        } else {
-            Swatch::Line
-        }
+        if s.mark == Mark::Points { Swatch::Point } else { Swatch::Line }
     };
-    drawn
-        .iter()
-        .map(|s| Key {
-            name: s.name.clone(),
-            tone: s.tone,
-            swatch: swatch(s),
-        })
-        .collect()
+    drawn.iter().map(|s| Key { name: s.name.clone(), tone: s.tone, swatch: swatch(s) }).collect()
 }
 
 /// The area of a band; the two usual levels differ in depth.
 fn draw_band(frame: &Frame, series: &Series, band: &Band) -> Markup {
-    let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(
-        |(x, (l, u))| {
-            let (px, low) = frame.at(*x, *l)?;
-            Some((px, low, frame.y.at(*u)?))
-        },
-    ));
+    let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(|(x, (l, u))| {
+        let (px, low) = frame.at(*x, *l)?;
+        Some((px, low, frame.y.at(*u)?))
+    }));
     let class = if band.level <= 0.7 { "b5" } else { "b9" };
     html! { path class={ (class) " " (series.tone.class()) } d=(area) {} }
 }

@@ -84,12 +84,7 @@ impl Figure {
     /// The figure as an SVG file of `width` pixels (at least 240), with its own style.
     #[must_use]
     pub fn svg_document(&self, width: f64) -> String {
-        self.draw(&Target {
-            width: width.max(240.0),
-            id: "figure",
-            standalone: true,
-        })
-        .into_string()
+        self.draw(&Target { width: width.max(240.0), id: "figure", standalone: true }).into_string()
     }
 
     pub(crate) fn draw(&self, target: &Target) -> Markup {
@@ -115,13 +110,4 @@ macro_rules! into_figure {
         })*
     };
 }
-into_figure!(
-    Line,
-    Fan,
-    Scatter,
-    Bars,
-    Histogram,
-    Quantile,
-    Autocorrelation,
-    Heatmap
-);
+into_figure!(Line, Fan, Scatter, Bars, Histogram, Quantile, Autocorrelation, Heatmap);

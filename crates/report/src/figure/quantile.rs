@@ -35,20 +35,14 @@ pub struct Quantile {
 
 impl Quantile {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let (x_axis, y_axis) = (
-            Axis::linear("normal quantile", "sd"),
-            Axis::linear("residual quantile", "sd"),
-        );
+        let (x_axis, y_axis) =
+            (Axis::linear("normal quantile", "sd"), Axis::linear("residual quantile", "sd"));
         let points = |s: &QuantileSeries| -> Vec<(f64, f64)> {
             let both = s.normal.iter().copied().zip(s.sample.iter().copied());
             both.filter(|(x, y)| drawable(*x) && drawable(*y)).collect()
         };
-        let series: Vec<(&QuantileSeries, Vec<(f64, f64)>)> = self
-            .series
-            .iter()
-            .map(|s| (s, points(s)))
-            .filter(|(_, p)| !p.is_empty())
-            .collect();
+        let series: Vec<(&QuantileSeries, Vec<(f64, f64)>)> =
+            self.series.iter().map(|s| (s, points(s))).filter(|(_, p)| !p.is_empty()).collect();
         let all = || series.iter().flat_map(|(_, p)| p.iter().copied());
         let (Some(x), Some(y)) = (
             Scale::fit(&x_axis, all().map(|p| p.0), 0.04, (0.0, 1.0)),
@@ -56,30 +50,13 @@ impl Quantile {
         ) else {
             return no_data(target, &self.title, "quantiles of the residual");
         };
-        let point_key = |s: &QuantileSeries| Key {
-            name: s.name.clone(),
-            tone: s.tone,
-            swatch: Swatch::Point,
-        };
+        let point_key =
+            |s: &QuantileSeries| Key { name: s.name.clone(), tone: s.tone, swatch: Swatch::Point };
         let mut keys: Vec<Key> = series.iter().map(|(s, _)| point_key(s)).collect();
-        keys.push(Key {
-            name: "pure noise".to_owned(),
-            tone: Tone::Ink,
-            swatch: Swatch::Reference,
-        });
-        let spec = Spec {
-            title: &self.title,
-            x: &x_axis,
-            y: &y_axis,
-            keys,
-            right: 8.0,
-            aspect: Some(0.66),
-        };
+        keys.push(Key { name: "pure noise".to_owned(), tone: Tone::Ink, swatch: Swatch::Reference });
+        let spec = Spec { title: &self.title, x: &x_axis, y: &y_axis, keys, right: 8.0, aspect: Some(0.66) };
         let frame = Frame::new(target, &spec, x, y);
-        let diagonal = path::line(&path::runs([
-            frame.at(x.low, x.low),
-            frame.at(x.high, x.high),
-        ]));
+        let diagonal = path::line(&path::runs([frame.at(x.low, x.low), frame.at(x.high, x.high)]));
         let marks = html! {
             path class="rf" d=(diagonal) {}
             @for (s, points) in &series {
@@ -87,17 +64,10 @@ impl Quantile {
             }
         };
         let mut description =
-            "Quantiles of the residual against normal quantiles; pure noise lies on the diagonal."
-                .to_owned();
+            "Quantiles of the residual against normal quantiles; pure noise lies on the diagonal.".to_owned();
         for (s, points) in &series {
-            let farthest = points
-                .iter()
-                .map(|(x, y)| (y - x).abs())
-                .fold(0.0, f64::max);
-            description.push_str(&format!(
-                " {}: at most {farthest:.1} sd off the diagonal.",
-                s.name
-            ));
+            let farthest = points.iter().map(|(x, y)| (y - x).abs()).fold(0.0, f64::max);
+            description.push_str(&format!(" {}: at most {farthest:.1} sd off the diagonal.", s.name));
         }
         frame.finish(target, &self.title, &description, &marks, &html! {})
     }

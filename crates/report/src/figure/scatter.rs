@@ -48,41 +48,22 @@ impl Scatter {
             let both = cloud.x.iter().copied().zip(cloud.y.iter().copied());
             both.filter(|(x, y)| drawable(*x) && drawable(*y)).collect()
         };
-        let clouds: Vec<(&Cloud, Vec<(f64, f64)>)> = self
-            .clouds
-            .iter()
-            .map(|cloud| (cloud, points(cloud)))
-            .filter(|(_, p)| !p.is_empty())
-            .collect();
+        let clouds: Vec<(&Cloud, Vec<(f64, f64)>)> =
+            self.clouds.iter().map(|cloud| (cloud, points(cloud))).filter(|(_, p)| !p.is_empty()).collect();
         let all = || clouds.iter().flat_map(|(_, p)| p.iter().copied());
         let (Some(x), Some(y)) = (
             Scale::fit(&self.x, all().map(|p| p.0), 0.04, (0.0, 1.0)),
             Scale::fit(&self.y, all().map(|p| p.1), 0.06, (1.0, 0.0)),
         ) else {
-            return no_data(
-                target,
-                &self.title,
-                &format!("{} against {}", self.y.label, self.x.label),
-            );
+            return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
         };
-        let key = |cloud: &Cloud| Key {
-            name: cloud.name.clone(),
-            tone: cloud.tone,
-            swatch: Swatch::Point,
-        };
+        let key = |cloud: &Cloud| Key { name: cloud.name.clone(), tone: cloud.tone, swatch: Swatch::Point };
         let keys = if self.hide_legend || clouds.len() < 2 {
             Vec::new()
         } else {
             clouds.iter().map(|(cloud, _)| key(cloud)).collect()
         };
-        let spec = Spec {
-            title: &self.title,
-            x: &self.x,
-            y: &self.y,
-            keys,
-            right: 8.0,
-            aspect: Some(0.72),
-        };
+        let spec = Spec { title: &self.title, x: &self.x, y: &self.y, keys, right: 8.0, aspect: Some(0.72) };
         let frame = Frame::new(target, &spec, x, y);
         let (guides, labels) = frame.guides(&self.references, &[]);
         let most = clouds.iter().map(|(_, p)| p.len()).max().unwrap_or(0);

@@ -62,17 +62,9 @@ pub enum LegendEntry {
 impl LegendEntry {
     fn keys(&self) -> Vec<Key> {
         match self {
-            Self::Line(name, tone) => vec![Key {
-                name: name.clone(),
-                tone: *tone,
-                swatch: Swatch::Line,
-            }],
+            Self::Line(name, tone) => vec![Key { name: name.clone(), tone: *tone, swatch: Swatch::Line }],
             Self::Points(name, tone) => {
-                vec![Key {
-                    name: name.clone(),
-                    tone: *tone,
-                    swatch: Swatch::Point,
-                }]
+                vec![Key { name: name.clone(), tone: *tone, swatch: Swatch::Point }]
             }
             Self::Fan(tone) => Fan::keys(*tone),
         }
@@ -93,11 +85,7 @@ impl Ids {
 }
 
 fn one(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
-    figure.draw(&Target {
-        width,
-        id: &ids.next(),
-        standalone: false,
-    })
+    figure.draw(&Target { width, id: &ids.next(), standalone: false })
 }
 
 fn both(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {

@@ -140,10 +140,7 @@ impl Section {
     /// A section with `blocks`.
     #[must_use]
     pub fn new(title: &str, blocks: Vec<Block>) -> Self {
-        Self {
-            title: title.to_owned(),
-            blocks,
-        }
+        Self { title: title.to_owned(), blocks }
     }
 }
 
@@ -166,12 +163,8 @@ impl Page {
     #[must_use]
     pub fn render(&self) -> String {
         let mut ids = Ids::default();
-        let sections: Vec<(usize, &Section)> = self
-            .sections
-            .iter()
-            .filter(|s| !s.blocks.is_empty())
-            .enumerate()
-            .collect();
+        let sections: Vec<(usize, &Section)> =
+            self.sections.iter().filter(|s| !s.blocks.is_empty()).enumerate().collect();
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -263,18 +256,10 @@ fn provenance(p: &Provenance) -> Markup {
     let mut terms: Vec<(&str, String, String)> =
         vec![("version", format!("augsim {}", p.version), String::new())];
     terms.extend(p.seed.map(|seed| ("seed", seed.to_string(), String::new())));
-    terms.extend(
-        p.data
-            .iter()
-            .map(|d| ("data", d.path.clone(), d.hash.clone())),
-    );
+    terms.extend(p.data.iter().map(|d| ("data", d.path.clone(), d.hash.clone())));
     terms.extend(p.machine.clone().map(|m| ("machine", m, String::new())));
     terms.extend(p.date.clone().map(|d| ("date", d, String::new())));
-    terms.extend(
-        p.more
-            .iter()
-            .map(|(name, value)| (name.as_str(), value.clone(), String::new())),
-    );
+    terms.extend(p.more.iter().map(|(name, value)| (name.as_str(), value.clone(), String::new())));
     html! {
         footer aria-label="Provenance" {
             dl {

@@ -45,8 +45,10 @@ pre code{overflow-wrap:normal}
 .ref{color:var(--muted)}
 .scroll{overflow-x:auto;margin-top:20px}
 table{border-collapse:collapse;font-size:.93rem;line-height:1.4;min-width:min(100%,560px)}
-caption{text-align:left;font-weight:600;padding:0 0 8px;caption-side:top}
-th,td{padding:8px 18px 8px 0;text-align:left;vertical-align:baseline}
+.cap{font-weight:600;margin:28px 0 0}
+h2+.cap{margin-top:0}
+.cap+.scroll{margin-top:8px}
+th,td{padding:8px 16px 8px 0;text-align:left;vertical-align:baseline}
 th:last-child,td:last-child{padding-right:4px}
 thead th{font-weight:500;color:var(--muted);font-size:.85rem;border-bottom:1px solid var(--muted);vertical-align:bottom}
 thead .unit{display:block;font-size:.85em;font-weight:400}
@@ -55,10 +57,11 @@ tbody tr+tr>*{border-top:1px solid var(--grid)}
 tbody tr.new+tr.new>*,tbody tr.sep>*{border-top:1px solid var(--rule)}
 .num{text-align:right}
 td.num{white-space:nowrap}
-th code,td code{white-space:nowrap}
+th code,td code,.nw,.unit{white-space:nowrap}
+.lead code{background:none;padding:0}
 .ci{color:var(--muted);font-size:.88em;white-space:nowrap;margin-left:.5em}
 .best{font-weight:700}
-.best::after{content:'';display:block;height:2px;margin:1px 0 -3px;background:var(--accent);border-radius:1px;margin-left:auto;width:100%;max-width:3.2em}
+.best::after{content:'';display:block;height:1.5px;margin:1px 0 -2.5px;background:var(--accent);border-radius:1px;margin-left:auto;width:100%;max-width:3.2em}
 tr.strong>th,tr.strong>.num{font-weight:650}
 tr.strong .ci{font-weight:400}
 .foot{margin-top:10px}

@@ -55,39 +55,25 @@ impl Column {
     /// A column of words.
     #[must_use]
     pub fn text(title: &str) -> Self {
-        Self {
-            title: title.to_owned(),
-            ..Self::default()
-        }
+        Self { title: title.to_owned(), ..Self::default() }
     }
 
     /// A column of numbers in `unit`.
     #[must_use]
     pub fn number(title: &str, unit: &str) -> Self {
-        Self {
-            title: title.to_owned(),
-            unit: unit.to_owned(),
-            numeric: true,
-            ..Self::default()
-        }
+        Self { title: title.to_owned(), unit: unit.to_owned(), numeric: true, ..Self::default() }
     }
 
     /// This column with fixed decimals.
     #[must_use]
     pub fn decimals(self, decimals: usize) -> Self {
-        Self {
-            decimals: Some(decimals),
-            ..self
-        }
+        Self { decimals: Some(decimals), ..self }
     }
 
     /// This column with its best value marked.
     #[must_use]
     pub fn best(self, best: Best) -> Self {
-        Self {
-            best: Some(best),
-            ..self
-        }
+        Self { best: Some(best), ..self }
     }
 }
 
@@ -106,10 +92,7 @@ pub struct Row {
 
 impl From<Vec<Cell>> for Row {
     fn from(cells: Vec<Cell>) -> Self {
-        Self {
-            cells,
-            ..Self::default()
-        }
+        Self { cells, ..Self::default() }
     }
 }
 
@@ -151,11 +134,7 @@ impl Cell {
     /// An estimate with an interval where there is one.
     #[must_use]
     pub fn estimate(value: f64, interval: Option<[f64; 2]>) -> Self {
-        interval.map_or(Self::Number(value), |[low, high]| Self::Interval {
-            value,
-            low,
-            high,
-        })
+        interval.map_or(Self::Number(value), |[low, high]| Self::Interval { value, low, high })
     }
 
     fn value(&self) -> Option<f64> {
@@ -185,19 +164,13 @@ pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, Strin
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
-        return (
-            significant(value, 3),
-            format!("{}, {}", significant(low, 3), significant(high, 3)),
-        );
+        return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
-    // Two digits of the half width where they matter (10 to 49), else one.
+    // Two digits of the half width where they matter (10 to 49), else one; three of the value.
     let mantissa = half / 10f64.powf(half.log10().floor());
     let digits = if mantissa < 4.95 { 2 } else { 1 };
-    let decimals = decimals_for(half, digits).min(decimals_for(size, 6));
-    (
-        fixed(value, decimals),
-        format!("{}, {}", fixed(low, decimals), fixed(high, decimals)),
-    )
+    let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));
+    (fixed(value, decimals), format!("{}, {}", fixed(low, decimals), fixed(high, decimals)))
 }
 
 impl Table {
@@ -217,12 +190,8 @@ impl Table {
                 Best::Nearest(target) => (value - target).abs(),
             })
         };
-        let rivals: Vec<f64> = self
-            .rows
-            .iter()
-            .filter(|r| r.compare.as_ref() == Some(group))
-            .filter_map(badness)
-            .collect();
+        let rivals: Vec<f64> =
+            self.rows.iter().filter(|r| r.compare.as_ref() == Some(group)).filter_map(badness).collect();
         rivals.len() > 1 && badness(row).is_some_and(|mine| rivals.iter().all(|r| mine <= *r))
     }
 
@@ -232,10 +201,16 @@ impl Table {
     }
 
     pub(super) fn draw(&self) -> Markup {
+        let class = |column: &Column, cell: &Cell| match cell {
+            _ if column.numeric => Some("num"),
+            // Short words stay on one line; sentences wrap.
+            Cell::Text(text) if text.chars().count() <= 18 => Some("nw"),
+            _ => None,
+        };
         html! {
+            @if !self.caption.is_empty() { p class="cap" { (rich(&self.caption)) } }
             div class="scroll stick" role="region" aria-label=(self.caption) tabindex="0" {
                 table {
-                    caption { (rich(&self.caption)) }
                     thead {
                         tr {
                             @for column in &self.columns {
@@ -254,7 +229,7 @@ impl Table {
                                     @if at == 0 {
                                         th scope="row" { (cell.draw(column)) }
                                     } @else {
-                                        td class=[column.numeric.then_some("num")] {
+                                        td class=[class(column, cell)] {
                                             @if best { span class="best" { (cell.draw(column)) } } @else { (cell.draw(column)) }
                                         }
                                     }
@@ -293,10 +268,7 @@ mod tests {
             strong: false,
         };
         let table = Table {
-            columns: vec![
-                Column::text("model"),
-                Column::number("error", "m").best(Best::Lowest),
-            ],
+            columns: vec![Column::text("model"), Column::number("error", "m").best(Best::Lowest)],
             rows: vec![
                 row(Some("forecast"), 0.3),
                 row(Some("forecast"), 0.2),
@@ -311,17 +283,8 @@ mod tests {
 
     #[test]
     fn an_interval_sets_the_digits_of_its_estimate() {
-        assert_eq!(
-            estimate_text(0.013_21, [0.012_7, 0.013_8]),
-            ("0.01321".into(), "0.01270, 0.01380".into())
-        );
-        assert_eq!(
-            estimate_text(-4.0, [-5.5, -2.5]),
-            ("−4.0".into(), "−5.5, −2.5".into())
-        );
-        assert_eq!(
-            estimate_text(3.0, [3.0, 3.0]),
-            ("3.00".into(), "3.00, 3.00".into())
-        );
+        assert_eq!(estimate_text(0.013_21, [0.012_7, 0.013_8]), ("0.0132".into(), "0.0127, 0.0138".into()));
+        assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.00".into(), "−5.50, −2.50".into()));
+        assert_eq!(estimate_text(3.0, [3.0, 3.0]), ("3.00".into(), "3.00, 3.00".into()));
     }
 }

@@ -55,13 +55,7 @@ pub(crate) fn label(class: &str, x: f64, y: f64, size: f64, content: &str) -> Ma
 }
 
 /// The whole `<svg>`, with title and description for readers who do not see it.
-pub(crate) fn svg(
-    target: &Target,
-    height: f64,
-    title: &str,
-    description: &str,
-    body: &Markup,
-) -> Markup {
+pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, body: &Markup) -> Markup {
     let (w, h) = (c(target.width), c(height));
     let (title_id, desc_id) = (format!("{}-t", target.id), format!("{}-d", target.id));
     html! {
@@ -175,21 +169,12 @@ impl Frame {
             None => (plot_guess * 0.56).clamp(150.0, 320.0),
         };
         let (y_ticks, y_power) = y.ticks(if plot_height > 230.0 { 6 } else { 5 });
-        let widest = y_ticks
-            .iter()
-            .map(|t| width(&t.1, TICK))
-            .fold(0.0, f64::max);
+        let widest = y_ticks.iter().map(|t| width(&t.1, TICK)).fold(0.0, f64::max);
         let left = (widest + 9.0).max(24.0);
         let top = head_height + 25.0;
-        let plot = Rect {
-            left,
-            top,
-            right: target.width - spec.right.max(8.0),
-            bottom: top + plot_height,
-        };
+        let plot = Rect { left, top, right: target.width - spec.right.max(8.0), bottom: top + plot_height };
         let (x, y) = (x.on(plot.left, plot.right), y.on(plot.bottom, plot.top));
-        let (x_ticks, x_power) =
-            x.ticks(((plot.right - plot.left) / 62.0).round().clamp(3.0, 10.0) as usize);
+        let (x_ticks, x_power) = x.ticks(((plot.right - plot.left) / 62.0).round().clamp(3.0, 10.0) as usize);
         let x_label = shorten_to(&spec.x.text(x_power), plot.right - plot.left);
         let y_label = shorten_to(&spec.y.text(y_power), target.width);
         let axes = html! {
@@ -212,14 +197,7 @@ impl Frame {
             (label("mu", 0.0, top - 9.0, LABEL, &y_label))
             (label("mu en", plot.right, plot.bottom + 33.0, LABEL, &x_label))
         };
-        Self {
-            plot,
-            x,
-            y,
-            height: plot.bottom + 40.0,
-            head,
-            axes,
-        }
+        Self { plot, x, y, height: plot.bottom + 40.0, head, axes }
     }
 
     /// The pixel of a data point; none where it cannot be drawn.
@@ -255,26 +233,13 @@ impl Frame {
         let mut reference_labels = Vec::new();
         for (y, reference) in &shown {
             let above = y - 5.0;
-            let base = if above - 10.0 < plot.top + 14.0 {
-                y + 13.0
-            } else {
-                above
-            };
+            let base = if above - 10.0 < plot.top + 14.0 { y + 13.0 } else { above };
             if !reference.label.is_empty() && taken.iter().all(|t| (t - base).abs() > 13.0) {
-                reference_labels.push(label(
-                    "en ha",
-                    plot.right - 3.0,
-                    base,
-                    TICK,
-                    &reference.label,
-                ));
+                reference_labels.push(label("en ha", plot.right - 3.0, base, TICK, &reference.label));
                 taken.push(base);
             }
         }
-        (
-            marks,
-            html! { @for l in event_labels.iter().chain(&reference_labels) { (l) } },
-        )
+        (marks, html! { @for l in event_labels.iter().chain(&reference_labels) { (l) } })
     }
 
     /// The finished figure: `marks` are clipped to the plot area, `labels` are not.
@@ -306,11 +271,7 @@ fn shorten_to(text: &str, width_px: f64) -> String {
 
 /// Keeps a tick label inside the figure at its right edge.
 fn tick_anchor(px: f64, text: &str, right: f64) -> &'static str {
-    if px + width(text, TICK) / 2.0 > right {
-        "mu en"
-    } else {
-        "mu mi"
-    }
+    if px + width(text, TICK) / 2.0 > right { "mu en" } else { "mu mi" }
 }
 
 /// Drops tick labels that would touch their neighbour.
@@ -320,11 +281,7 @@ fn thin_ticks(x: &Scale, ticks: &[(f64, String)], right: f64) -> Vec<(f64, Strin
     for (value, text) in ticks {
         let Some(px) = x.at(*value) else { continue };
         let w = width(text, TICK);
-        let start = if px + w / 2.0 > right {
-            px - w
-        } else {
-            px - w / 2.0
-        };
+        let start = if px + w / 2.0 > right { px - w } else { px - w / 2.0 };
         if start > end + 5.0 {
             end = start + w;
             kept.push((*value, text.clone()));

@@ -10,14 +10,9 @@ pub(crate) fn marker(tone: Tone, x: f64, y: f64, r: f64) -> Markup {
     let class = format!("pt {}", tone.class());
     let c = coordinate;
     let d = match tone {
-        Tone::Series(1) => format!(
-            "M{} {}h{}v{}h{}z",
-            c(x - r * 0.9),
-            c(y - r * 0.9),
-            c(r * 1.8),
-            c(r * 1.8),
-            c(-r * 1.8)
-        ),
+        Tone::Series(1) => {
+            format!("M{} {}h{}v{}h{}z", c(x - r * 0.9), c(y - r * 0.9), c(r * 1.8), c(r * 1.8), c(-r * 1.8))
+        }
         Tone::Series(2) => format!(
             "M{} {}L{} {}L{} {}z",
             c(x),

@@ -38,10 +38,7 @@ pub(crate) const DARK: [(&str, &str); 12] = [
 pub(crate) const SERIES: u8 = 5;
 
 fn variables(colours: &[(&str, &str)]) -> String {
-    colours
-        .iter()
-        .map(|(name, value)| format!("--{name}:{value};"))
-        .collect()
+    colours.iter().map(|(name, value)| format!("--{name}:{value};")).collect()
 }
 
 /// The custom properties under `selector`, with the dark set for readers who prefer it on a screen
@@ -65,7 +62,7 @@ pub(crate) fn figure_css() -> String {
          .fig .rf{fill:none;stroke:var(--ink);stroke-width:1;stroke-dasharray:1.5 3;stroke-linecap:round}.fig .ev{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3;opacity:.8}\n\
          .fig .b9{fill:var(--k);fill-opacity:.16;stroke:var(--k);stroke-opacity:.35;stroke-width:.6}.fig .b5{fill:var(--k);fill-opacity:.3}\n\
          .fig .pt{fill:var(--k);fill-opacity:.85;stroke:var(--bg);stroke-width:.6}.fig .br{fill:var(--k);fill-opacity:.75}.fig .iv{fill:none;stroke:var(--k);stroke-width:1.6;stroke-linecap:round}\n\
-         .fig .so.ln{stroke-dasharray:none}.fig .ld{fill:none;stroke:var(--k);stroke-width:.8;opacity:.7}.fig .pn{fill:var(--panel)}.fig .bg{fill:var(--bg)}\n\
+         .fig .ld{fill:none;stroke:var(--k);stroke-width:.8;opacity:.7}.fig .pn{fill:var(--panel)}.fig .bg{fill:var(--bg)}\n\
          .fig .ki{--k:var(--ink)}.fig .km{--k:var(--muted)}.fig .km.ln{stroke-dasharray:5 3}\n",
     );
     let dashes = ["", "7 3.5", "2 3.5", "9 3 2 3", "4 2.5"];
@@ -75,7 +72,7 @@ pub(crate) fn figure_css() -> String {
             css.push_str(&format!(".fig .k{i}.ln{{stroke-dasharray:{dash}}}"));
         }
     }
-    css.push('\n');
+    css.push_str(".fig .so.ln{stroke-dasharray:none}\n");
     css
 }
 
@@ -90,13 +87,8 @@ mod tests {
 
     fn rgb(hex: &str) -> Rgb {
         let linear = |at: usize| {
-            let c =
-                f64::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("hex colour")) / 255.0;
-            if c <= 0.040_45 {
-                c / 12.92
-            } else {
-                ((c + 0.055) / 1.055).powf(2.4)
-            }
+            let c = f64::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("hex colour")) / 255.0;
+            if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         };
         [linear(1), linear(3), linear(5)]
     }
@@ -109,11 +101,7 @@ mod tests {
     fn lab(c: Rgb) -> Rgb {
         let c = c.map(|v| v.clamp(0.0, 1.0));
         let f = |v: f64| {
-            if v > 0.008_856 {
-                v.cbrt()
-            } else {
-                7.787 * v + 16.0 / 116.0
-            }
+            if v > 0.008_856 { v.cbrt() } else { 7.787 * v + 16.0 / 116.0 }
         };
         let x = f((0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2]) / 0.950_47);
         let y = f(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
@@ -122,11 +110,7 @@ mod tests {
     }
 
     fn get(colours: &[(&str, &str)], name: &str) -> Rgb {
-        rgb(colours
-            .iter()
-            .find(|c| c.0 == name)
-            .expect("named colour")
-            .1)
+        rgb(colours.iter().find(|c| c.0 == name).expect("named colour").1)
     }
 
     #[test]
@@ -137,10 +121,7 @@ mod tests {
                     assert!(contrast(get(colours, text), ground) >= 4.5, "{text}");
                 }
                 for i in 0..SERIES {
-                    assert!(
-                        contrast(get(colours, &format!("s{i}")), ground) >= 3.0,
-                        "s{i}"
-                    );
+                    assert!(contrast(get(colours, &format!("s{i}")), ground) >= 3.0, "s{i}");
                 }
             }
         }
@@ -174,12 +155,7 @@ mod tests {
                     .collect();
                 for (i, a) in seen.iter().enumerate() {
                     for b in &seen[i + 1..] {
-                        let apart = a
-                            .iter()
-                            .zip(b)
-                            .map(|(p, q)| (p - q).powi(2))
-                            .sum::<f64>()
-                            .sqrt();
+                        let apart = a.iter().zip(b).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
                         assert!(apart > 12.0, "{apart}");
                     }
                 }

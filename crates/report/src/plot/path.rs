@@ -82,12 +82,8 @@ fn columns(points: &[Point]) -> Vec<Point> {
     let mut column: Vec<Point> = Vec::new();
     let flush = |column: &mut Vec<Point>, kept: &mut Vec<Point>| {
         let y = |i: usize| column.get(i).map_or(0.0, |p: &Point| p.1);
-        let lowest = (0..column.len())
-            .min_by(|a, b| y(*a).total_cmp(&y(*b)))
-            .unwrap_or(0);
-        let highest = (0..column.len())
-            .max_by(|a, b| y(*a).total_cmp(&y(*b)))
-            .unwrap_or(0);
+        let lowest = (0..column.len()).min_by(|a, b| y(*a).total_cmp(&y(*b))).unwrap_or(0);
+        let highest = (0..column.len()).max_by(|a, b| y(*a).total_cmp(&y(*b))).unwrap_or(0);
         let last = column.len().saturating_sub(1);
         kept.extend(
             (column.iter().enumerate())
@@ -97,10 +93,7 @@ fn columns(points: &[Point]) -> Vec<Point> {
         column.clear();
     };
     for point in points {
-        if column
-            .first()
-            .is_some_and(|first| first.0.floor() != point.0.floor())
-        {
+        if column.first().is_some_and(|first| first.0.floor() != point.0.floor()) {
             flush(&mut column, &mut kept);
         }
         column.push(*point);
@@ -135,23 +128,14 @@ fn simplify(points: &[Point]) -> Vec<Point> {
             stack.push((middle, last));
         }
     }
-    points
-        .iter()
-        .zip(keep)
-        .filter(|(_, k)| *k)
-        .map(|(p, _)| *p)
-        .collect()
+    points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect()
 }
 
 /// Distance of `p` from the segment `a` to `b`.
 fn distance(p: Point, a: Point, b: Point) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let length = dx * dx + dy * dy;
-    let s = if length > 0.0 {
-        (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let s = if length > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
     (p.0 - a.0 - s * dx).hypot(p.1 - a.1 - s * dy)
 }
 
@@ -162,40 +146,26 @@ mod tests {
 
     #[test]
     fn a_straight_line_keeps_its_two_ends() {
-        let points: Vec<Point> = (0..1000)
-            .map(|i| (f64::from(i) * 0.3, f64::from(i) * 0.1))
-            .collect();
+        let points: Vec<Point> = (0..1000).map(|i| (f64::from(i) * 0.3, f64::from(i) * 0.1)).collect();
         assert_eq!(line(&[points]), "M0 0L299.7 99.9");
     }
 
     #[test]
     fn gaps_split_and_single_points_are_dots() {
-        let d = line(&runs([
-            Some((0.0, 0.0)),
-            Some((5.0, 1.0)),
-            None,
-            None,
-            Some((9.0, 2.0)),
-        ]));
+        let d = line(&runs([Some((0.0, 0.0)), Some((5.0, 1.0)), None, None, Some((9.0, 2.0))]));
         assert_eq!(d, "M0 0L5 1M9 2h0");
     }
 
     #[test]
     fn a_spike_in_a_dense_line_survives() {
-        let points: Vec<Point> = (0..10_000)
-            .map(|i| (f64::from(i) * 0.02, if i == 5003 { 50.0 } else { 0.0 }))
-            .collect();
+        let points: Vec<Point> =
+            (0..10_000).map(|i| (f64::from(i) * 0.02, if i == 5003 { 50.0 } else { 0.0 })).collect();
         assert!(line(&[points]).contains(" 50"));
     }
 
     #[test]
     fn areas_close_run_by_run() {
-        let d = area([
-            Some((0.0, 0.0, 2.0)),
-            Some((4.0, 0.0, 2.0)),
-            None,
-            Some((6.0, 0.0, 1.0)),
-        ]);
+        let d = area([Some((0.0, 0.0, 2.0)), Some((4.0, 0.0, 2.0)), None, Some((6.0, 0.0, 1.0))]);
         assert_eq!(d, "M0 2L4 2L4 0L0 0z");
     }
 }

@@ -13,13 +13,10 @@ pub(crate) fn drawable(value: f64) -> bool {
 
 /// Smallest and largest drawable value; none for no data.
 pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values
-        .into_iter()
-        .filter(|v| drawable(*v))
-        .fold(None, |range, v| match range {
-            None => Some((v, v)),
-            Some((low, high)) => Some((low.min(v), high.max(v))),
-        })
+    values.into_iter().filter(|v| drawable(*v)).fold(None, |range, v| match range {
+        None => Some((v, v)),
+        Some((low, high)) => Some((low.min(v), high.max(v))),
+    })
 }
 
 /// A map from a data range to a pixel range.
@@ -59,16 +56,8 @@ impl Scale {
         } else {
             let margin = (high - low) * pad;
             // A zero that is the natural end of the axis stays the end of the axis.
-            low = if low == 0.0 && axis.include_zero {
-                0.0
-            } else {
-                low - margin
-            };
-            high = if high == 0.0 && axis.include_zero {
-                0.0
-            } else {
-                high + margin
-            };
+            low = if low == 0.0 && axis.include_zero { 0.0 } else { low - margin };
+            high = if high == 0.0 && axis.include_zero { 0.0 } else { high + margin };
         }
         if let Some([a, b]) = axis.domain
             && drawable(a)
@@ -78,14 +67,7 @@ impl Scale {
         {
             (low, high) = (a, b);
         }
-        Some(Self {
-            kind: axis.scale,
-            low,
-            high,
-            start: pixels.0,
-            end: pixels.1,
-            integer: axis.integer,
-        })
+        Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1, integer: axis.integer })
     }
 
     /// The same data range on other pixels.
@@ -164,8 +146,7 @@ mod tests {
     fn no_constant_and_non_finite_data_are_handled() {
         let axis = Axis::linear("height", "m");
         assert!(Scale::fit(&axis, [f64::NAN, f64::INFINITY], 0.05, (0.0, 1.0)).is_none());
-        let constant =
-            Scale::fit(&axis, [0.0, 0.0], 0.05, (0.0, 10.0)).expect("constant data have a scale");
+        let constant = Scale::fit(&axis, [0.0, 0.0], 0.05, (0.0, 10.0)).expect("constant data have a scale");
         assert_eq!(constant.at(0.0), Some(5.0));
         assert_eq!(constant.at(f64::NAN), None);
         assert!(Scale::fit(&Axis::log("loss", ""), [0.0, -1.0], 0.05, (0.0, 1.0)).is_none());
@@ -180,8 +161,7 @@ mod tests {
 
     #[test]
     fn tiny_values_put_their_power_of_ten_into_the_label() {
-        let scale =
-            Scale::fit(&Axis::linear("residual", "m"), [0.0, 4e-4], 0.0, (0.0, 1.0)).expect("data");
+        let scale = Scale::fit(&Axis::linear("residual", "m"), [0.0, 4e-4], 0.0, (0.0, 1.0)).expect("data");
         let (ticks, power) = scale.ticks(5);
         assert_eq!(power, -6);
         assert_eq!(ticks.last().map(|t| t.1.as_str()), Some("400"));

@@ -12,9 +12,7 @@ pub(crate) fn width(text: &str, size: f64) -> f64 {
             'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '-' | '/' => 0.42,
             'm' | 'w' | 'M' | 'W' | '−' | '+' | '=' | '%' => 0.92,
             '\u{202f}' => 0.2,
-            '⁰' | '¹' | '²' | '³' | '⁴' | '⁵' | '⁶' | '⁷' | '⁸' | '⁹' | '⁻' => {
-                0.42
-            }
+            '⁰' | '¹' | '²' | '³' | '⁴' | '⁵' | '⁶' | '⁷' | '⁸' | '⁹' | '⁻' => 0.42,
             c if c.is_ascii_uppercase() => 0.7,
             c if c.is_ascii() => 0.615,
             c if c.is_alphabetic() && (c as u32) < 0x2e80 => 0.66,
@@ -29,11 +27,7 @@ pub(crate) fn wrap(text: &str, size: f64, max_width: f64, max_lines: usize) -> V
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
     for word in text.split_whitespace() {
-        let candidate = if line.is_empty() {
-            word.to_owned()
-        } else {
-            format!("{line} {word}")
-        };
+        let candidate = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
         if width(&candidate, size) <= max_width || line.is_empty() {
             line = candidate;
         } else {
@@ -114,11 +108,7 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     let exponent = exponent_of(value, digits);
     if !(-3..6).contains(&exponent) {
         let mantissa = value / 10f64.powi(exponent);
-        let mantissa = if mantissa.is_finite() {
-            mantissa
-        } else {
-            value.signum()
-        };
+        let mantissa = if mantissa.is_finite() { mantissa } else { value.signum() };
         let head = fixed(mantissa, digits.saturating_sub(1));
         return format!("{head}·10{}", superscript(exponent));
     }
@@ -137,10 +127,13 @@ pub(crate) fn decimals_for(value: f64, digits: usize) -> usize {
 /// The decimal exponent after rounding to `digits` digits (so that 9.996 to three digits has 1).
 fn exponent_of(value: f64, digits: usize) -> i32 {
     let printed = format!("{:.*e}", digits.saturating_sub(1), value.abs());
-    printed
-        .split_once('e')
-        .and_then(|(_, e)| e.parse().ok())
-        .unwrap_or(0)
+    printed.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
+}
+
+/// `word` with a capital first letter.
+pub(crate) fn capitalised(word: &str) -> String {
+    let mut chars = word.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }
 
 /// An integer in superscript digits.

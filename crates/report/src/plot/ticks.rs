@@ -28,11 +28,7 @@ fn coverage(low: f64, high: f64, start: f64, end: f64) -> f64 {
 
 fn coverage_max(low: f64, high: f64, span: f64) -> f64 {
     let range = high - low;
-    if span > range {
-        1.0 - ((span - range) / 2.0 / (0.1 * range)).powi(2)
-    } else {
-        1.0
-    }
+    if span > range { 1.0 - ((span - range) / 2.0 / (0.1 * range)).powi(2) } else { 1.0 }
 }
 
 fn density(count: f64, target: f64, low: f64, high: f64, start: f64, end: f64) -> f64 {
@@ -42,25 +38,15 @@ fn density(count: f64, target: f64, low: f64, high: f64, start: f64, end: f64) -
 }
 
 fn density_max(count: f64, target: f64) -> f64 {
-    if count >= target {
-        2.0 - (count - 1.0) / (target - 1.0)
-    } else {
-        1.0
-    }
+    if count >= target { 2.0 - (count - 1.0) / (target - 1.0) } else { 1.0 }
 }
 
 /// About `target` round values inside `[low, high]`, ascending; both ends for a range too odd to tick.
 ///
 /// Unlike the paper's default, no tick lies outside the range: the frame ends where the data end.
 pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
-    if !(low.is_finite() && high.is_finite())
-        || high - low <= f64::EPSILON * low.abs().max(high.abs())
-    {
-        return if low.is_finite() {
-            vec![low]
-        } else {
-            Vec::new()
-        };
+    if !(low.is_finite() && high.is_finite()) || high - low <= f64::EPSILON * low.abs().max(high.abs()) {
+        return if low.is_finite() { vec![low] } else { Vec::new() };
     }
     let target = target.max(2) as f64;
     let slack = 1e-9 * (high - low);
@@ -115,11 +101,7 @@ pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
         Some((_, start, step, count)) => (0..count as u32)
             .map(|i| {
                 let value = start + f64::from(i) * step;
-                if value.abs() < step * 1e-9 {
-                    0.0
-                } else {
-                    value
-                }
+                if value.abs() < step * 1e-9 { 0.0 } else { value }
             })
             .collect(),
     }
@@ -131,23 +113,14 @@ pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     let (first, last) = (low.log10().ceil() as i32, high.log10().floor() as i32);
     let decades = last - first + 1;
     if decades >= 3 {
-        let stride = usize::try_from(decades)
-            .unwrap_or(1)
-            .div_ceil(target.max(2) + 2);
-        return (first..=last)
-            .step_by(stride)
-            .map(|p| 10f64.powi(p))
-            .collect();
+        let stride = usize::try_from(decades).unwrap_or(1).div_ceil(target.max(2) + 2);
+        return (first..=last).step_by(stride).map(|p| 10f64.powi(p)).collect();
     }
     let dense: Vec<f64> = (first - 1..=last)
         .flat_map(|p| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(p)))
         .filter(|v| (low..=high).contains(v))
         .collect();
-    if dense.len() >= 3 {
-        dense
-    } else {
-        linear(low, high, target)
-    }
+    if dense.len() >= 3 { dense } else { linear(low, high, target) }
 }
 
 /// Decimals that tell neighbouring ticks apart.
@@ -175,10 +148,7 @@ mod tests {
         assert_eq!(linear(0.0, 100.0, 5), [0.0, 25.0, 50.0, 75.0, 100.0]);
         assert_eq!(linear(-0.02, 1.03, 5), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(linear(0.0, 6.65, 7), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        assert_eq!(
-            logarithmic(0.008, 1200.0, 5),
-            [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0]
-        );
+        assert_eq!(logarithmic(0.008, 1200.0, 5), [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0]);
         assert_eq!(logarithmic(0.9, 30.0, 5), [1.0, 2.0, 5.0, 10.0, 20.0]);
     }
 

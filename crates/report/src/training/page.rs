@@ -1,14 +1,12 @@
 //! From a training run to a page.
 
-use super::{
-    ErrorCurve, Forecast, LearningCurve, MetricRow, Protocol, TrainingReport, TrainingRun,
-};
+use super::{ErrorCurve, Forecast, LearningCurve, MetricRow, Protocol, TrainingReport, TrainingRun};
 use crate::figure::{Axis, Fan, Figure, Line, Series, Tone};
 use crate::page::{
     Best, Block, Cell, Column, Columns, Grid, KeyFigure, LegendEntry, Page, Row, Section, Table,
 };
 use crate::plot::scale::{drawable, extent};
-use crate::plot::text::significant;
+use crate::plot::text::{capitalised, significant};
 
 /// Longest learning curve that is drawn as it is; longer ones are summarised in this many bins.
 const CURVE_BINS: usize = 160;
@@ -26,10 +24,7 @@ pub(super) fn page(report: &TrainingReport) -> Page {
             Section::new("Forecasts over what happened", forecasts(report, &tones)),
             Section::new("Error over time", errors(report, &tones)),
             Section::new("Learning curves", learning(report, &tones)),
-            Section::new(
-                "Remarks",
-                report.notes.iter().cloned().map(Block::Prose).collect(),
-            ),
+            Section::new("Remarks", report.notes.iter().cloned().map(Block::Prose).collect()),
             Section::new("Methods and references", methods(report)),
             Section::new("How to reproduce", reproduce(report)),
         ],
@@ -42,16 +37,8 @@ struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {
     fn of(report: &'a TrainingReport) -> Self {
-        let rows = report
-            .rows
-            .iter()
-            .filter(|r| r.protocol != Protocol::Floor)
-            .map(|r| &r.model);
-        let curves = report
-            .errors
-            .iter()
-            .filter(|e| e.protocol != Protocol::Floor)
-            .map(|e| &e.model);
+        let rows = report.rows.iter().filter(|r| r.protocol != Protocol::Floor).map(|r| &r.model);
+        let curves = report.errors.iter().filter(|e| e.protocol != Protocol::Floor).map(|e| &e.model);
         let forecasts = report.forecasts.iter().map(|f| &f.model);
         let learning = report.learning.iter().map(|l| &l.model);
         let mut names = vec![report.subject.as_str()];
@@ -66,8 +53,7 @@ impl<'a> Tones<'a> {
 
     fn get(&self, model: &str) -> Tone {
         let at = self.0.iter().position(|name| *name == model);
-        at.and_then(|i| u8::try_from(i).ok())
-            .map_or(Tone::Muted, Tone::Series)
+        at.and_then(|i| u8::try_from(i).ok()).map_or(Tone::Muted, Tone::Series)
     }
 }
 
@@ -86,9 +72,7 @@ fn key_figures(report: &TrainingReport) -> Vec<KeyFigure> {
     let floor = of(Protocol::Floor);
     let figure = |label: &str, unit: &str, get: fn(&MetricRow) -> Option<f64>, scale: f64| {
         let value = get(row)?;
-        let note = floor
-            .and_then(get)
-            .map(|f| format!("floor {}\u{202f}{unit}", significant(f * scale, 3)));
+        let note = floor.and_then(get).map(|f| format!("floor {}\u{202f}{unit}", significant(f * scale, 3)));
         Some(KeyFigure {
             value: significant(value * scale, 3),
             unit: unit.to_owned(),
@@ -106,12 +90,7 @@ fn key_figures(report: &TrainingReport) -> Vec<KeyFigure> {
         })
     };
     [
-        figure(
-            &format!("{}, forecast: position error", report.subject),
-            "m",
-            |r| r.pos_m,
-            1.0,
-        ),
+        figure(&format!("{}, forecast: position error", report.subject), "m", |r| r.pos_m, 1.0),
         figure("velocity error", "m/s", |r| r.vel_m_s, 1.0),
         figure("translation error", "%", |r| r.trans_percent, 1.0),
         covered("90 % band holds", |r| r.coverage90),
@@ -127,50 +106,26 @@ fn results(report: &TrainingReport) -> Vec<Block> {
     if estimators {
         columns.push(Column::text("prediction"));
     }
-    let lowest = |title: &str, unit: &str, decimals| {
-        Column::number(title, unit)
-            .decimals(decimals)
-            .best(Best::Lowest)
-    };
+    let lowest =
+        |title: &str, unit: &str, decimals| Column::number(title, unit).decimals(decimals).best(Best::Lowest);
     columns.extend([
         lowest("translation", "%", 2),
         lowest("position", "m", 3),
         lowest("velocity", "m/s", 3),
         lowest("CRPS position", "m", 3),
         lowest("CRPS velocity", "m/s", 3),
-        Column::number("50 % band holds", "%")
-            .decimals(1)
-            .best(Best::Nearest(50.0)),
-        Column::number("90 % band holds", "%")
-            .decimals(1)
-            .best(Best::Nearest(90.0)),
+        Column::number("50 % band holds", "%").decimals(1).best(Best::Nearest(50.0)),
+        Column::number("90 % band holds", "%").decimals(1).best(Best::Nearest(90.0)),
     ]);
     let row = |r: &MetricRow| {
         let mut cells = vec![Cell::text(&r.model), Cell::text(r.protocol.name())];
         if estimators {
-            cells.push(if r.estimator.is_empty() {
-                Cell::Missing
-            } else {
-                Cell::text(&r.estimator)
-            });
+            cells.push(if r.estimator.is_empty() { Cell::Missing } else { Cell::text(&r.estimator) });
         }
         let percent = |v: Option<f64>| Cell::number(v.map(|v| v * 100.0));
-        cells.extend(
-            [
-                r.trans_percent,
-                r.pos_m,
-                r.vel_m_s,
-                r.crps_pos_m,
-                r.crps_vel_m_s,
-            ]
-            .map(Cell::number),
-        );
+        cells.extend([r.trans_percent, r.pos_m, r.vel_m_s, r.crps_pos_m, r.crps_vel_m_s].map(Cell::number));
         cells.extend([percent(r.coverage50), percent(r.coverage90)]);
-        Row {
-            cells,
-            compare: Some(r.protocol.name().to_owned()),
-            strong: false,
-        }
+        Row { cells, compare: Some(r.protocol.name().to_owned()), strong: false }
     };
     let mut sorted: Vec<&MetricRow> = report.rows.iter().collect();
     sorted.sort_by_key(|r| r.protocol);
@@ -222,20 +177,15 @@ fn forecasts(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
         let mut fans = Vec::new();
         for trajectory in distinct(&report.forecasts, |f| &f.trajectory) {
             let find = |model: &str| {
-                report.forecasts.iter().find(|f| {
-                    f.channel == channel && f.trajectory == trajectory && f.model == model
-                })
-            };
-            fans.extend(
-                models
+                report
+                    .forecasts
                     .iter()
-                    .filter_map(|model| find(model))
-                    .map(|f| fan(f, tones.get(&f.model))),
-            );
+                    .find(|f| f.channel == channel && f.trajectory == trajectory && f.model == model)
+            };
+            fans.extend(models.iter().filter_map(|model| find(model)).map(|f| fan(f, tones.get(&f.model))));
         }
         // One range for all panels of a channel, so that they can be compared.
-        if let Some((low, high)) =
-            extent(fans.iter().flat_map(Fan::values)).filter(|(low, high)| low < high)
+        if let Some((low, high)) = extent(fans.iter().flat_map(Fan::values)).filter(|(low, high)| low < high)
         {
             let margin = (high - low) * 0.04;
             for fan in &mut fans {
@@ -245,38 +195,19 @@ fn forecasts(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
         if fans.is_empty() {
             continue;
         }
-        let mut legend = Vec::new();
-        if let [tone] = models
-            .iter()
-            .map(|m| tones.get(m))
-            .collect::<Vec<Tone>>()
-            .as_slice()
-        {
-            legend.push(LegendEntry::Fan(*tone));
-        } else {
-            legend.push(LegendEntry::Fan(Tone::Muted));
-            legend.extend(
-                models
-                    .iter()
-                    .map(|m| LegendEntry::Line((*m).to_owned(), tones.get(m))),
-            );
-        }
+        let legend_tone = match models.as_slice() {
+            [only] => tones.get(only),
+            _ => Tone::Muted,
+        };
         blocks.push(Block::Heading(capitalised(channel)));
         blocks.push(Block::Grid(Grid {
             columns: if models.len() == 2 || models.len() == 4 { Columns::Two } else { Columns::Three },
-            legend,
+            legend: vec![LegendEntry::Fan(legend_tone)],
             figures: fans.into_iter().map(Figure::from).collect(),
             caption: format!("Forecasts of the {channel} from the initial state alone: median, 50 and 90 % bands of the samples, over the true trajectory."),
         }));
     }
     blocks
-}
-
-fn capitalised(word: &str) -> String {
-    let mut chars = word.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(chars).collect()
-    })
 }
 
 fn fan(f: &Forecast, tone: Tone) -> Fan {
@@ -313,24 +244,16 @@ fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
                 continue;
             };
             let y = Axis::linear("mean absolute error", &first.unit).with_zero();
-            let mut line = Line::new(
-                &format!("{}, {name}", capitalised(channel)),
-                Axis::linear("time", "s"),
-                y,
-            );
+            let mut line =
+                Line::new(&format!("{}, {name}", capitalised(channel)), Axis::linear("time", "s"), y);
             for curve in curves {
                 let floor = curve.protocol == Protocol::Floor;
-                let tone = if floor {
-                    Tone::Muted
-                } else {
-                    tones.get(&curve.model)
+                let tone = if floor { Tone::Muted } else { tones.get(&curve.model) };
+                let name = match curve.protocol {
+                    Protocol::Floor => format!("{}, floor", curve.model),
+                    _ => curve.model.clone(),
                 };
-                line = line.with(Series::line(
-                    &curve.model,
-                    tone,
-                    curve.t_s.clone(),
-                    curve.error.clone(),
-                ));
+                line = line.with(Series::line(&name, tone, curve.t_s.clone(), curve.error.clone()));
             }
             if let Some(top) = crowded_below(&line.series) {
                 line.y = line.y.with_domain(0.0, top);
@@ -348,9 +271,8 @@ fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
 
 /// The end of an axis that shows all curves but one which would press the others to the bottom.
 fn crowded_below(series: &[Series]) -> Option<f64> {
-    let mut peaks: Vec<f64> = (series.iter())
-        .filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1))
-        .collect();
+    let mut peaks: Vec<f64> =
+        (series.iter()).filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1)).collect();
     peaks.sort_by(f64::total_cmp);
     let [.., second, first] = peaks.as_slice() else {
         return None;
@@ -363,12 +285,7 @@ fn grid(figures: Vec<Figure>, caption: &str) -> Vec<Block> {
         return Vec::new();
     }
     let caption = caption.to_owned();
-    vec![Block::Grid(Grid {
-        columns: Columns::Two,
-        legend: Vec::new(),
-        figures,
-        caption,
-    })]
+    vec![Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption })]
 }
 
 fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
@@ -384,21 +301,18 @@ fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
     let mut figures = Vec::new();
     for name in parts {
         let find = |l: &LearningCurve| l.parts.iter().position(|p| p.name == name);
-        let all = || {
-            report
-                .learning
-                .iter()
-                .flat_map(|l| l.parts.iter().filter(|p| p.name == name))
-        };
+        let all = || report.learning.iter().flat_map(|l| l.parts.iter().filter(|p| p.name == name));
         let unit = all().next().map_or("", |p| p.unit.as_str());
         let log = extent(all().flat_map(|p| p.values.iter().copied()))
             .is_some_and(|(low, high)| low > 0.0 && high / low > 50.0);
-        let y = if log {
-            Axis::log(name, unit)
-        } else {
-            Axis::linear(name, unit)
-        };
-        let mut line = Line::new(name, Axis::linear("iteration", "").with_integers(), y);
+        let y = if log { Axis::log("loss", unit) } else { Axis::linear("loss", unit) };
+        let mut x = Axis::linear("iteration", "").with_integers();
+        let iterations = report.learning.iter().flat_map(|l| l.iteration.iter());
+        if let Some((first, last)) = extent(iterations.copied()).filter(|(a, b)| a < b) {
+            // To the end of the last iteration, which is a round number more often than its start.
+            x = x.with_domain(first, last + if first == 0.0 { 1.0 } else { 0.0 });
+        }
+        let mut line = Line::new(&capitalised(name), x, y);
         for curve in &report.learning {
             if let Some(part) = find(curve).and_then(|i| curve.parts.get(i)) {
                 line = line.with(summarised(
@@ -474,19 +388,12 @@ fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Seri
 }
 
 fn methods(report: &TrainingReport) -> Vec<Block> {
-    if report.methods.is_empty() {
-        Vec::new()
-    } else {
-        vec![Block::Methods(report.methods.clone())]
-    }
+    if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] }
 }
 
 fn reproduce(report: &TrainingReport) -> Vec<Block> {
     if report.reproduce.is_empty() {
         return Vec::new();
     }
-    vec![Block::Code {
-        caption: String::new(),
-        text: report.reproduce.join("\n"),
-    }]
+    vec![Block::Code { caption: String::new(), text: report.reproduce.join("\n") }]
 }
