@@ -54,7 +54,11 @@ pub fn check_figure(svg: Node) {
     for node in svg.descendants().filter(Node::is_element) {
         for attribute in node.attributes() {
             let value = attribute.value();
-            assert!(!value.contains("NaN") && !value.contains("inf"), "{title}: {}={value}", attribute.name());
+            assert!(
+                !value.contains("NaN") && !value.contains("inf"),
+                "{title}: {}={value}",
+                attribute.name()
+            );
             if ["d", "x", "y", "width", "height", "cx", "cy", "r"].contains(&attribute.name()) {
                 numbers(value);
             }
