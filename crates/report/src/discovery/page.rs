@@ -128,7 +128,7 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
     let mut blocks: Vec<Block> = share.into_iter().collect();
     blocks.extend([
         Block::Table(table),
-        Block::Figure(FigureBlock { figure: figure.into(), caption: String::new() }),
+        Block::Figure(Box::new(FigureBlock { figure: figure.into(), caption: String::new() })),
     ]);
     blocks
 }

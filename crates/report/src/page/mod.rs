@@ -79,7 +79,7 @@ pub enum Block {
     /// A table.
     Table(Table),
     /// A figure over the whole width.
-    Figure(FigureBlock),
+    Figure(Box<FigureBlock>),
     /// Small multiples.
     Grid(Grid),
     /// Text to copy: commands, a model file.

@@ -89,6 +89,7 @@ section{margin-top:48px}
 .keys{grid-template-columns:repeat(2,minmax(0,1fr));gap:18px 20px}
 .big{font-size:1.5rem}
 th,td{padding-right:16px}
+.tx{min-width:15em}
 .stick tbody th,.stick thead th:first-child{position:sticky;left:0;background:var(--bg)}
 }
 @media print{

@@ -205,6 +205,7 @@ impl Table {
             _ if column.numeric => Some("num"),
             // Short words stay on one line; sentences wrap.
             Cell::Text(text) if text.chars().count() <= 18 => Some("nw"),
+            Cell::Text(_) => Some("tx"),
             _ => None,
         };
         html! {
