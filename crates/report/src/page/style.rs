@@ -90,6 +90,7 @@ section{margin-top:48px}
 .big{font-size:1.5rem}
 th,td{padding-right:16px}
 .tx{min-width:15em}
+thead .num{min-width:6.5em}
 .stick tbody th,.stick thead th:first-child{position:sticky;left:0;background:var(--bg)}
 }
 @media print{
