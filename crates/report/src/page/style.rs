@@ -95,12 +95,18 @@ thead .num{min-width:6.5em}
 }
 @media print{
 @page{margin:16mm 14mm}
-body{font-size:10.5pt}
+body{font-size:10pt}
+:root{--bg:#fff}
+.keys{grid-template-columns:repeat(4,1fr);gap:12pt}
+.big{font-size:1.5rem}
 main{max-width:none;padding:0}
 nav{display:none}
 section{margin-top:28pt}
 h2,h3{break-after:avoid}
-figure,tr,.keys,.callout{break-inside:avoid}
+tr,.keys,.callout,.fig,.grid>div{break-inside:avoid}
+.cap,.legend{break-after:avoid}
+.tx{min-width:12em}
+table{font-size:.85rem}
 .grid{gap:14pt 18pt}
 .scroll{overflow:visible}
 pre{white-space:pre-wrap;border:1px solid var(--rule)}
