@@ -147,7 +147,7 @@ fn candidates() -> Vec<Candidate> {
         ),
         candidate(
             &["linear-drag"],
-            vec![parameter("c_per_s", 0.318, 0.004, "1/s")],
+            vec![parameter("c_per_s", 0.322, 0.004, "1/s")],
             3608.9,
             false,
             "wrong shape against speed: underestimates fast flight",

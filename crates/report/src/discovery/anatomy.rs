@@ -8,6 +8,7 @@ use crate::figure::{
 };
 use crate::page::{Block, Columns, Grid, LegendEntry};
 use crate::plot::scale::extent;
+use crate::plot::text::capitalised;
 
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
@@ -92,7 +93,7 @@ pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
     let mut figures = Vec::new();
     for e in examples {
         let mut line = Line::new(
-            &format!("{}: {}", e.trajectory, e.channel),
+            &capitalised(&format!("{}: {}", e.trajectory, e.channel)),
             Axis::linear("time", "s"),
             Axis::linear(&e.channel, &e.unit),
         );

@@ -193,7 +193,10 @@ pub(super) fn noise(noise: &Noise) -> Vec<Block> {
     if !findings.is_empty() {
         blocks.push(Block::Definitions(findings));
     } else if !blocks.is_empty() {
-        blocks.push(Block::Prose("Beyond its size nothing about it stands out: no correlation from sample to sample, no jitter of the clock, no outliers.".to_owned()));
+        blocks.push(Block::Prose(
+            "Nothing else about the noise was found to differ from what a white, normal sensor gives."
+                .to_owned(),
+        ));
     }
     blocks
 }

@@ -63,7 +63,12 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
         figure("error as declared", rmse(e.declared), &e.unit, "held-out, root mean square".to_owned()),
         figure(after_label, rmse(e.augmented.or(e.calibrated)), &e.unit, floor),
         figure("removable error removed", e.explained_share.map(|s| s * 100.0), "%", share_note.to_owned()),
-        figure("time of the run", report.seconds, "s", String::new()),
+        report.seconds.map(|s| KeyFigure {
+            value: significant(s, 2),
+            unit: "s".to_owned(),
+            label: "time of the run".to_owned(),
+            note: String::new(),
+        }),
     ]
     .into_iter()
     .flatten()
@@ -81,12 +86,6 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
     if shown.is_empty() {
         return vec![Block::Prose("No held-out trajectories were evaluated.".to_owned())];
     }
-    // What noise does not explain, removed: quadratic, because independent errors add in squares.
-    let share = |r: Rmse| {
-        let (from, floor) = (e.declared?.rmse, e.noise_floor?.rmse);
-        let removable = from * from - floor * floor;
-        (removable > 0.0).then(|| (from * from - r.rmse * r.rmse) / removable * 100.0)
-    };
     let quantity = format!("{} error", e.quantity);
     let bars = shown.iter().map(|(name, rmse, tone, _)| Bar {
         name: (*name).to_owned(),
@@ -100,16 +99,10 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
     };
-    let rows = shown.iter().map(|(name, rmse, tone, what)| {
+    let rows = shown.iter().map(|(name, rmse, _, what)| {
         let rmse = rmse.unwrap_or_default();
-        let removed = if *tone == Tone::Muted || *name == "declared" { None } else { share(rmse) };
         Row {
-            cells: vec![
-                Cell::text(*name),
-                Cell::text(*what),
-                Cell::estimate(rmse.rmse, rmse.ci95),
-                Cell::number(removed),
-            ],
+            cells: vec![Cell::text(*name), Cell::text(*what), Cell::estimate(rmse.rmse, rmse.ci95)],
             compare: None,
             strong: *name == "augmented",
         }
@@ -120,12 +113,22 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
             Column::text("model"),
             Column::text("which is"),
             Column::number("root mean square error [95 %]", &e.unit),
-            Column::number("removed", "% of the removable squared error").decimals(1),
         ],
         rows: rows.collect(),
         footnotes: vec![
-            "Trajectories that no fit has seen; intervals by bootstrap over trajectories. The removable error is what is left of the declared model's squared error after the noise floor is taken off.".to_owned(),
+            "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
         ],
     };
-    vec![Block::Table(table), Block::Figure(FigureBlock { figure: figure.into(), caption: String::new() })]
+    let share = e.explained_share.map(|s| {
+        Block::Prose(format!(
+            "Of the error that noise does not explain, {} % was removed.",
+            significant(s * 100.0, 3)
+        ))
+    });
+    let mut blocks: Vec<Block> = share.into_iter().collect();
+    blocks.extend([
+        Block::Table(table),
+        Block::Figure(Box::new(FigureBlock { figure: figure.into(), caption: String::new() })),
+    ]);
+    blocks
 }

@@ -40,7 +40,10 @@ pub struct Autocorrelation {
 
 impl Autocorrelation {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let x_axis = Axis::linear("lag", &self.lag_unit);
+        let x_axis = Axis {
+            integer: self.series.iter().flat_map(|s| &s.lag).all(|lag| lag.fract() == 0.0),
+            ..Axis::linear("lag", &self.lag_unit)
+        };
         let y_axis = Axis::linear("autocorrelation", "").with_zero();
         let white = self.white95.filter(|w| drawable(*w));
         let points = |s: &Correlogram| -> Vec<(f64, f64)> {

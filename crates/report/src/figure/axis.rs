@@ -31,6 +31,9 @@ pub struct Axis {
     /// Whether a linear axis must show zero.
     #[serde(default)]
     pub include_zero: bool,
+    /// Whether only whole numbers make sense, e.g. iterations.
+    #[serde(default)]
+    pub integer: bool,
 }
 
 impl Axis {
@@ -50,6 +53,12 @@ impl Axis {
     #[must_use]
     pub fn with_zero(self) -> Self {
         Self { include_zero: true, ..self }
+    }
+
+    /// This axis with ticks at whole numbers only.
+    #[must_use]
+    pub fn with_integers(self) -> Self {
+        Self { integer: true, ..self }
     }
 
     /// This axis with the range `low` to `high` instead of the data's.

@@ -95,26 +95,27 @@ impl Bars {
         let bottom = y;
         let (ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
         let body = html! {
-            (head)
-            @for (value, text) in &ticks {
-                @if let Some(x) = scale.at(*value) {
-                    path class="gr" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
-                    (label("mu mi", x, bottom + 15.0, TICK, text))
-                }
-            }
-            @for part in &rows { (part) }
-            @if let Some(x) = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low }) {
-                path class="ax" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
-            }
-            @for reference in self.references.iter().filter(|r| scale.holds(r.value)) {
-                @if let Some(x) = scale.at(reference.value) {
-                    path class="rf" d={ "M" (c(x)) " " (c(top - 4.0)) "V" (c(bottom)) } {}
-                    @let fits_right = x + width(&reference.label, TICK) < target.width;
-                    (label(if fits_right { "" } else { "en" }, x, top - 9.0, TICK, &reference.label))
-                }
-            }
-            (label("mu en", right, bottom + 32.0, LABEL, &self.value.text(power)))
-        };
+                    (head)
+                    @for (value, text) in &ticks {
+                        @if let Some(x) = scale.at(*value) {
+                            path class="gr" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
+                            (label("mu mi", x, bottom + 15.0, TICK, text))
+                        }
+                    }
+                    @for part in &rows { (part) }
+                    @if let Some(x) = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low }) {
+                        path class="ax" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
+                    }
+                    @for reference in self.references.iter().filter(|r| scale.holds(r.value)) {
+                        @if let Some(x) = scale.at(reference.value) {
+                            path class="rf" d={ "M" (c(x)) " " (c(top - 4.0)) "V" (c(bottom)) } {}
+        @let text = shorten(&reference.label, TICK, target.width * 0.45);
+                            @let fits_right = x + width(&text, TICK) < target.width;
+                            (label(if fits_right { "" } else { "en" }, x, top - 9.0, TICK, &text))
+                        }
+                    }
+                    (label("mu en", right, bottom + 32.0, LABEL, &shorten(&self.value.text(power), LABEL, right)))
+                };
         svg(target, bottom + 39.0, &self.title, &self.describe(), &body)
     }
 

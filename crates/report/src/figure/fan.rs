@@ -52,7 +52,7 @@ impl Fan {
     pub(crate) fn keys(tone: Tone) -> Vec<Key> {
         [
             ("true trajectory", Tone::Ink, Swatch::Line),
-            ("median", tone, Swatch::Line),
+            ("median", tone, Swatch::Solid),
             ("50 % band", tone, Swatch::Band50),
             ("90 % band", tone, Swatch::Band90),
         ]
@@ -94,7 +94,7 @@ impl Fan {
             path class={ "b9 " (tone) } d=(area(&self.lower90, &self.upper90)) {}
             path class={ "b5 " (tone) } d=(area(&self.lower50, &self.upper50)) {}
             (guides)
-            path class={ "ln " (tone) } d=(line(&self.median)) {}
+            path class={ "ln so " (tone) } d=(line(&self.median)) {}
             path class="ln th ki" d=(line(&self.truth)) {}
         };
         frame.finish(target, &self.title, &self.describe(), &marks, &labels)

@@ -30,8 +30,8 @@ impl Heatmap {
             (self.names.iter()).map(|name| shorten(name, LABEL, target.width * 0.45)).collect();
         // Rows 1.. and columns ..n-1: the diagonal says nothing.
         let left = names.iter().skip(1).map(|s| width(s, LABEL)).fold(0.0, f64::max) + 10.0;
-        let cell = ((target.width - left) / (n as f64 - 1.0)).min(56.0);
-        let height = cell.min(30.0);
+        let cell = ((target.width - left) / (n as f64 - 1.0)).min(72.0);
+        let height = cell.min(34.0);
         let top = top + 12.0;
         let bottom = top + (n as f64 - 1.0) * height;
         let number_fits = cell >= width("−0.00", TICK) + 4.0;
@@ -49,7 +49,7 @@ impl Heatmap {
                     @let x = left + j as f64 * cell;
                     rect class="pn" x=(c(x + 1.0)) y=(c(y + 1.0)) width=(c(cell - 2.0)) height=(c(height - 2.0)) rx="2" {}
                     @if let Some(v) = value {
-                        rect class=(if v < 0.0 { "hn" } else { "hp" }) x=(c(x + 1.0)) y=(c(y + 1.0)) width=(c(cell - 2.0)) height=(c(height - 2.0)) rx="2"
+                        rect x=(c(x + 1.0)) y=(c(y + 1.0)) width=(c(cell - 2.0)) height=(c(height - 2.0)) rx="2"
                             style={ "fill:var(--" (if v < 0.0 { "s1" } else { "s0" }) ");fill-opacity:" (format!("{:.2}", v.abs() * 0.5)) } {}
                     }
                     @if number_fits {

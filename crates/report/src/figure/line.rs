@@ -8,7 +8,7 @@ use crate::plot::frame::{Frame, Key, LABEL, Spec, Swatch, label, no_data};
 use crate::plot::marker::marker;
 use crate::plot::path;
 use crate::plot::scale::{Scale, drawable};
-use crate::plot::text::{coordinate as c, width};
+use crate::plot::text::{coordinate as c, shorten, width};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -136,13 +136,19 @@ impl Line {
         let direct = !self.hide_legend
             && target.width >= 440.0
             && (2..=5).contains(&drawn.len())
-            && drawn.iter().all(|s| s.mark != Mark::Points);
-        let widest = drawn.iter().map(|s| width(&s.name, LABEL)).fold(0.0, f64::max);
+            && drawn.iter().all(|s| s.mark != Mark::Points)
+            && ends_apart(&y, &drawn);
+        let room = target.width * 0.3;
+        let widest = drawn.iter().map(|s| width(&s.name, LABEL)).fold(0.0, f64::max).min(room);
         let spec = Spec {
             title: &self.title,
             x: &self.x,
             y: &self.y,
-            keys: if self.hide_legend || direct || drawn.len() < 2 { Vec::new() } else { keys(&drawn) },
+            keys: if self.hide_legend || direct || drawn.iter().all(|s| s.name.is_empty()) {
+                Vec::new()
+            } else {
+                keys(&drawn)
+            },
             right: if direct { widest + 26.0 } else { 8.0 },
             aspect: None,
         };
@@ -155,7 +161,7 @@ impl Line {
         };
         let labels = html! {
             (guide_labels)
-            @if direct { (direct_labels(&frame, &drawn)) }
+            @if direct { (direct_labels(&frame, &drawn, room)) }
         };
         frame.finish(target, &self.title, &self.describe(&drawn), &marks, &labels)
     }
@@ -175,6 +181,16 @@ impl Line {
         }
         words
     }
+}
+
+/// Whether the lines end far enough apart for names beside them; else a legend reads better.
+fn ends_apart(y: &Scale, drawn: &[&Series]) -> bool {
+    // The plot area is about 230 pixels high, a name needs 15.
+    let scale = y.on(0.0, 230.0);
+    let mut ends: Vec<f64> =
+        (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.windows(2).all(|pair| pair[1] - pair[0] >= 9.0)
 }
 
 fn keys(drawn: &[&Series]) -> Vec<Key> {
@@ -208,7 +224,7 @@ fn draw_series(frame: &Frame, series: &Series) -> Markup {
 }
 
 /// Names at the ends of the lines, moved apart where the ends are close, tied to them by a hair line.
-fn direct_labels(frame: &Frame, drawn: &[&Series]) -> Markup {
+fn direct_labels(frame: &Frame, drawn: &[&Series], room: f64) -> Markup {
     let plot = frame.plot;
     let mut ends: Vec<((f64, f64), &Series)> = (drawn.iter())
         .filter_map(|s| {
@@ -231,7 +247,7 @@ fn direct_labels(frame: &Frame, drawn: &[&Series]) -> Markup {
     html! {
         @for ((end, series), y) in ends.iter().zip(&places) {
             path class={ "ld " (series.tone.class()) } d={ "M" (c(end.0 + 2.0)) " " (c(end.1)) "L" (c(plot.right + 14.0)) " " (c(*y)) "h4" } {}
-            (label("", plot.right + 21.0, y + 3.8, LABEL, &series.name))
+            (label("", plot.right + 21.0, y + 3.8, LABEL, &shorten(&series.name, LABEL, room)))
         }
     }
 }

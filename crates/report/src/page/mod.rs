@@ -79,7 +79,7 @@ pub enum Block {
     /// A table.
     Table(Table),
     /// A figure over the whole width.
-    Figure(FigureBlock),
+    Figure(Box<FigureBlock>),
     /// Small multiples.
     Grid(Grid),
     /// Text to copy: commands, a model file.
@@ -178,8 +178,8 @@ impl Page {
                 body {
                     main {
                         header {
-                            p class="over" { (self.overline) }
-                            h1 { (self.title) }
+                            p class="over" { (self.overline.trim_end_matches([' ', '·'])) }
+                            @if !self.title.is_empty() { h1 { (self.title) } }
                             p class="lead" {
                                 @if !self.verdict.is_empty() { span class="chip" { (self.verdict) } " " }
                                 (rich(&self.summary))
@@ -254,7 +254,7 @@ fn draw_block(block: &Block, ids: &mut Ids) -> Markup {
 
 fn provenance(p: &Provenance) -> Markup {
     let mut terms: Vec<(&str, String, String)> =
-        vec![("version", format!("augsim {}", p.version), String::new())];
+        vec![("version", format!("augsim {}", p.version).trim_end().to_owned(), String::new())];
     terms.extend(p.seed.map(|seed| ("seed", seed.to_string(), String::new())));
     terms.extend(p.data.iter().map(|d| ("data", d.path.clone(), d.hash.clone())));
     terms.extend(p.machine.clone().map(|m| ("machine", m, String::new())));

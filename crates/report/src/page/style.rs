@@ -45,19 +45,24 @@ pre code{overflow-wrap:normal}
 .ref{color:var(--muted)}
 .scroll{overflow-x:auto;margin-top:20px}
 table{border-collapse:collapse;font-size:.93rem;line-height:1.4;min-width:min(100%,560px)}
-caption{text-align:left;font-weight:600;padding:0 0 8px;caption-side:top}
-th,td{padding:8px 22px 8px 0;text-align:left;vertical-align:baseline}
+.cap{font-weight:600;margin:28px 0 0}
+h2+.cap{margin-top:0}
+.cap+.scroll{margin-top:8px}
+th,td{padding:8px 16px 8px 0;text-align:left;vertical-align:baseline}
 th:last-child,td:last-child{padding-right:4px}
 thead th{font-weight:500;color:var(--muted);font-size:.85rem;border-bottom:1px solid var(--muted);vertical-align:bottom}
 thead .unit{display:block;font-size:.85em;font-weight:400}
 tbody th{font-weight:500}
 tbody tr+tr>*{border-top:1px solid var(--grid)}
 tbody tr.new+tr.new>*,tbody tr.sep>*{border-top:1px solid var(--rule)}
-.num{text-align:right;white-space:nowrap}
+.num{text-align:right}
+td.num{white-space:nowrap}
+th code,td code,.nw,.unit{white-space:nowrap}
+.lead code{background:none;padding:0}
 .ci{color:var(--muted);font-size:.88em;white-space:nowrap;margin-left:.5em}
 .best{font-weight:700}
-.best::after{content:'';display:block;height:2px;margin:1px 0 -3px;background:var(--accent);border-radius:1px;margin-left:auto;width:100%;max-width:3.2em}
-tr.strong>*{font-weight:600}
+.best::after{content:'';display:block;height:1.5px;margin:1px 0 -2.5px;background:var(--accent);border-radius:1px;margin-left:auto;width:100%;max-width:3.2em}
+tr.strong>th,tr.strong>.num{font-weight:650}
 tr.strong .ci{font-weight:400}
 .foot{margin-top:10px}
 .foot p{margin:0 0 2px;max-width:80ch}
@@ -84,16 +89,24 @@ section{margin-top:48px}
 .keys{grid-template-columns:repeat(2,minmax(0,1fr));gap:18px 20px}
 .big{font-size:1.5rem}
 th,td{padding-right:16px}
+.tx{min-width:15em}
+thead .num{min-width:6.5em}
 .stick tbody th,.stick thead th:first-child{position:sticky;left:0;background:var(--bg)}
 }
 @media print{
 @page{margin:16mm 14mm}
-body{font-size:10.5pt}
+body{font-size:10pt}
+:root{--bg:#fff}
+.keys{grid-template-columns:repeat(4,1fr);gap:12pt}
+.big{font-size:1.5rem}
 main{max-width:none;padding:0}
 nav{display:none}
 section{margin-top:28pt}
 h2,h3{break-after:avoid}
-figure,tr,.keys,.callout{break-inside:avoid}
+tr,.keys,.callout,.fig,.grid>div{break-inside:avoid}
+.cap,.legend{break-after:avoid}
+.tx{min-width:12em}
+table{font-size:.85rem}
 .grid{gap:14pt 18pt}
 .scroll{overflow:visible}
 pre{white-space:pre-wrap;border:1px solid var(--rule)}

@@ -166,7 +166,10 @@ pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, Strin
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
         return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
-    let decimals = decimals_for(half, 2).min(decimals_for(size, 6));
+    // Two digits of the half width where they matter (10 to 49), else one; three of the value.
+    let mantissa = half / 10f64.powf(half.log10().floor());
+    let digits = if mantissa < 4.95 { 2 } else { 1 };
+    let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));
     (fixed(value, decimals), format!("{}, {}", fixed(low, decimals), fixed(high, decimals)))
 }
 
@@ -198,10 +201,17 @@ impl Table {
     }
 
     pub(super) fn draw(&self) -> Markup {
+        let class = |column: &Column, cell: &Cell| match cell {
+            _ if column.numeric => Some("num"),
+            // Short words stay on one line; sentences wrap.
+            Cell::Text(text) if text.chars().count() <= 18 => Some("nw"),
+            Cell::Text(_) => Some("tx"),
+            _ => None,
+        };
         html! {
+            @if !self.caption.is_empty() { p class="cap" { (rich(&self.caption)) } }
             div class="scroll stick" role="region" aria-label=(self.caption) tabindex="0" {
                 table {
-                    caption { (rich(&self.caption)) }
                     thead {
                         tr {
                             @for column in &self.columns {
@@ -220,7 +230,7 @@ impl Table {
                                     @if at == 0 {
                                         th scope="row" { (cell.draw(column)) }
                                     } @else {
-                                        td class=[column.numeric.then_some("num")] {
+                                        td class=[class(column, cell)] {
                                             @if best { span class="best" { (cell.draw(column)) } } @else { (cell.draw(column)) }
                                         }
                                     }
@@ -274,11 +284,8 @@ mod tests {
 
     #[test]
     fn an_interval_sets_the_digits_of_its_estimate() {
-        assert_eq!(
-            estimate_text(0.013_21, [0.012_7, 0.013_8]),
-            ("0.01321".into(), "0.01270, 0.01380".into())
-        );
-        assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.0".into(), "−5.5, −2.5".into()));
+        assert_eq!(estimate_text(0.013_21, [0.012_7, 0.013_8]), ("0.0132".into(), "0.0127, 0.0138".into()));
+        assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.00".into(), "−5.50, −2.50".into()));
         assert_eq!(estimate_text(3.0, [3.0, 3.0]), ("3.00".into(), "3.00, 3.00".into()));
     }
 }

@@ -4,7 +4,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::scale::Scale;
-use super::text::{coordinate as c, width, wrap};
+use super::text::{coordinate as c, shorten, width, wrap};
 use super::{marker::marker, palette};
 use crate::figure::{Axis, Event, Reference, Target, Tone};
 
@@ -18,6 +18,8 @@ pub(crate) const TICK: f64 = 11.0;
 pub(crate) enum Swatch {
     /// A line with its dash.
     Line,
+    /// A line without one.
+    Solid,
     /// A marker with its shape.
     Point,
     /// A filled box of a band: 50 % (dark) or 90 % (light).
@@ -91,14 +93,15 @@ pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Marku
     let (mut x, mut y) = (left, top + 12.0);
     let mut parts = Vec::new();
     for key in keys {
-        let advance = 26.0 + width(&key.name, LABEL) + 14.0;
+        let name = shorten(&key.name, LABEL, width_px - 26.0);
+        let advance = 26.0 + width(&name, LABEL) + 14.0;
         if x > left && x + advance - 14.0 > left + width_px {
             x = left;
             y += 17.0;
         }
         parts.push(html! {
             (swatch(key, x, y - 4.0))
-            (label("", x + 26.0, y, LABEL, &key.name))
+            (label("", x + 26.0, y, LABEL, &name))
         });
         x += advance;
     }
@@ -111,6 +114,9 @@ pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     let rect = |class: &str| html! { rect class={ (class) " " (tone) } x=(c(x + 2.0)) y=(c(y - 5.0)) width="16" height="10" rx="1.5" {} };
     match key.swatch {
         Swatch::Line => html! { path class={ "ln " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} },
+        Swatch::Solid => {
+            html! { path class={ "ln so " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} }
+        }
         Swatch::Point => marker(key.tone, x + 10.0, y, 3.6),
         Swatch::Band50 => html! { (rect("b9")) (rect("b5")) },
         Swatch::Band90 => rect("b9"),
@@ -123,7 +129,7 @@ pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
 pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     let (head, top) = header(target.width, title, &[]);
     let height = top + 96.0;
-    let text = super::text::shorten(&format!("no data: {reason}"), LABEL, target.width - 24.0);
+    let text = shorten(&format!("no data: {reason}"), LABEL, target.width - 24.0);
     let body = html! {
         (head)
         rect class="pn" x="0" y=(c(top + 10.0)) width=(c(target.width)) height="78" rx="4" {}
@@ -229,7 +235,8 @@ impl Frame {
         for (y, reference) in &shown {
             let above = y - 5.0;
             let base = if above - 10.0 < plot.top + 14.0 { y + 13.0 } else { above };
-            if !reference.label.is_empty() && taken.iter().all(|t| (t - base).abs() > 13.0) {
+            let fits = width(&reference.label, TICK) < plot.right - plot.left;
+            if !reference.label.is_empty() && fits && taken.iter().all(|t| (t - base).abs() > 13.0) {
                 reference_labels.push(label("en ha", plot.right - 3.0, base, TICK, &reference.label));
                 taken.push(base);
             }
@@ -261,7 +268,7 @@ impl Frame {
 }
 
 fn shorten_to(text: &str, width_px: f64) -> String {
-    super::text::shorten(text, LABEL, width_px)
+    shorten(text, LABEL, width_px)
 }
 
 /// Keeps a tick label inside the figure at its right edge.

@@ -72,7 +72,7 @@ pub(crate) fn figure_css() -> String {
             css.push_str(&format!(".fig .k{i}.ln{{stroke-dasharray:{dash}}}"));
         }
     }
-    css.push('\n');
+    css.push_str(".fig .so.ln{stroke-dasharray:none}\n");
     css
 }
 

@@ -27,6 +27,7 @@ pub(crate) struct Scale {
     pub(crate) high: f64,
     start: f64,
     end: f64,
+    integer: bool,
 }
 
 impl Scale {
@@ -66,7 +67,7 @@ impl Scale {
         {
             (low, high) = (a, b);
         }
-        Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1 })
+        Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1, integer: axis.integer })
     }
 
     /// The same data range on other pixels.
@@ -96,7 +97,12 @@ impl Scale {
     pub(crate) fn ticks(&self, target: usize) -> (Vec<(f64, String)>, i32) {
         match self.kind {
             Kind::Linear => {
-                let at = ticks::linear(self.low, self.high, target);
+                let whole = |at: &Vec<f64>| !self.integer || at.iter().all(|t| t.fract() == 0.0);
+                let at = (2..=target.max(2))
+                    .rev()
+                    .map(|target| ticks::linear(self.low, self.high, target))
+                    .find(whole)
+                    .unwrap_or_else(|| ticks::linear(self.low, self.high, target));
                 let power = common_power(self.low.abs().max(self.high.abs()));
                 let shown: Vec<f64> = at.iter().map(|t| t / 10f64.powi(power)).collect();
                 let decimals = ticks::decimals(&shown);

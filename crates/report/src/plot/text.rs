@@ -130,6 +130,12 @@ fn exponent_of(value: f64, digits: usize) -> i32 {
     printed.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
 }
 
+/// `word` with a capital first letter.
+pub(crate) fn capitalised(word: &str) -> String {
+    let mut chars = word.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
+}
+
 /// An integer in superscript digits.
 pub(crate) fn superscript(value: i32) -> String {
     value

@@ -6,7 +6,7 @@ use crate::page::{
     Best, Block, Cell, Column, Columns, Grid, KeyFigure, LegendEntry, Page, Row, Section, Table,
 };
 use crate::plot::scale::{drawable, extent};
-use crate::plot::text::significant;
+use crate::plot::text::{capitalised, significant};
 
 /// Longest learning curve that is drawn as it is; longer ones are summarised in this many bins.
 const CURVE_BINS: usize = 160;
@@ -195,27 +195,19 @@ fn forecasts(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
         if fans.is_empty() {
             continue;
         }
-        let mut legend = Vec::new();
-        if let [tone] = models.iter().map(|m| tones.get(m)).collect::<Vec<Tone>>().as_slice() {
-            legend.push(LegendEntry::Fan(*tone));
-        } else {
-            legend.push(LegendEntry::Fan(Tone::Muted));
-            legend.extend(models.iter().map(|m| LegendEntry::Line((*m).to_owned(), tones.get(m))));
-        }
+        let legend_tone = match models.as_slice() {
+            [only] => tones.get(only),
+            _ => Tone::Muted,
+        };
         blocks.push(Block::Heading(capitalised(channel)));
         blocks.push(Block::Grid(Grid {
             columns: if models.len() == 2 || models.len() == 4 { Columns::Two } else { Columns::Three },
-            legend,
+            legend: vec![LegendEntry::Fan(legend_tone)],
             figures: fans.into_iter().map(Figure::from).collect(),
             caption: format!("Forecasts of the {channel} from the initial state alone: median, 50 and 90 % bands of the samples, over the true trajectory."),
         }));
     }
     blocks
-}
-
-fn capitalised(word: &str) -> String {
-    let mut chars = word.chars();
-    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }
 
 fn fan(f: &Forecast, tone: Tone) -> Fan {
@@ -237,6 +229,7 @@ fn fan(f: &Forecast, tone: Tone) -> Fan {
 }
 
 fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
+    let mut cut = false;
     let mut figures = Vec::new();
     // The floor belongs beside the forecasts; a reconstruction has a figure of its own.
     for (shown, name) in [
@@ -256,15 +249,35 @@ fn errors(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
             for curve in curves {
                 let floor = curve.protocol == Protocol::Floor;
                 let tone = if floor { Tone::Muted } else { tones.get(&curve.model) };
-                line = line.with(Series::line(&curve.model, tone, curve.t_s.clone(), curve.error.clone()));
+                let name = match curve.protocol {
+                    Protocol::Floor => format!("{}, floor", curve.model),
+                    _ => curve.model.clone(),
+                };
+                line = line.with(Series::line(&name, tone, curve.t_s.clone(), curve.error.clone()));
+            }
+            if let Some(top) = crowded_below(&line.series) {
+                line.y = line.y.with_domain(0.0, top);
+                cut = true;
             }
             figures.push(Figure::from(line));
         }
     }
-    grid(
-        figures,
-        "Mean absolute error over the test trajectories at each time after the start. The floor is the least error that any predictor from the initial state can have.",
-    )
+    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is the least error that any predictor from the initial state can have.".to_owned();
+    if cut {
+        caption.push_str(" One model is so far off that its curve is cut at the top.");
+    }
+    grid(figures, &caption)
+}
+
+/// The end of an axis that shows all curves but one which would press the others to the bottom.
+fn crowded_below(series: &[Series]) -> Option<f64> {
+    let mut peaks: Vec<f64> =
+        (series.iter()).filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1)).collect();
+    peaks.sort_by(f64::total_cmp);
+    let [.., second, first] = peaks.as_slice() else {
+        return None;
+    };
+    (peaks.len() > 2 && *second > 0.0 && *first > 2.5 * second).then_some(second * 1.2)
 }
 
 fn grid(figures: Vec<Figure>, caption: &str) -> Vec<Block> {
@@ -292,8 +305,14 @@ fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
         let unit = all().next().map_or("", |p| p.unit.as_str());
         let log = extent(all().flat_map(|p| p.values.iter().copied()))
             .is_some_and(|(low, high)| low > 0.0 && high / low > 50.0);
-        let y = if log { Axis::log(name, unit) } else { Axis::linear(name, unit) };
-        let mut line = Line::new(name, Axis::linear("iteration", ""), y);
+        let y = if log { Axis::log("loss", unit) } else { Axis::linear("loss", unit) };
+        let mut x = Axis::linear("iteration", "").with_integers();
+        let iterations = report.learning.iter().flat_map(|l| l.iteration.iter());
+        if let Some((first, last)) = extent(iterations.copied()).filter(|(a, b)| a < b) {
+            // To the end of the last iteration, which is a round number more often than its start.
+            x = x.with_domain(first, last + if first == 0.0 { 1.0 } else { 0.0 });
+        }
+        let mut line = Line::new(&capitalised(name), x, y);
         for curve in &report.learning {
             if let Some(part) = find(curve).and_then(|i| curve.parts.get(i)) {
                 line = line.with(summarised(
