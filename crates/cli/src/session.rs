@@ -48,6 +48,11 @@ pub fn train(
         None => Training::new(config.settings.clone(), train)?,
     };
     let (total, first) = (config.settings.iterations, training.iteration());
+    output.detail(format!(
+        "{} parameters, {} training trajectories",
+        training.params().values().len(),
+        train.items.len()
+    ));
     if resume {
         output.note(format!("going on at iteration {first} of {total}"));
     }
