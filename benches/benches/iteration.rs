@@ -29,6 +29,7 @@ fn iteration(c: &mut Criterion) {
     let data = data();
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let mut group = c.benchmark_group("iteration");
+    group.sample_size(20);
     for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
         let mut threads = vec![1, all];
         threads.dedup();
@@ -51,6 +52,7 @@ fn iteration(c: &mut Criterion) {
 fn forecast(c: &mut Criterion) {
     let data = data();
     let mut group = c.benchmark_group("forecast of 100 samples");
+    group.sample_size(20);
     group.throughput(Throughput::Elements(SAMPLES as u64 * 400));
     let task = Task { start: &[4.5, 0.0], time: 400, index: 0 };
     for recipe in [Recipe::Hybrid, Recipe::HybridPlus] {
