@@ -57,6 +57,12 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// A worker allocates when it starts and when it first looks for work at another one's. Without this some
+/// worker might do so only during a later iteration.
+fn warm_up() {
+    rayon::yield_now();
+}
+
 fn train(data: &Sequences, recipe: Recipe, what: &str) {
     let engine = EngineSpec::PybulletBall(paper_engine());
     let mut training = ok(Training::new(Settings::ball(recipe, 10_000, 1, engine), data));
@@ -83,9 +89,7 @@ fn a_training_iteration_allocates_nothing_after_the_first() {
     let recipes = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus];
     for threads in [1, 2, 7] {
         let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
-        // Threads allocate when they start and when they first look for work; both are over after this.
-        pool.broadcast(|_| ());
-        std::thread::sleep(std::time::Duration::from_millis(50));
+        pool.broadcast(|_| warm_up());
         pool.install(|| recipes.iter().for_each(|r| train(&equal, *r, &format!("{threads} threads"))));
     }
 
@@ -94,6 +98,7 @@ fn a_training_iteration_allocates_nothing_after_the_first() {
     let short = PaperLaw { samples: 10, ..PaperLaw::default() };
     let short = ok(Sequences::new(&ok(short.generate(100, 1)).0, &["height_m", "velocity_m_s"]));
     let mut training = ok(Training::new(settings, &short));
+    rayon::broadcast(|_| warm_up());
     ok(training.step());
     let (count, largest) = requests(|| {
         for _ in 0..630 {
