@@ -1,1 +1,1 @@
-//! Scenes shared by the benches.
+//! Criterion benches; see `benches/`. Run them with `cargo bench -p augsim-benches`.

@@ -2,4 +2,5 @@
 
 pub mod golden;
 pub mod gradient;
+pub mod operations;
 pub mod random;

@@ -153,3 +153,24 @@ fn linear_simd_equals_its_twin() {
         }
     }
 }
+
+/// Vector minimum and maximum may drop a NaN, depending on the order of their operands. A weight or a
+/// state that is not a number must reach the loss, or a diverged run would go on unnoticed.
+#[test]
+fn gru_simd_hands_nan_on() {
+    let dims = GruDims { time: 3, input: 2, hidden: 5, batch: 19 };
+    let draw = |seed: u64, n: usize| normals_f32(seed, n);
+    let (w_ih, w_hh, b) = (draw(1, 30), draw(2, 75), draw(3, 15));
+    let mut x = draw(4, 3 * 2 * 19);
+    let (at, sequence) = (1, 17);
+    x[(at * 2 + 1) * 19 + sequence] = f32::NAN;
+    let mut y = vec![0.0; 3 * 5 * 19];
+    let mut scratch = vec![0.0; gru_simd::scratch(2, 5)];
+    let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b, b_hh: &b };
+    let args = GruForward { dims, weights, x: &x, h0: &[], y: &mut y, saved: &mut [] };
+    gru_simd::forward(args, &mut scratch);
+    for (i, y) in y.iter().enumerate() {
+        let affected = i % 19 == sequence && i / (5 * 19) >= at;
+        assert_eq!(y.is_nan(), affected, "element {i} is {y}");
+    }
+}

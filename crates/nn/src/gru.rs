@@ -55,10 +55,27 @@ impl Gru {
         x: Var,
         h0: &[Var],
     ) -> Result<Var, TensorError> {
+        self.forward_layers(tape, p, x, h0, |_| ())
+    }
+
+    /// [`Gru::forward`] that also hands the hidden states of each layer `[time, hidden, batch]` to
+    /// `each`, from the lowest; their last steps are PyTorch's `h_n`.
+    ///
+    /// # Errors
+    /// As [`Gru::forward`].
+    pub fn forward_layers<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        x: Var,
+        h0: &[Var],
+        mut each: impl FnMut(Var),
+    ) -> Result<Var, TensorError> {
         let mut out = x;
         for (i, l) in self.layers.iter().enumerate() {
             let w = GruVars { w_ih: p[l.w_ih], w_hh: p[l.w_hh], b_ih: p[l.b_ih], b_hh: p[l.b_hh] };
             out = tape.gru_sequence(out, h0.get(i).copied(), w)?;
+            each(out);
         }
         Ok(out)
     }

@@ -90,7 +90,10 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
     let file = SafeTensors::deserialize(&bytes)
         .map_err(|e| WeightsError::Format { path: path.to_owned(), reason: e.to_string() })?;
     let mut fresh = params.clone();
-    for name in file.names() {
+    // The reader keeps names in a hash map; messages must not depend on its order.
+    let mut found = file.names();
+    found.sort_unstable();
+    for &name in &found {
         if fresh.get_mut(name).is_none() {
             return Err(WeightsError::Unknown { path: path.to_owned(), name: name.to_owned() });
         }
@@ -98,7 +101,7 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
     let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
     for name in names {
         let Ok(view) = file.tensor(&name) else {
-            let available = file.names().join(", ");
+            let available = found.join(", ");
             return Err(WeightsError::Missing { path: path.to_owned(), name, available });
         };
         let Some((dims, values)) = fresh.get_mut(&name) else { continue };

@@ -29,6 +29,7 @@ mod shape;
 mod tape;
 
 pub use error::TensorError;
+pub use ops::OPERATIONS;
 pub use ops::gru_sequence::GruVars;
 pub use scalar::Scalar;
 pub use shape::{MAX_RANK, Shape};

@@ -104,6 +104,11 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].shape
     }
 
+    /// Name of the operation that made a tensor: one of [`crate::OPERATIONS`].
+    pub fn operation(&self, v: Var) -> &'static str {
+        self.nodes[v.index()].op.name()
+    }
+
     /// Values of a recorded tensor, row-major.
     pub fn value(&self, v: Var) -> &[T] {
         &self.values[v.index()]
@@ -195,9 +200,16 @@ impl<T: Scalar> Tape<T> {
         if grad.is_empty() { self.pool.take_zeroed(self.nodes[i].shape.len()) } else { grad }
     }
 
-    /// Puts a gradient buffer back.
+    /// Puts a gradient buffer back. An operand that occurs twice in one operation (tied weights) has two
+    /// buffers out at once; they are added.
     pub(crate) fn put_grad(&mut self, v: Var, grad: Vec<T>) {
-        self.grads[v.index()] = grad;
+        let slot = &mut self.grads[v.index()];
+        if slot.is_empty() {
+            *slot = grad;
+            return;
+        }
+        slot.iter_mut().zip(&grad).for_each(|(s, g)| *s += *g);
+        self.pool.give(grad);
     }
 
     /// Adds to the gradient of `v`, if it is wanted: `f(gradient of v, tape)`.

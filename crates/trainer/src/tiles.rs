@@ -61,6 +61,8 @@ impl TileWorker {
         params.gather_grads(&self.tape, &self.bound, &mut self.grads);
         let value = |v| f64::from(self.tape.value(v)[0]);
         self.loss = TileLoss { kl: value(loss.kl), misfit: value(loss.misfit) };
+        // Also here: what the tape needs to take its buffers back is then allocated by the first iteration.
+        self.tape.reset();
         Ok(())
     }
 

@@ -66,7 +66,7 @@ impl Training {
     /// A new run on `train`. The batch is at most the whole training set.
     ///
     /// # Errors
-    /// A setting out of range, or columns that are not the engine's.
+    /// A setting out of range, no trajectory, or columns that are not the engine's.
     pub fn new(settings: Settings, train: &Sequences) -> Result<Self, TrainerError> {
         settings.check()?;
         let scales = Scales::fit(&settings.engine, train);
@@ -103,6 +103,9 @@ impl Training {
     }
 
     fn assemble(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
+        if train.items.is_empty() {
+            return Err(TrainerError::NoTrajectories { what: "the training set" });
+        }
         if state.columns != state.settings.engine.columns() {
             let wanted = state.settings.engine.columns().join(", ");
             let what =

@@ -96,7 +96,8 @@ pub fn softplus(x: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn tanh_lanes<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let k = |c: f32| simd.splat_f32s(c);
-    let x = simd.min_f32s(simd.max_f32s(x, k(-TANH_CLAMP)), k(TANH_CLAMP));
+    // x second: x86's minimum and maximum return the second operand if either is NaN, so NaN stays NaN.
+    let x = simd.min_f32s(k(TANH_CLAMP), simd.max_f32s(k(-TANH_CLAMP), x));
     let s = simd.mul_f32s(x, x);
     let mut p = k(TANH_P[0]);
     for &c in &TANH_P[1..] {

@@ -10,7 +10,7 @@ impl<T: Scalar> Tape<T> {
     /// Mean over `axis`, which stays with extent 1.
     ///
     /// # Errors
-    /// [`TensorError::OutOfRange`] if there is no such axis, [`TensorError::BadShape`] if it is empty.
+    /// [`TensorError::BadShape`] if there is no such axis or it is empty.
     pub fn mean(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
         let shape = self.shape(a);
         let extent = shape.dims().get(axis).copied().unwrap_or(1);

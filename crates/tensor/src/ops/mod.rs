@@ -69,41 +69,54 @@ pub(crate) enum Op {
     SquaredError(Var, Var),
 }
 
-impl Op {
-    /// Name used in errors.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Op::Leaf => "leaf",
-            Op::Add(..) => "add",
-            Op::Sub(..) => "sub",
-            Op::Mul(..) => "mul",
-            Op::Div(..) => "div",
-            Op::Neg(..) => "neg",
-            Op::Scale(..) => "scale",
-            Op::Shift(..) => "shift",
-            Op::Exp(..) => "exp",
-            Op::Ln(..) => "ln",
-            Op::Sqrt(..) => "sqrt",
-            Op::Tanh(..) => "tanh",
-            Op::Sigmoid(..) => "sigmoid",
-            Op::Softplus(..) => "softplus",
-            Op::Matmul(..) => "matmul",
-            Op::Broadcast(..) => "broadcast_to",
-            Op::Reshape(..) => "reshape",
-            Op::Sum(..) => "sum",
-            Op::SumAll(..) => "sum_all",
-            Op::Mean(..) => "mean",
-            Op::MeanAll(..) => "mean_all",
-            Op::Slice { .. } => "slice",
-            Op::Concat { .. } => "concat",
-            Op::Stack { .. } => "stack_time",
-            Op::Linear { .. } => "linear",
-            Op::Gru { .. } => "gru_sequence",
-            Op::GaussianKl { .. } => "gaussian_kl",
-            Op::GaussianNll { .. } => "gaussian_nll",
-            Op::SquaredError(..) => "squared_error",
+/// Derives the list of names from the match that gives them, so that the compiler keeps it complete.
+macro_rules! names {
+    ($($pattern:pat => $name:literal,)*) => {
+        /// Names of everything that can make a recorded tensor, as errors and [`Tape::operation`] give
+        /// them; the first, `leaf`, stands for constants and variables.
+        pub const OPERATIONS: &[&str] = &[$($name),*];
+
+        impl Op {
+            /// Name used in errors.
+            pub(crate) fn name(self) -> &'static str {
+                match self {
+                    $($pattern => $name,)*
+                }
+            }
         }
-    }
+    };
+}
+
+names! {
+    Op::Leaf => "leaf",
+    Op::Add(..) => "add",
+    Op::Sub(..) => "sub",
+    Op::Mul(..) => "mul",
+    Op::Div(..) => "div",
+    Op::Neg(..) => "neg",
+    Op::Scale(..) => "scale",
+    Op::Shift(..) => "shift",
+    Op::Exp(..) => "exp",
+    Op::Ln(..) => "ln",
+    Op::Sqrt(..) => "sqrt",
+    Op::Tanh(..) => "tanh",
+    Op::Sigmoid(..) => "sigmoid",
+    Op::Softplus(..) => "softplus",
+    Op::Matmul(..) => "matmul",
+    Op::Broadcast(..) => "broadcast_to",
+    Op::Reshape(..) => "reshape",
+    Op::Sum(..) => "sum",
+    Op::SumAll(..) => "sum_all",
+    Op::Mean(..) => "mean",
+    Op::MeanAll(..) => "mean_all",
+    Op::Slice { .. } => "slice",
+    Op::Concat { .. } => "concat",
+    Op::Stack { .. } => "stack_time",
+    Op::Linear { .. } => "linear",
+    Op::Gru { .. } => "gru_sequence",
+    Op::GaussianKl { .. } => "gaussian_kl",
+    Op::GaussianNll { .. } => "gaussian_nll",
+    Op::SquaredError(..) => "squared_error",
 }
 
 /// Propagates the gradient of `out` to the operands of the operation that made it.

@@ -8,7 +8,7 @@ impl<T: Scalar> Tape<T> {
     /// Sum over `axis`, which stays with extent 1.
     ///
     /// # Errors
-    /// [`TensorError::OutOfRange`] if there is no such axis.
+    /// [`TensorError::BadShape`] if there is no such axis.
     pub fn sum(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
         self.sum_axis(Op::Sum(a, axis), a, axis, T::ONE)
     }
@@ -32,7 +32,8 @@ impl<T: Scalar> Tape<T> {
     pub(super) fn sum_axis(&mut self, op: Op, a: Var, axis: usize, k: T) -> Result<Var, TensorError> {
         let shape = self.shape(a);
         if axis >= shape.rank() {
-            return Err(TensorError::OutOfRange { op: op.name(), shape, axis, start: 0, end: 0 });
+            let rule = "the axis to reduce does not exist";
+            return Err(TensorError::BadShape { op: op.name(), shape, rule });
         }
         let (outer, extent, inner) = shape.around(axis);
         let mut out = self.pool.take_zeroed(outer * inner);

@@ -1,0 +1,66 @@
+//! What a user waits for: one training iteration of the ball configuration (batch 100, 400 samples), on
+//! one thread and on all, and the 100 sampled forecasts of one trajectory. Data by the paper's law.
+//!
+//! Throughput of an iteration is in trajectory samples (batch times 400): criterion's `elem/s` are samples
+//! per second; that of a forecast is in samples of all 100 sampled trajectories.
+
+use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_trainer::{
+    EngineSpec, Forecaster, NetModel, Recipe, SAMPLES, Sequences, Settings, Task, Training,
+};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use rayon::ThreadPoolBuilder;
+use std::hint::black_box;
+
+fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
+    result.unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn data() -> Sequences {
+    ok(Sequences::new(&ok(PaperLaw::default().generate(200, 1)).0, &["height_m", "velocity_m_s"]))
+}
+
+fn training(recipe: Recipe, data: &Sequences) -> Training {
+    let settings = Settings::ball(recipe, 10_000, 1, EngineSpec::PybulletBall(paper_engine()));
+    ok(Training::new(settings, data))
+}
+
+fn iteration(c: &mut Criterion) {
+    let data = data();
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut group = c.benchmark_group("iteration");
+    group.sample_size(20);
+    for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
+        let mut threads = vec![1, all];
+        threads.dedup();
+        for threads in threads {
+            let mut training = training(recipe, &data);
+            group.throughput(Throughput::Elements(training.settings().batch as u64 * 400));
+            let pool = ok(ThreadPoolBuilder::new().num_threads(threads).build());
+            group.bench_function(format!("{}, {threads} threads", recipe.label()), |b| {
+                pool.install(|| {
+                    b.iter(|| {
+                        ok(training.step());
+                    });
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+fn forecast(c: &mut Criterion) {
+    let data = data();
+    let mut group = c.benchmark_group("forecast of 100 samples");
+    group.sample_size(20);
+    group.throughput(Throughput::Elements(SAMPLES as u64 * 400));
+    let task = Task { start: &[4.5, 0.0], time: 400, index: 0 };
+    for recipe in [Recipe::Hybrid, Recipe::HybridPlus] {
+        let model = ok(NetModel::new(training(recipe, &data).state().clone(), &data));
+        group.bench_function(recipe.label(), |b| b.iter(|| ok(model.forecast(black_box(task), SAMPLES))));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, iteration, forecast);
+criterion_main!(benches);

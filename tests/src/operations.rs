@@ -1,0 +1,211 @@
+//! Every operation of the tape with inputs that exercise it: the table behind the gradient checks.
+
+use crate::gradient::Input;
+use augsim_tensor::{GruVars, Shape, Tape, TensorError, Var};
+
+/// A function of some inputs recorded on a tape; its output may have any shape.
+pub type Recorded<T> = fn(&mut Tape<T>, &[Var]) -> Result<Var, TensorError>;
+
+/// One operation at one choice of operands.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The operation that makes the output: one of [`augsim_tensor::OPERATIONS`].
+    pub operation: &'static str,
+    /// Operation, what is special about this case, and the extents of its inputs.
+    pub label: String,
+    /// Values of the operands.
+    pub inputs: Vec<Input>,
+    /// The operation in double precision.
+    pub double: Recorded<f64>,
+    /// The same in single precision.
+    pub single: Recorded<f32>,
+}
+
+/// One case for each list of inputs: `operation, note, inputs, |tape, operands| output`.
+macro_rules! case {
+    ($cases:ident, $operation:literal, $note:literal, $inputs:expr, |$t:ident, $v:ident| $body:expr) => {
+        for inputs in $inputs {
+            let dims: Vec<_> = inputs.iter().map(|i: &Input| &i.dims).collect();
+            $cases.push(Case {
+                operation: $operation,
+                label: format!("{} {} {dims:?}", $operation, $note),
+                inputs,
+                double: |$t, $v| $body,
+                single: |$t, $v| $body,
+            });
+        }
+    };
+}
+
+/// Extents for operations of one operand: ordinary, a vector with a tail, scalar, ones and zeros.
+const SHAPES: [&[usize]; 7] = [&[2, 3], &[131], &[], &[1], &[1, 1, 1, 1], &[0], &[2, 0, 3]];
+
+/// Pairs of extents that broadcast, both ways, with extents of 0 and 1 and with unequal ranks.
+const PAIRS: [[&[usize]; 2]; 9] = [
+    [&[3, 4], &[3, 4]],
+    [&[3, 4], &[4]],
+    [&[4], &[3, 4]],
+    [&[5, 1, 3], &[1, 2, 1]],
+    [&[2, 3], &[]],
+    [&[], &[2, 3]],
+    [&[1], &[0]],
+    [&[0, 3], &[1, 3]],
+    [&[1, 1], &[1]],
+];
+
+fn normal(all: &[&[usize]]) -> Vec<Input> {
+    all.iter().enumerate().map(|(i, dims)| Input::normal(i as u64 + 1, dims)).collect()
+}
+
+fn each(shapes: &[&[usize]]) -> Vec<Vec<Input>> {
+    shapes.iter().map(|dims| normal(&[dims])).collect()
+}
+
+fn each_positive(shapes: &[&[usize]]) -> Vec<Vec<Input>> {
+    shapes.iter().map(|dims| vec![Input::positive(7, dims)]).collect()
+}
+
+/// Standard normal first operand, positive second one.
+fn quotients() -> Vec<Vec<Input>> {
+    PAIRS.iter().map(|[a, b]| vec![Input::normal(1, a), Input::positive(2, b)]).collect()
+}
+
+fn pairs() -> Vec<Vec<Input>> {
+    PAIRS.iter().map(|pair| normal(pair)).collect()
+}
+
+/// Equal extents for `normals` operands of any sign followed by `positives` positive ones.
+fn gaussians(normals: u64, positives: u64) -> Vec<Vec<Input>> {
+    let one = |dims: &[usize]| {
+        let free = (0..normals).map(|k| Input::normal(k + 1, dims));
+        free.chain((0..positives).map(|k| Input::positive(k + 20, dims))).collect()
+    };
+    SHAPES.iter().map(|dims| one(dims)).collect()
+}
+
+/// `x`, `h0`, `w_ih`, `w_hh`, `b_ih`, `b_hh` for extents `(time, input, hidden, batch)`.
+fn gru(sizes: &[[usize; 4]]) -> Vec<Vec<Input>> {
+    let one = |&[t, i, h, b]: &[usize; 4]| {
+        normal(&[&[t, i, b], &[h, b], &[3 * h, i], &[3 * h, h], &[3 * h], &[3 * h]])
+    };
+    sizes.iter().map(one).collect()
+}
+
+fn weights(v: &[Var]) -> GruVars {
+    GruVars { w_ih: v[2], w_hh: v[3], b_ih: v[4], b_hh: v[5] }
+}
+
+/// All cases.
+pub fn cases() -> Vec<Case> {
+    let mut all = elementwise();
+    all.extend(structural());
+    all.extend(networks());
+    all
+}
+
+fn elementwise() -> Vec<Case> {
+    let mut all = Vec::new();
+    case!(all, "add", "", pairs(), |t, v| t.add(v[0], v[1]));
+    case!(all, "sub", "", pairs(), |t, v| t.sub(v[0], v[1]));
+    case!(all, "mul", "", pairs(), |t, v| t.mul(v[0], v[1]));
+    case!(all, "div", "", quotients(), |t, v| t.div(v[0], v[1]));
+    case!(all, "add", "with itself", each(&SHAPES), |t, v| t.add(v[0], v[0]));
+    case!(all, "sub", "with itself", each(&SHAPES), |t, v| t.sub(v[0], v[0]));
+    case!(all, "mul", "with itself", each(&SHAPES), |t, v| t.mul(v[0], v[0]));
+    case!(all, "div", "with itself", each_positive(&SHAPES), |t, v| t.div(v[0], v[0]));
+    case!(all, "neg", "", each(&SHAPES), |t, v| t.neg(v[0]));
+    case!(all, "scale", "", each(&SHAPES), |t, v| t.scale(v[0], -1.7));
+    case!(all, "shift", "", each(&SHAPES), |t, v| t.shift(v[0], 0.3));
+    case!(all, "exp", "", each(&SHAPES), |t, v| t.exp(v[0]));
+    case!(all, "ln", "", each_positive(&SHAPES), |t, v| t.ln(v[0]));
+    case!(all, "sqrt", "", each_positive(&SHAPES), |t, v| t.sqrt(v[0]));
+    case!(all, "tanh", "", each(&SHAPES), |t, v| t.tanh(v[0]));
+    case!(all, "sigmoid", "", each(&SHAPES), |t, v| t.sigmoid(v[0]));
+    case!(all, "softplus", "", each(&SHAPES), |t, v| t.softplus(v[0]));
+    case!(all, "squared_error", "", gaussians(2, 0), |t, v| t.squared_error(v[0], v[1]));
+    case!(all, "squared_error", "with itself", gaussians(1, 0), |t, v| t.squared_error(v[0], v[0]));
+    case!(all, "gaussian_nll", "", gaussians(2, 1), |t, v| t.gaussian_nll(v[0], v[1], v[2]));
+    case!(all, "gaussian_nll", "x = mean", gaussians(1, 1), |t, v| t.gaussian_nll(v[0], v[0], v[1]));
+    case!(all, "gaussian_nll", "mean = sd", gaussians(1, 1), |t, v| t.gaussian_nll(v[0], v[1], v[1]));
+    case!(all, "gaussian_kl", "", gaussians(2, 2), |t, v| t.gaussian_kl((v[0], v[2]), (v[1], v[3])));
+    case!(all, "gaussian_kl", "q = p", gaussians(1, 1), |t, v| t.gaussian_kl((v[0], v[1]), (v[0], v[1])));
+    case!(all, "gaussian_kl", "one sd", gaussians(2, 1), |t, v| t.gaussian_kl((v[0], v[2]), (v[1], v[2])));
+    all
+}
+
+fn structural() -> Vec<Case> {
+    let mut all = Vec::new();
+    let cubes: [&[usize]; 4] = [&[2, 3, 4], &[1, 1, 1], &[2, 0, 3], &[3, 1, 2]];
+    let stretched: [&[usize]; 4] = [&[3, 1], &[1], &[], &[3, 4]];
+    case!(all, "broadcast_to", "[2, 3, 4]", each(&stretched[..3]), |t, v| {
+        t.broadcast_to(v[0], Shape::new(&[2, 3, 4])?)
+    });
+    case!(all, "broadcast_to", "[3, 0]", each(&stretched[..3]), |t, v| {
+        t.broadcast_to(v[0], Shape::new(&[3, 0])?)
+    });
+    case!(all, "reshape", "[6]", each(&[&[2, 3], &[6], &[1, 3, 2, 1]]), |t, v| t.reshape(v[0], &[6]));
+    case!(all, "reshape", "[0, 5]", each(&[&[0], &[2, 0, 3]]), |t, v| t.reshape(v[0], &[0, 5]));
+    case!(all, "reshape", "[]", each(&[&[1], &[1, 1]]), |t, v| t.reshape(v[0], &[]));
+    case!(all, "sum_all", "", each(&SHAPES), |t, v| t.sum_all(v[0]));
+    case!(all, "mean_all", "", each(&SHAPES[..5]), |t, v| t.mean_all(v[0]));
+    case!(all, "sum", "axis 0", each(&cubes), |t, v| t.sum(v[0], 0));
+    case!(all, "sum", "axis 1", each(&cubes), |t, v| t.sum(v[0], 1));
+    case!(all, "sum", "axis 2", each(&cubes), |t, v| t.sum(v[0], 2));
+    case!(all, "mean", "axis 0", each(&cubes), |t, v| t.mean(v[0], 0));
+    case!(all, "mean", "axis 1", each(&[&[2, 3, 4], &[2, 3, 0], &[3, 1]]), |t, v| t.mean(v[0], 1));
+    case!(all, "mean", "axis 2", each(&cubes), |t, v| t.mean(v[0], 2));
+    case!(all, "slice", "axis 0", each(&[&[3, 2], &[3], &[3, 0]]), |t, v| t.slice(v[0], 0, 1, 3));
+    case!(all, "slice", "axis 1", each(&[&[2, 4, 3], &[1, 4]]), |t, v| t.slice(v[0], 1, 1, 3));
+    case!(all, "slice", "axis 2", each(&cubes), |t, v| t.slice(v[0], 2, 0, 1));
+    case!(all, "slice", "nothing", each(&[&[2, 3]]), |t, v| t.slice(v[0], 1, 2, 2));
+    let joined: [[&[usize]; 3]; 3] = [
+        [&[1, 2, 3], &[4, 2, 3], &[0, 2, 3]],
+        [&[2, 1, 3], &[2, 3, 3], &[2, 0, 3]],
+        [&[2, 3, 1], &[2, 3, 2], &[2, 3, 0]],
+    ];
+    case!(all, "concat", "axis 0", [normal(&joined[0])], |t, v| t.concat(v, 0));
+    case!(all, "concat", "axis 1", [normal(&joined[1])], |t, v| t.concat(v, 1));
+    case!(all, "concat", "axis 2", [normal(&joined[2])], |t, v| t.concat(v, 2));
+    case!(all, "concat", "with itself", each(&cubes), |t, v| t.concat(&[v[0], v[0], v[0]], 1));
+    let steps = [normal(&[&[2, 3], &[2, 3]]), normal(&[&[]]), normal(&[&[1], &[1]]), normal(&[&[0, 2]])];
+    case!(all, "stack_time", "", steps, |t, v| t.stack_time(v));
+    case!(all, "stack_time", "of itself", each(&[&[2, 3]]), |t, v| t.stack_time(&[v[0], v[0]]));
+    all
+}
+
+fn networks() -> Vec<Case> {
+    let mut all = Vec::new();
+    let products: [[&[usize]; 2]; 5] = [
+        [&[3, 4], &[4, 5]],
+        [&[1, 1], &[1, 1]],
+        [&[2, 0], &[0, 3]],
+        [&[0, 2], &[2, 3]],
+        [&[17, 33], &[33, 9]],
+    ];
+    case!(all, "matmul", "", products.iter().map(|p| normal(p)), |t, v| t.matmul(v[0], v[1]));
+    case!(all, "matmul", "with itself", each(&[&[4, 4], &[1, 1]]), |t, v| t.matmul(v[0], v[0]));
+    let maps: [[usize; 4]; 5] = [[5, 3, 4, 2], [1, 1, 1, 1], [0, 2, 3, 2], [2, 0, 3, 2], [3, 2, 2, 0]];
+    let maps = maps.map(|[t, i, o, b]| normal(&[&[t, i, b], &[o, i], &[o]]));
+    case!(all, "linear", "", maps, |t, v| t.linear(v[0], v[1], v[2]));
+    let sizes = [[6, 3, 4, 2], [1, 1, 1, 1], [0, 2, 3, 2], [3, 0, 2, 2], [2, 3, 2, 0], [2, 3, 0, 2]];
+    case!(all, "gru_sequence", "with h0", gru(&sizes), |t, v| t.gru_sequence(v[0], Some(v[1]), weights(v)));
+    case!(all, "gru_sequence", "without h0", gru(&sizes), |t, v| t.gru_sequence(v[0], None, weights(v)));
+    let square = [[5, 3, 3, 2], [1, 1, 1, 1]];
+    case!(all, "gru_sequence", "tied weights", gru(&square), |t, v| {
+        let w = GruVars { w_ih: v[2], w_hh: v[2], b_ih: v[4], b_hh: v[4] };
+        t.gru_sequence(v[0], Some(v[1]), w)
+    });
+    case!(all, "gru_sequence", "two layers, one set of weights", gru(&square), |t, v| {
+        let below = t.gru_sequence(v[0], None, weights(v))?;
+        t.gru_sequence(below, Some(v[1]), weights(v))
+    });
+    let steps = [sizes[0], sizes[1], sizes[3], sizes[4], sizes[5]];
+    // The composed twin ends in stacking its steps.
+    case!(all, "stack_time", "gru_composed", gru(&steps), |t, v| {
+        t.gru_composed(v[0], Some(v[1]), weights(v))
+    });
+    case!(all, "stack_time", "gru_composed from zero", gru(&steps), |t, v| {
+        t.gru_composed(v[0], None, weights(v))
+    });
+    all
+}
