@@ -9,13 +9,13 @@ const GOOD: &str = "trajectory,t_s,height_m,velocity_m_s\n\
     b,0,4.2,0\nb,0.016666666666666666,4.19,-0.1\n";
 
 fn augsim(args: &[&str], dir: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output().expect("the binary runs")
 }
 
 /// Runs `train` on a file with these bytes; checks code and texts; nothing of a run may exist.
 fn refuses(name: &str, bytes: &[u8], code: i32, texts: &[&str]) {
-    let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join(name), bytes).unwrap();
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    std::fs::write(dir.path().join(name), bytes).expect("it can be written");
     let out = augsim(&["train", "--data", name, "--out", "run", "--iterations", "3"], dir.path());
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
     assert_eq!(out.status.code(), Some(code), "{name}: {error}");
@@ -58,7 +58,8 @@ fn another_rate_is_an_error() {
     std::fs::write(dir.path().join("rate.csv"), text).unwrap();
     let out = augsim(&["train", "--data", "rate.csv", "--out", "run"], dir.path());
     assert_eq!(out.status.code(), Some(3));
-    assert!(String::from_utf8_lossy(&out.stderr).contains("trajectory `a`") || !out.stderr.is_empty());
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(error.contains("`a`") && error.contains("0.01666"), "{error}");
 }
 
 #[test]
@@ -80,8 +81,8 @@ fn a_missing_file_is_an_error() {
 
 /// A tiny finished run and a test file, in a directory of its own.
 fn trained() -> (tempfile::TempDir, PathBuf) {
-    let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join("good.csv"), GOOD).unwrap();
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    std::fs::write(dir.path().join("good.csv"), GOOD).expect("it can be written");
     let args = ["train", "--data", "good.csv", "--out", "run", "--iterations", "2", "--recipe", "neural"];
     let out = augsim(&args, dir.path());
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));

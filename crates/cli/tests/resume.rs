@@ -16,8 +16,12 @@ fn command(dir: &Path, run: &str, extra: &[&str]) -> Command {
 
 fn simulate(dir: &Path) {
     let args = ["simulate", "--trajectories", "40", "--samples", "80", "--out", "ball.csv", "--seed", "5"];
-    let status =
-        Command::new(env!("CARGO_BIN_EXE_augsim")).current_dir(dir).args(args).output().unwrap().status;
+    let status = Command::new(env!("CARGO_BIN_EXE_augsim"))
+        .current_dir(dir)
+        .args(args)
+        .output()
+        .expect("the binary runs")
+        .status;
     assert!(status.success());
 }
 

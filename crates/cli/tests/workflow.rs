@@ -5,9 +5,13 @@ use std::path::Path;
 use std::process::Command;
 
 fn augsim(args: &[&str], dir: &Path) -> String {
-    let out = Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output().unwrap();
+    let out = Command::new(env!("CARGO_BIN_EXE_augsim"))
+        .args(args)
+        .current_dir(dir)
+        .output()
+        .expect("the binary runs");
     assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    String::from_utf8(out.stdout).unwrap()
+    String::from_utf8(out.stdout).expect("output is text")
 }
 
 #[test]

@@ -31,12 +31,15 @@ pub fn report(
     curves: &[(Recipe, Vec<Losses>)],
 ) -> anyhow::Result<TrainingReport> {
     let mut forecasts = Vec::new();
-    for s in scored.iter().filter(|s| s.model.name() != "Zero") {
+    // Nets only: three columns of the page, one row a trajectory.
+    for s in scored
+        .iter()
+        .filter(|s| trained.iter().any(|t| t.model.state().settings.recipe.label() == s.model.name()))
+    {
         for (index, q) in test.items.iter().enumerate().take(SHOWN) {
             let task = Task { start: q.state(0), time: q.time, index: index as u64 };
             let samples = s.model.forecast(task, SAMPLES)?;
             for (column, (channel, unit)) in CHANNELS.into_iter().enumerate() {
-                let deterministic = s.model.is_deterministic();
                 let band = |q: f64| -> Vec<f64> {
                     let row = |t: usize| &samples.values[(t * 2 + column) * samples.count..][..samples.count];
                     (0..task.time)
@@ -47,7 +50,6 @@ pub fn report(
                         })
                         .collect()
                 };
-                let edge = |q: f64| if deterministic { Vec::new() } else { band(q) };
                 forecasts.push(Forecast {
                     model: s.model.name().to_owned(),
                     trajectory: format!("trajectory {}", q.id),
@@ -56,10 +58,10 @@ pub fn report(
                     t_s: times(q.time),
                     truth: (0..q.time).map(|t| q.state(t)[column]).collect(),
                     median: band(0.5),
-                    lower50: edge(0.25),
-                    upper50: edge(0.75),
-                    lower90: edge(0.05),
-                    upper90: edge(0.95),
+                    lower50: band(0.25),
+                    upper50: band(0.75),
+                    lower90: band(0.05),
+                    upper90: band(0.95),
                 });
             }
         }

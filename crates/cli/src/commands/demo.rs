@@ -19,7 +19,7 @@ pub fn run(args: &Demo, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
         train: DataSource::PaperLaw { trajectories: 400, seed },
         test: DataSource::PaperLaw { trajectories: 200, seed: seed.wrapping_add(1_000_000) },
         test_name: "generated".to_owned(),
-        nets: [(Recipe::Neural, 800), (Recipe::Hybrid, 800), (Recipe::HybridPlus, 2000)]
+        nets: [(Recipe::Neural, 600), (Recipe::Hybrid, 600), (Recipe::HybridPlus, 1500)]
             .map(|(recipe, iterations)| NetPlan { recipe, iterations })
             .into(),
         seed,
