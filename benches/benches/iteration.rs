@@ -56,7 +56,7 @@ fn forecast(c: &mut Criterion) {
     group.throughput(Throughput::Elements(SAMPLES as u64 * 400));
     let task = Task { start: &[4.5, 0.0], time: 400, index: 0 };
     for recipe in [Recipe::Hybrid, Recipe::HybridPlus] {
-        let model = ok(NetModel::new(training(recipe, &data).state().clone()));
+        let model = ok(NetModel::new(ok(training(recipe, &data).finish()).clone()));
         group.bench_function(recipe.label(), |b| b.iter(|| ok(model.forecast(black_box(task), SAMPLES))));
     }
     group.finish();

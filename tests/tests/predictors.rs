@@ -35,7 +35,7 @@ fn nets(train: &Sequences) -> Vec<NetModel> {
             (0..20).for_each(|_| {
                 ok(training.step());
             });
-            ok(NetModel::new(training.state().clone(), train))
+            ok(NetModel::new(ok(training.finish()).clone()))
         })
         .into()
 }
