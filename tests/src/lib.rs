@@ -1,1 +1,4 @@
-//! Helpers shared by the integration tests.
+//! What the tests share.
+
+pub mod battery;
+pub mod sealed;
