@@ -199,6 +199,7 @@ impl<'a> Point<'a> {
             start,
             covariates: &record.covariates,
             offsets,
+            velocities: false,
         };
         simulate(&throw, times, &mut run);
         run

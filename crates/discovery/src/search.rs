@@ -239,6 +239,7 @@ impl<'a> Search<'a> {
     pub fn run(&self, base: Fit) -> Found {
         let base_scores = self.library_scores(&base);
         let base = self.judge(base);
+        let base_criterion = base.criterion;
         let mut tried = vec![base.clone()];
         let mut beam = vec![base];
         for level in 1..=MOST_EFFECTS {
@@ -267,6 +268,11 @@ impl<'a> Search<'a> {
             let mut next = fitted;
             next.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
             next.truncate(BEAM);
+            // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
+            let (top, gain) = next
+                .first()
+                .map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
+            next.retain(|j| j.criterion < top + POOL + 0.3 * gain);
             let improved = next.first().is_some_and(|j| j.criterion < before);
             if !improved {
                 break;

@@ -17,6 +17,7 @@ fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -
         start,
         covariates: &Covariates::default(),
         offsets: Offsets::None,
+        velocities: true,
     };
     simulate(&throw, times, &mut run);
     run

@@ -50,6 +50,7 @@ impl Scene {
                 spin_rad_s: [0.0; 3],
             },
             offsets: Offsets::None,
+            velocities: true,
         };
         simulate(&throw, &[t], &mut run);
         (run.samples[0], run)

@@ -45,6 +45,8 @@ pub struct Throw<'a, S> {
     pub covariates: &'a Covariates,
     /// Offsets of the restitution.
     pub offsets: Offsets<'a, S>,
+    /// Whether samples carry velocities; without, they are 0, and flights cost less.
+    pub velocities: bool,
 }
 
 /// One sample: the position as measured and the true velocity.
@@ -84,6 +86,8 @@ struct Engine<'a, S> {
     constant: [S; 3],
     air: [S; 3],
     closed_form: bool,
+    velocities: bool,
+    active: &'static [usize],
     contact: Option<S>,
     delay: S,
     throw: &'a Throw<'a, S>,
@@ -109,6 +113,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
         Self {
             closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
+            velocities: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
+            active: throw.world.axes.indices(),
             laws,
             restitution: base(RESTITUTION),
             radius: base(RADIUS),
@@ -127,7 +133,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     fn go(&mut self) {
         let mut state = self.throw.start;
         let held = state;
-        self.emit(state.time, |_| (held.position, held.velocity));
+        self.emit(state.time, |_| held.position, |_| held.velocity);
         if self.gap(&state.position).value() <= 0.0 && self.rate(&state.velocity).value() <= 0.0 {
             // Released on or under the ground: it rests, or hits at once.
             match self.bounce(&state) {
@@ -171,14 +177,19 @@ impl<'a, S: Scalar> Engine<'a, S> {
         dot(&self.normal, velocity)
     }
 
-    /// Samples all requested times before `until`; `at` gives position and velocity at a time.
-    fn emit(&mut self, until: S, at: impl Fn(S) -> ([S; 3], [S; 3])) {
+    /// Samples all requested times before `until`; `at` and `rate` give position and velocity at a time.
+    fn emit(&mut self, until: S, at: impl Fn(S) -> [S; 3], rate: impl Fn(S) -> [S; 3]) {
         while let Some(&t) = self.times.get(self.run.samples.len()) {
             let time = -self.delay + t;
             if time.value() >= until.value() {
                 return;
             }
-            let (truth, velocity) = at(time);
+            let truth = at(time);
+            let velocity = if self.velocities {
+                rate(time)
+            } else {
+                [S::zero(); 3]
+            };
             let mut sight = Sight {
                 position: truth,
                 truth,
@@ -194,6 +205,24 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
     }
 
+    fn emit_parabola(&mut self, until: S, state: &State<S>, a: &[S; 3]) {
+        let active = self.active;
+        self.emit(
+            until,
+            |t| parabola(state, a, t - state.time, active),
+            |t| axpy(&state.velocity, a, t - state.time),
+        );
+    }
+
+    fn emit_step(&mut self, until: S, step: &Step<S>) {
+        let (active, t0) = (self.active, step.start.time);
+        self.emit(
+            until,
+            |t| step.position(t - t0, active),
+            |t| step.velocity(t - t0),
+        );
+    }
+
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
         let a = self.constant;
         let duration = time_to_contact(
@@ -202,16 +231,15 @@ impl<'a, S: Scalar> Engine<'a, S> {
             dot(&self.normal, &a),
         );
         let until = duration.map_or(S::constant(f64::INFINITY), |d| state.time + d);
-        self.emit(until, |t| parabola(state, &a, t - state.time));
+        self.emit_parabola(until, state, &a);
         let duration = duration?;
         if until.value() > self.horizon() {
             return None;
         }
-        let (position, velocity) = parabola(state, &a, duration);
         Some(State {
             time: until,
-            position,
-            velocity,
+            position: parabola(state, &a, duration, self.active),
+            velocity: axpy(&state.velocity, &a, duration),
             spin: state.spin,
         })
     }
@@ -252,7 +280,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 let this = &*self;
                 let acceleration =
                     |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
-                let step = Step::rk4(&state, length, &acceleration);
+                let step = Step::rk4(&state, length, this.active, &acceleration);
                 if !resting && this.gap(&step.end.position).value() < 0.0 {
                     let arrival = this.locate(&step, &acceleration);
                     Err((step, arrival))
@@ -262,19 +290,16 @@ impl<'a, S: Scalar> Engine<'a, S> {
             };
             match step {
                 Ok(step) => {
-                    let t0 = state.time;
-                    self.emit(step.end.time, |t| step.at(t - t0));
+                    self.emit_step(step.end.time, &step);
                     state = step.end;
                 }
                 Err((step, arrival)) => {
-                    let t0 = state.time;
                     let short = Step {
                         start: step.start,
                         end: arrival,
-                        length: arrival.time - t0,
+                        length: arrival.time - step.start.time,
                     };
-                    let _ = step;
-                    self.emit(arrival.time, |t| short.at(t - t0));
+                    self.emit_step(arrival.time, &short);
                     return (arrival.time.value() <= self.horizon()).then_some(arrival);
                 }
             }
@@ -300,21 +325,29 @@ impl<'a, S: Scalar> Engine<'a, S> {
             0.0
         };
         let mut high = length;
+        let (values, normal) = (step.values(), self.normal.map(S::value));
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            if self.gap(&step.at(S::constant(middle)).0).value() > 0.0 {
+            if dot(&normal, &values.position(middle, self.active)) > 0.0 {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        // Newton on the integration step itself. The first iterations find the value; the last one, in S, the derivative.
+        // Newton on the integration step itself, which the cubic follows to micrometres: one iteration for the value, one,
+        // in S, for the derivative.
         let mut s = S::constant(high);
-        for _ in 0..3 {
-            let end = Step::rk4(&step.start, S::constant(s.value()), acceleration).end;
+        for _ in 0..2 {
+            let end = Step::rk4(
+                &step.start,
+                S::constant(s.value()),
+                self.active,
+                acceleration,
+            )
+            .end;
             s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
         }
-        Step::rk4(&step.start, s, acceleration).end
+        Step::rk4(&step.start, s, self.active, acceleration).end
     }
 
     /// The state after the contact that begins at `arrival`; `None` if the ball stays.
@@ -385,12 +418,14 @@ impl<'a, S: Scalar> Engine<'a, S> {
         let time = arrival.time + duration;
         if let Some(Some(c)) = &contact {
             let normal = self.normal;
-            self.emit(time, |t| {
-                let s = t - arrival.time;
-                let (depth, rate) = c.at(s);
-                let along = axpy(&arrival.position, &drift, s);
-                (axpy(&along, &normal, depth), axpy(&drift, &normal, rate))
-            });
+            self.emit(
+                time,
+                |t| {
+                    let s = t - arrival.time;
+                    axpy(&axpy(&arrival.position, &drift, s), &normal, c.at(s).0)
+                },
+                |t| axpy(&drift, &normal, c.at(t - arrival.time).1),
+            );
         }
         let spin = if self.radius.value() > 0.0 {
             axpy(
@@ -426,9 +461,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 &self.normal,
                 -dot(&self.normal, &self.constant),
             );
-            self.emit(S::constant(f64::INFINITY), |t| {
-                parabola(&state, &a, t - state.time)
-            });
+            self.emit_parabola(S::constant(f64::INFINITY), &state, &a);
         } else {
             self.fly_steps(&state, true);
         }
