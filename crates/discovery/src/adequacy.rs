@@ -25,6 +25,8 @@ pub(crate) struct Adequacy {
     pub periodicity: f64,
     /// Gain in -2 ln likelihood if the restitution may scatter.
     pub scatter_gain: f64,
+    /// The model has scatter, which can absorb a law that depends on a feature of the trajectory.
+    pub scatters: bool,
     /// Scores of the one-feature laws.
     pub law_scores: Vec<Score>,
 }
@@ -34,7 +36,7 @@ impl Adequacy {
     pub fn ok(&self) -> bool {
         self.lack_of_fit > 1e-4
             && self.library > 1e-3
-            && self.laws > 1e-4
+            && self.laws > if self.scatters { 0.02 } else { 1e-4 }
             && self.heterogeneity > 1e-4
             && self.periodicity > 1e-3
             && self.scatter_gain < 15.8
@@ -94,6 +96,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
             1.0
         },
         scatter_gain,
+        scatters: scatter,
         law_scores,
     }
 }
@@ -107,12 +110,12 @@ pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64
     let axes = h.world.axes.indices();
     (0..record.y.len())
         .map(|c| {
-            run.samples
+            run.positions
                 .iter()
                 .enumerate()
                 .map(|(k, s)| match record.weight[c][k] {
                     0.0 => f64::NAN,
-                    _ => record.y[c][k] - s.position[axes[c]],
+                    _ => record.y[c][k] - s[axes[c]],
                 })
                 .collect()
         })

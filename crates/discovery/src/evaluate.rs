@@ -189,7 +189,8 @@ impl<'a> Point<'a> {
             Some(_) => Offsets::PerImpact(&xi),
         };
         let mut run = Run {
-            samples: Vec::with_capacity(times.len()),
+            positions: Vec::with_capacity(times.len()),
+            velocities: Vec::new(),
             impacts: Vec::new(),
             rest_time: None,
         };
@@ -253,13 +254,13 @@ fn normal_wide<const N: usize>(
     let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
     for (c, &axis) in point.world.axes.indices().iter().enumerate() {
         let mut previous: Option<(f64, [f64; N])> = None;
-        for (k, sample) in run.samples.iter().enumerate() {
+        for (k, position) in run.positions.iter().enumerate() {
             let w = record.weight[c][k];
             if w == 0.0 {
                 previous = None;
                 continue;
             }
-            let x = sample.position[axis];
+            let x = &position[axis];
             let (r0, d0) = (w * (record.y[c][k] - x.value), x.d.map(|d| w * d));
             let (mut r, mut d) = (r0, d0);
             if correlation != 0.0 {

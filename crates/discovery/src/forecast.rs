@@ -119,7 +119,7 @@ fn one_error(
     for (c, &axis) in h.world.axes.indices().iter().enumerate() {
         for k in known..record.times.len() {
             if record.weight[c][k] > 0.0 {
-                s += (record.y[c][k] - run.samples[k].position[axis]).powi(2);
+                s += (record.y[c][k] - run.positions[k][axis]).powi(2);
                 n += 1.0;
             }
         }
@@ -167,7 +167,7 @@ pub(crate) fn floor(sample: &Sample<'_>, fit: &Fit, seed: u64) -> Errors {
                 let mut copy = record.clone();
                 for (c, &axis) in full.world.axes.indices().iter().enumerate() {
                     let mut last = 0.0;
-                    for (k, sample_k) in run.samples.iter().enumerate() {
+                    for (k, sample_k) in run.positions.iter().enumerate() {
                         let rho = if record.linked[k] {
                             sample.correlation
                         } else {
@@ -176,7 +176,7 @@ pub(crate) fn floor(sample: &Sample<'_>, fit: &Fit, seed: u64) -> Errors {
                         last = rho * last + (1.0 - rho * rho).sqrt() * normal();
                         let w = record.weight[c][k];
                         if w > 0.0 {
-                            copy.y[c][k] = sample_k.position[axis] + last / w;
+                            copy.y[c][k] = sample_k[axis] + last / w;
                         }
                     }
                 }

@@ -37,8 +37,6 @@ pub(crate) struct Measured {
     pub groups: Vec<String>,
     pub has_spin: bool,
     pub has_start_time: bool,
-    /// Mean session time, s: the reference of the clock.
-    pub clock_reference_s: f64,
 }
 
 impl Measured {
@@ -125,7 +123,6 @@ impl Measured {
             groups,
             has_spin,
             has_start_time,
-            clock_reference_s,
         })
     }
 

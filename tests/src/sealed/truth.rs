@@ -130,7 +130,9 @@ impl Kind {
                 continue;
             }
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-            let mut size = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
+            // From an eighth of the lower figure: the weakest of these cannot be seen in the smallest sets.
+            let mut size =
+                |low: f64, high: f64| low / 8.0 * (8.0 * high / low).powf(rng.random::<f64>());
             return match which {
                 0 => Kind::QuadraticDrag(size(0.002, 0.15)),
                 1 => Kind::LinearDrag(size(0.008, 0.3)),

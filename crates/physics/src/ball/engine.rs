@@ -45,24 +45,17 @@ pub struct Throw<'a, S> {
     pub covariates: &'a Covariates,
     /// Offsets of the restitution.
     pub offsets: Offsets<'a, S>,
-    /// Whether samples carry velocities; without, they are 0, and flights cost less.
+    /// Whether velocities are sampled too: flights cost less without.
     pub velocities: bool,
-}
-
-/// One sample: the position as measured and the true velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<S> {
-    /// Position as the sensor reports it, m.
-    pub position: [S; 3],
-    /// Velocity, m/s.
-    pub velocity: [S; 3],
 }
 
 /// What a simulation gives. Reuse one for many runs: its buffers are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// One sample per requested time.
-    pub samples: Vec<Sample<S>>,
+    /// Position as the sensor reports it, m, at each requested time.
+    pub positions: Vec<[S; 3]>,
+    /// True velocity, m/s, at each requested time, if velocities were asked for.
+    pub velocities: Vec<[S; 3]>,
     /// Impacts up to the last requested time.
     pub impacts: Vec<ImpactRecord<S>>,
     /// When the ball came to rest, if it did, s.
@@ -71,7 +64,8 @@ pub struct Run<S> {
 
 /// Simulates a throw and samples it at `times` (s since the release, not decreasing), into `run`.
 pub fn simulate<S: Scalar>(throw: &Throw<'_, S>, times: &[f64], run: &mut Run<S>) {
-    run.samples.clear();
+    run.positions.clear();
+    run.velocities.clear();
     run.impacts.clear();
     run.rest_time = None;
     Engine::new(throw, times, run).go();
@@ -87,6 +81,7 @@ struct Engine<'a, S> {
     air: [S; 3],
     closed_form: bool,
     velocities: bool,
+    observes: bool,
     active: &'static [usize],
     contact: Option<S>,
     delay: S,
@@ -114,6 +109,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         Self {
             closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
             velocities: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
+            observes: laws.iter().any(|(law, _)| law.changes_sight()),
             active: throw.world.axes.indices(),
             laws,
             restitution: base(RESTITUTION),
@@ -160,7 +156,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     fn done(&self) -> bool {
-        self.run.samples.len() >= self.times.len()
+        self.run.positions.len() >= self.times.len()
     }
 
     fn horizon(&self) -> f64 {
@@ -179,29 +175,31 @@ impl<'a, S: Scalar> Engine<'a, S> {
 
     /// Samples all requested times before `until`; `at` and `rate` give position and velocity at a time.
     fn emit(&mut self, until: S, at: impl Fn(S) -> [S; 3], rate: impl Fn(S) -> [S; 3]) {
-        while let Some(&t) = self.times.get(self.run.samples.len()) {
+        while let Some(&t) = self.times.get(self.run.positions.len()) {
             let time = -self.delay + t;
             if time.value() >= until.value() {
                 return;
             }
             let truth = at(time);
             let velocity = if self.velocities {
-                rate(time)
+                Some(rate(time))
             } else {
-                [S::zero(); 3]
+                None
             };
-            let mut sight = Sight {
-                position: truth,
-                truth,
-                velocity,
-            };
-            for (law, p) in &self.laws {
-                law.observe(p, &mut sight);
+            if self.observes {
+                let mut sight = Sight {
+                    position: truth,
+                    truth,
+                    velocity: velocity.unwrap_or([S::zero(); 3]),
+                };
+                for (law, p) in &self.laws {
+                    law.observe(p, &mut sight);
+                }
+                self.run.positions.push(sight.position);
+            } else {
+                self.run.positions.push(truth);
             }
-            self.run.samples.push(Sample {
-                position: sight.position,
-                velocity,
-            });
+            self.run.velocities.extend(velocity);
         }
     }
 
