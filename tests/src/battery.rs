@@ -126,10 +126,7 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
         Battery::Unlisted => None,
     };
     let (scene, truth) = draw(&mut rng, effects, battery == Battery::Noise);
-    let fail = |text: String| Row {
-        line: format!("seed {seed}: {text}"),
-        right: false,
-    };
+    let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
     let sealed = match seal(&scene, truth, &mut rng) {
         Ok(s) => s,
         Err(e) => return fail(e.to_string()),
@@ -177,15 +174,8 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
         }
         Battery::Single | Battery::Pair => {
             let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
-            let shared = truth
-                .effects
-                .iter()
-                .any(|e| matches!(e, crate::sealed::Kind::ScatterTrajectory(_)));
-            let per = if shared {
-                ScatterPer::Trajectory
-            } else {
-                ScatterPer::Impact
-            };
+            let shared = truth.effects.iter().any(|e| matches!(e, crate::sealed::Kind::ScatterTrajectory(_)));
+            let per = if shared { ScatterPer::Trajectory } else { ScatterPer::Impact };
             let told = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
             let oracle = match told(&names) {
                 Ok(o) => o,
@@ -202,9 +192,7 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
             }
             let exact = mine == theirs && d.verdict == Verdict::Explained;
             let ambiguous = !exact && d.alternatives.contains(&theirs);
-            right = exact
-                || ambiguous
-                || !visible && (!claims || mine.iter().all(|k| theirs.contains(k)));
+            right = exact || ambiguous || !visible && (!claims || mine.iter().all(|k| theirs.contains(k)));
             if visible {
                 summary.visible += 1;
                 summary.exact += usize::from(exact);
@@ -226,10 +214,7 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
                         }
                     }
                 }
-                note = format!(
-                    "gain {:.1}/{:.1} ratio {ratio:.3}",
-                    oracle.gain, oracle.penalty
-                );
+                note = format!("gain {:.1}/{:.1} ratio {ratio:.3}", oracle.gain, oracle.penalty);
             } else {
                 if !right {
                     summary.false_alarms += 1;
@@ -252,9 +237,10 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
         "{:?} {:?} rho {} jitter {} outliers {}",
         truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
     );
-    let unexplained = d.unexplained.as_ref().map_or(String::new(), |u| {
-        format!(" [{} of {}: {}]", u.target, u.against, u.term)
-    });
+    let unexplained = d
+        .unexplained
+        .as_ref()
+        .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
     let line = format!(
         "seed {seed} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lof {:.1e} lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
         if scene.plane { "2-D" } else { "1-D" },

@@ -1,2 +1,35 @@
 //! The `augsim` binary: parse, resolve, run, exit code.
-fn main() {}
+
+mod args;
+mod ball;
+mod commands;
+mod exit;
+mod interrupt;
+mod output;
+mod progress;
+mod run_dir;
+mod session;
+
+use args::Args;
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
+    let result = interrupt::install()
+        .and_then(|()| threads(args.global.threads))
+        .and_then(|()| commands::run(&args, &output));
+    match result {
+        Ok(outcome) => outcome.code(),
+        Err(error) => exit::report(&error),
+    }
+}
+
+/// Sets the number of worker threads; results do not depend on it.
+fn threads(count: Option<u16>) -> anyhow::Result<()> {
+    if let Some(n) = count {
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global()?;
+    }
+    Ok(())
+}

@@ -35,15 +35,7 @@ impl Assembler {
         columns: usize,
     ) -> Self {
         let (finished, ended) = (Vec::new(), BTreeMap::new());
-        Assembler {
-            path,
-            id_column,
-            time_column,
-            columns,
-            finished,
-            ended,
-            open: None,
-        }
+        Assembler { path, id_column, time_column, columns, finished, ended, open: None }
     }
 
     /// Adds the row on `line`.

@@ -31,9 +31,7 @@ impl WriteStep {
             }
             WriteStep::Fill => "writing failed; nothing was kept, free some space and try again",
             WriteStep::Sync => "cannot flush to the disk; nothing was kept, check the disk",
-            WriteStep::Rename => {
-                "cannot put the finished file in place; check that the target is no folder"
-            }
+            WriteStep::Rename => "cannot put the finished file in place; check that the target is no folder",
         }
     }
 }
@@ -60,13 +58,7 @@ pub fn atomic_write<F>(path: &Path, fill: F) -> Result<(), AtomicWriteError>
 where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
-    let failed = |step| {
-        move |cause| AtomicWriteError {
-            path: path.to_owned(),
-            step,
-            cause,
-        }
-    };
+    let failed = |step| move |cause| AtomicWriteError { path: path.to_owned(), step, cause };
     let (temporary, file) = create_temporary(path).map_err(failed(WriteStep::Create))?;
     let outcome = fill_and_sync(file, fill)
         .map_err(|(step, cause)| failed(step)(cause))
@@ -85,13 +77,8 @@ where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let mut writer = BufWriter::new(file);
-    fill(&mut writer)
-        .and_then(|()| writer.flush())
-        .map_err(|e| (WriteStep::Fill, e))?;
-    writer
-        .get_ref()
-        .sync_all()
-        .map_err(|e| (WriteStep::Sync, e))
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(|e| (WriteStep::Fill, e))?;
+    writer.get_ref().sync_all().map_err(|e| (WriteStep::Sync, e))
 }
 
 /// A name that no other write of this or another process uses: process id and a counter, and
@@ -104,17 +91,9 @@ fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
     loop {
         let mut hidden = OsString::from(".");
         hidden.push(name);
-        hidden.push(format!(
-            ".{}-{}.tmp",
-            std::process::id(),
-            NEXT.fetch_add(1, Ordering::Relaxed)
-        ));
+        hidden.push(format!(".{}-{}.tmp", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
         let temporary = path.with_file_name(hidden);
-        match OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&temporary)
-        {
+        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
             other => return other.map(|file| (temporary, file)),
         }
@@ -124,10 +103,7 @@ fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
 /// Makes the rename itself durable where the system allows opening a folder; elsewhere the data is
 /// safe already and only the new name might be lost in a power cut.
 fn sync_folder(path: &Path) {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Ok(folder) = File::open(folder) {
         let _ = folder.sync_all();
     }

@@ -33,12 +33,9 @@ impl Column {
         if [TRAJECTORY, TIME, GROUP].contains(&name) {
             return Err(ColumnError::Reserved { name: name.into() });
         }
-        let unit = Unit::of_column_name(name)
-            .ok_or_else(|| ColumnError::UnknownUnit { name: name.into() })?;
-        Ok(Column {
-            name: name.to_owned(),
-            unit,
-        })
+        let unit =
+            Unit::of_column_name(name).ok_or_else(|| ColumnError::UnknownUnit { name: name.into() })?;
+        Ok(Column { name: name.to_owned(), unit })
     }
 
     /// Name, unit suffix included.

@@ -40,7 +40,11 @@ pub enum MissingCells {
 /// # Errors
 /// Any of the reader's [`DataError`]s, with file, line, column and remedy.
 pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
-    let mut source = CsvSource::open(path)?;
+    read_long(CsvSource::open(path)?, missing)
+}
+
+pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<Dataset, DataError> {
+    let path = source.path().to_owned();
     let id_cell = source.require(TRAJECTORY, LAYOUT)?;
     let time_cell = source.require(TIME, LAYOUT)?;
     let group_cell = source.header().iter().position(|name| name == GROUP);
@@ -50,20 +54,15 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
         if cell == id_cell || cell == time_cell || Some(cell) == group_cell {
             continue;
         }
-        let bad = |cause| DataError::BadColumn {
-            path: path.to_owned(),
-            cause,
-        };
+        let bad = |cause| DataError::BadColumn { path: path.clone(), cause };
         columns.push(Column::new(name).map_err(bad)?);
         value_cells.push(cell);
     }
     if columns.is_empty() {
-        return Err(DataError::NoValueColumns {
-            path: path.to_owned(),
-        });
+        return Err(DataError::NoValueColumns { path });
     }
 
-    let mut rows = Assembler::new(path.to_owned(), TRAJECTORY, TIME, columns.len());
+    let mut rows = Assembler::new(path.clone(), TRAJECTORY, TIME, columns.len());
     let mut values = vec![0.0; columns.len()];
     while source.next_row()? {
         let id = label(&source, id_cell)?;
@@ -76,17 +75,15 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
                 (Some(number), _) => number,
                 (None, MissingCells::AsGap) => f64::NAN,
                 (None, MissingCells::Refuse) => {
-                    return Err(source.empty_cell(
-                        cell,
-                        "fill it in, remove the row, or read the file with gaps allowed",
-                    ));
+                    return Err(source
+                        .empty_cell(cell, "fill it in, remove the row, or read the file with gaps allowed"));
                 }
             };
         }
         rows.push(source.line(), id, group, time_s, &values)?;
     }
     let trajectories = rows.finish()?;
-    Dataset::with_origin(columns, trajectories, Source::File(path.to_owned()))
+    Dataset::with_origin(columns, trajectories, Source::File(path))
 }
 
 fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
@@ -106,9 +103,7 @@ fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
 /// The data set has no trajectories, or the file cannot be written.
 pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     if dataset.trajectories().is_empty() {
-        return Err(DataError::NothingToWrite {
-            path: path.to_owned(),
-        });
+        return Err(DataError::NothingToWrite { path: path.to_owned() });
     }
     let gzip = path.extension().is_some_and(|extension| extension == "gz");
     atomic_write(path, |file| {
@@ -126,11 +121,7 @@ pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
 fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
     let grouped = dataset.trajectories().iter().any(|t| t.group().is_some());
     let mut rows = csv::Writer::from_writer(out);
-    let fixed = if grouped {
-        &[TRAJECTORY, GROUP, TIME][..]
-    } else {
-        &[TRAJECTORY, TIME][..]
-    };
+    let fixed = if grouped { &[TRAJECTORY, GROUP, TIME][..] } else { &[TRAJECTORY, TIME][..] };
     let names = dataset.columns().iter().map(Column::name);
     rows.write_record(fixed.iter().copied().chain(names))?;
     for trajectory in dataset.trajectories() {
@@ -142,11 +133,7 @@ fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
             rows.write_field(time_s.to_string())?;
             for column in trajectory.values() {
                 let value = column[sample];
-                let cell = if value.is_nan() {
-                    String::new()
-                } else {
-                    value.to_string()
-                };
+                let cell = if value.is_nan() { String::new() } else { value.to_string() };
                 rows.write_field(cell)?;
             }
             rows.write_record(None::<&[u8]>)?;

@@ -25,10 +25,7 @@ pub(crate) struct CsvSource {
 impl CsvSource {
     /// Opens `path`; gzip is told by its magic bytes, not by the name.
     pub(crate) fn open(path: &Path) -> Result<Self, DataError> {
-        let unreadable = |cause| DataError::Unreadable {
-            path: path.to_owned(),
-            cause,
-        };
+        let unreadable = |cause| DataError::Unreadable { path: path.to_owned(), cause };
         let mut content = fs::read(path).map_err(unreadable)?;
         if content.starts_with(&[0x1f, 0x8b]) {
             content = unpack(path, &content)?;
@@ -54,9 +51,7 @@ impl CsvSource {
 
     fn read_header(&mut self) -> Result<(), DataError> {
         if !self.advance()? {
-            return Err(DataError::Empty {
-                path: self.path.clone(),
-            });
+            return Err(DataError::Empty { path: self.path.clone() });
         }
         for (i, name) in self.record.iter().enumerate() {
             let name = std::str::from_utf8(name).map_err(|_| DataError::NotUtf8 {
@@ -76,6 +71,10 @@ impl CsvSource {
         }
     }
 
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     pub(crate) fn header(&self) -> &[String] {
         &self.header
     }
@@ -87,15 +86,12 @@ impl CsvSource {
 
     /// Position of a header name that the layout needs.
     pub(crate) fn require(&self, name: &str, layout: &'static str) -> Result<usize, DataError> {
-        self.header
-            .iter()
-            .position(|h| h == name)
-            .ok_or_else(|| DataError::MissingColumn {
-                path: self.path.clone(),
-                column: name.to_owned(),
-                available: self.header.clone(),
-                layout,
-            })
+        self.header.iter().position(|h| h == name).ok_or_else(|| DataError::MissingColumn {
+            path: self.path.clone(),
+            column: name.to_owned(),
+            available: self.header.clone(),
+            layout,
+        })
     }
 
     /// Moves to the next row; `false` at the end of the file.
@@ -116,27 +112,13 @@ impl CsvSource {
     }
 
     fn advance(&mut self) -> Result<bool, DataError> {
-        let more = self
-            .reader
-            .read_byte_record(&mut self.record)
-            .map_err(|error| {
-                // Reading from memory, with rows of any length and any bytes allowed, cannot fail.
-                DataError::Unreadable {
-                    path: self.path.clone(),
-                    cause: io::Error::other(error),
-                }
-            })?;
-        let from = self
-            .record
-            .position()
-            .map_or(self.start, |p| p.byte() as usize);
+        let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
+            // Reading from memory, with rows of any length and any bytes allowed, cannot fail.
+            DataError::Unreadable { path: self.path.clone(), cause: io::Error::other(error) }
+        })?;
+        let from = self.record.position().map_or(self.start, |p| p.byte() as usize);
         let blank = |byte: &u8| matches!(byte, b'\r' | b'\n');
-        let skipped = self
-            .content
-            .iter()
-            .skip(from)
-            .take_while(|&byte| blank(byte))
-            .count();
+        let skipped = self.content.iter().skip(from).take_while(|&byte| blank(byte)).count();
         let start = (from + skipped).min(self.content.len()).max(self.start);
         self.line += newlines(&self.content[self.start..start]);
         self.start = start;

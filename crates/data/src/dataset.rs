@@ -29,10 +29,7 @@ impl Dataset {
     /// # Errors
     /// As [`Dataset::new`], and names that state no unit.
     pub fn from_names(names: &[&str], trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
-        let columns = names
-            .iter()
-            .map(|name| Column::new(name))
-            .collect::<Result<Vec<_>, _>>()?;
+        let columns = names.iter().map(|name| Column::new(name)).collect::<Result<Vec<_>, _>>()?;
         Self::new(columns, trajectories)
     }
 
@@ -43,10 +40,7 @@ impl Dataset {
     ) -> Result<Self, DataError> {
         let mut names = BTreeSet::new();
         if let Some(column) = columns.iter().find(|c| !names.insert(c.name())) {
-            return Err(DataError::DuplicateColumn {
-                origin,
-                column: column.name().into(),
-            });
+            return Err(DataError::DuplicateColumn { origin, column: column.name().into() });
         }
         let has_group = trajectories.first().is_some_and(|t| t.group().is_some());
         let mut ids = BTreeSet::new();
@@ -57,26 +51,13 @@ impl Dataset {
             }
             if t.values().len() != columns.len() {
                 let (found, expected) = (t.values().len(), columns.len());
-                return Err(DataError::ColumnCount {
-                    origin,
-                    trajectory,
-                    found,
-                    expected,
-                });
+                return Err(DataError::ColumnCount { origin, trajectory, found, expected });
             }
             if t.group().is_some() != has_group {
-                return Err(DataError::GroupOnSome {
-                    origin,
-                    trajectory,
-                    has_group: !has_group,
-                });
+                return Err(DataError::GroupOnSome { origin, trajectory, has_group: !has_group });
             }
         }
-        Ok(Dataset {
-            columns,
-            trajectories,
-            origin,
-        })
+        Ok(Dataset { columns, trajectories, origin })
     }
 
     /// Columns, in file order, without trajectory, time and group.
@@ -113,14 +94,11 @@ impl Dataset {
     /// # Errors
     /// There is none; the message names the source and lists the columns.
     pub fn column_index(&self, name: &str) -> Result<usize, DataError> {
-        self.columns
-            .iter()
-            .position(|c| c.name() == name)
-            .ok_or_else(|| DataError::NoSuchColumn {
-                origin: self.origin.clone(),
-                column: name.to_owned(),
-                available: self.columns.iter().map(|c| c.name().to_owned()).collect(),
-            })
+        self.columns.iter().position(|c| c.name() == name).ok_or_else(|| DataError::NoSuchColumn {
+            origin: self.origin.clone(),
+            column: name.to_owned(),
+            available: self.columns.iter().map(|c| c.name().to_owned()).collect(),
+        })
     }
 
     /// Whether there is a column `name`.
@@ -141,8 +119,8 @@ impl Dataset {
     /// describes a trajectory rather than a moment in it.
     pub fn covariates(&self) -> impl Iterator<Item = &Column> + '_ {
         self.columns.iter().enumerate().filter_map(|(i, column)| {
-            let constant = !self.trajectories.is_empty()
-                && self.trajectories.iter().all(|t| t.constant(i).is_some());
+            let constant =
+                !self.trajectories.is_empty() && self.trajectories.iter().all(|t| t.constant(i).is_some());
             constant.then_some(column)
         })
     }
@@ -153,17 +131,10 @@ impl Dataset {
     /// An index is out of range or occurs twice; [`Split`](crate::Split) yields neither.
     pub fn select(&self, indices: &[usize]) -> Dataset {
         let distinct: BTreeSet<usize> = indices.iter().copied().collect();
-        assert_eq!(
-            distinct.len(),
-            indices.len(),
-            "a trajectory is selected twice"
-        );
+        assert_eq!(distinct.len(), indices.len(), "a trajectory is selected twice");
         Dataset {
             columns: self.columns.clone(),
-            trajectories: indices
-                .iter()
-                .map(|&i| self.trajectories[i].clone())
-                .collect(),
+            trajectories: indices.iter().map(|&i| self.trajectories[i].clone()).collect(),
             origin: self.origin.clone(),
         }
     }

@@ -38,9 +38,7 @@ pub enum ColumnError {
         name: String,
     },
     /// `trajectory`, `t_s` or `group` used as a numeric column.
-    #[error(
-        "column `{name}`: `trajectory`, `t_s` and `group` have a meaning of their own; rename it"
-    )]
+    #[error("column `{name}`: `trajectory`, `t_s` and `group` have a meaning of their own; rename it")]
     Reserved {
         /// Name as found.
         name: String,

@@ -18,25 +18,23 @@ const LAYOUT: &str = "the ball layout is `traj,step,t,height,velocity`";
 /// # Errors
 /// Any of the reader's [`DataError`]s, with file, line, column and remedy.
 pub fn read_legacy_ball(path: &Path) -> Result<Dataset, DataError> {
-    let mut source = CsvSource::open(path)?;
+    read_ball(CsvSource::open(path)?)
+}
+
+pub(crate) fn read_ball(mut source: CsvSource) -> Result<Dataset, DataError> {
+    let path = source.path().to_owned();
     let id = source.require("traj", LAYOUT)?;
     let step = source.require("step", LAYOUT)?;
     let time = source.require("t", LAYOUT)?;
-    let measured = [
-        source.require("height", LAYOUT)?,
-        source.require("velocity", LAYOUT)?,
-    ];
+    let measured = [source.require("height", LAYOUT)?, source.require("velocity", LAYOUT)?];
     let columns = vec![Column::new("height_m")?, Column::new("velocity_m_s")?];
-    let mut rows = Assembler::new(path.to_owned(), "traj", "t", columns.len());
+    let mut rows = Assembler::new(path.clone(), "traj", "t", columns.len());
     while source.next_row()? {
-        let number = |cell| {
-            source
-                .number(cell)?
-                .ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"))
-        };
+        let number =
+            |cell| source.number(cell)?.ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"));
         if number(step)?.fract() != 0.0 {
             return Err(DataError::BadNumber {
-                path: path.to_owned(),
+                path,
                 line: source.line(),
                 column: "step".to_owned(),
                 cell: source.text(step)?.to_owned(),
@@ -49,14 +47,5 @@ pub fn read_legacy_ball(path: &Path) -> Result<Dataset, DataError> {
         let values = [number(measured[0])?, number(measured[1])?];
         rows.push(source.line(), id_text, None, number(time)?, &values)?;
     }
-    Dataset::with_origin(columns, rows.finish()?, Source::File(path.to_owned()))
-}
-
-/// Whether the file at `path` has this layout's header rather than the long form's.
-///
-/// # Errors
-/// The file cannot be read or is empty.
-pub fn is_legacy_ball(path: &Path) -> Result<bool, DataError> {
-    let source = CsvSource::open(path)?;
-    Ok(source.header() == ["traj", "step", "t", "height", "velocity"])
+    Dataset::with_origin(columns, rows.finish()?, Source::File(path))
 }

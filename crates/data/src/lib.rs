@@ -1,8 +1,8 @@
 //! Trajectories with named columns and units: readers, writers, splits, normalisation.
 //!
 //! A [`Dataset`] holds [`Trajectory`]s that share [`Column`]s; every column name ends in its SI
-//! [`Unit`] (`height_m`, `velocity_m_s`). [`read_csv`] and [`write_csv`] exchange the long form with
-//! files, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
+//! [`Unit`] (`height_m`, `velocity_m_s`). [`read_dataset`] reads any known layout,
+//! [`read_csv`] and [`write_csv`] exchange the long form with files, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
 //! columns, [`Summary`] describes a set for people, [`atomic_write`] writes a file whole or not at
 //! all, and [`random_stream`] gives every (seed, purpose, index) its own random numbers.
 
@@ -13,6 +13,7 @@ mod csv_long;
 mod csv_source;
 mod dataset;
 mod error;
+mod format;
 mod legacy_ball;
 mod normalise;
 mod random_stream;
@@ -26,7 +27,8 @@ pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use dataset::Dataset;
 pub use error::{ColumnError, DataError, Source};
-pub use legacy_ball::{is_legacy_ball, read_legacy_ball};
+pub use format::read_dataset;
+pub use legacy_ball::read_legacy_ball;
 pub use normalise::{ColumnScale, Normaliser};
 pub use random_stream::random_stream;
 pub use split::{Split, SplitSize};

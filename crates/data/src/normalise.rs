@@ -40,10 +40,7 @@ impl Normaliser {
     /// # Errors
     /// A column does not exist or has no measured value.
     pub fn fit(train: &Dataset, columns: &[&str]) -> Result<Self, DataError> {
-        let scales = columns
-            .iter()
-            .map(|name| fit_column(train, name))
-            .collect::<Result<_, _>>()?;
+        let scales = columns.iter().map(|name| fit_column(train, name)).collect::<Result<_, _>>()?;
         Ok(Normaliser { scales })
     }
 
@@ -86,18 +83,8 @@ impl Normaliser {
 fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
     let column = train.column_index(name)?;
     let values = train.trajectories().iter().flat_map(|t| t.column(column));
-    let statistics = Statistics::of(values.copied()).ok_or_else(|| DataError::AllMissing {
-        origin: train.origin().clone(),
-        column: name.to_owned(),
-    })?;
-    let sd = if statistics.sd == 0.0 {
-        1.0
-    } else {
-        statistics.sd
-    };
-    Ok(ColumnScale {
-        column: name.to_owned(),
-        mean: statistics.mean,
-        sd,
-    })
+    let statistics = Statistics::of(values.copied())
+        .ok_or_else(|| DataError::AllMissing { origin: train.origin().clone(), column: name.to_owned() })?;
+    let sd = if statistics.sd == 0.0 { 1.0 } else { statistics.sd };
+    Ok(ColumnScale { column: name.to_owned(), mean: statistics.mean, sd })
 }

@@ -12,11 +12,9 @@ use rand_xoshiro::rand_core::SeedableRng;
 /// the SplitMix64 finaliser into the 256-bit state; equal inputs give equal streams on every
 /// platform.
 pub fn random_stream(seed: u64, purpose: &str, index: u64) -> Xoshiro256PlusPlus {
-    let text = purpose
-        .bytes()
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+    let text = purpose.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
     let mut state = mix(mix(mix(seed) ^ text) ^ index);
     let mut bytes = [0_u8; 32];
     for word in bytes.chunks_exact_mut(8) {
@@ -59,9 +57,6 @@ mod tests {
     #[test]
     fn the_numbers_are_pinned() {
         let mut stream = random_stream(42, "split", 3);
-        assert_eq!(
-            [stream.next_u64(), stream.next_u64()],
-            [5971550931028398876, 11394404092927908979]
-        );
+        assert_eq!([stream.next_u64(), stream.next_u64()], [5971550931028398876, 11394404092927908979]);
     }
 }

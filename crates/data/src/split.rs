@@ -51,15 +51,9 @@ impl Split {
             }
             SplitSize::Counts { train, test } => (train, test),
         };
-        let enough = train
-            .checked_add(test)
-            .is_some_and(|sum| sum <= trajectories);
+        let enough = train.checked_add(test).is_some_and(|sum| sum <= trajectories);
         if train == 0 || test == 0 || !enough {
-            return Err(DataError::BadSplit {
-                trajectories,
-                train,
-                test,
-            });
+            return Err(DataError::BadSplit { trajectories, train, test });
         }
         let order = shuffled(trajectories, &mut random_stream(seed, "split", 0));
         let sorted = |part: &[usize]| {
@@ -67,10 +61,7 @@ impl Split {
             part.sort_unstable();
             part
         };
-        Ok(Split {
-            train: sorted(&order[..train]),
-            test: sorted(&order[train..train + test]),
-        })
+        Ok(Split { train: sorted(&order[..train]), test: sorted(&order[train..train + test]) })
     }
 
     /// The training and the test set of `dataset`.
@@ -149,23 +140,10 @@ mod tests {
              least one and together at most 10"
         );
         let error = Split::random(10, SplitSize::TrainFraction(80.0), 0).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "training fraction 80 is not between 0 and 1; use for example 0.8"
-        );
+        assert_eq!(error.to_string(), "training fraction 80 is not between 0 and 1; use for example 0.8");
         assert!(Split::random(1, SplitSize::TrainFraction(0.5), 0).is_err());
         assert!(Split::random(0, SplitSize::TrainFraction(0.5), 0).is_err());
-        assert!(
-            Split::random(
-                5,
-                SplitSize::Counts {
-                    train: usize::MAX,
-                    test: 2
-                },
-                0
-            )
-            .is_err()
-        );
+        assert!(Split::random(5, SplitSize::Counts { train: usize::MAX, test: 2 }, 0).is_err());
         assert!(Split::random(5, SplitSize::TrainFraction(f64::NAN), 0).is_err());
     }
 }

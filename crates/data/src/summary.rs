@@ -102,19 +102,9 @@ impl Statistics {
         let max = measured.fold(f64::NEG_INFINITY, f64::max);
         if min == max {
             // The rounded mean of equal values need not equal them.
-            return Some(Statistics {
-                min,
-                mean: min,
-                max,
-                sd: 0.0,
-            });
+            return Some(Statistics { min, mean: min, max, sd: 0.0 });
         }
-        Some(Statistics {
-            min,
-            mean,
-            max,
-            sd: variance.sqrt(),
-        })
+        Some(Statistics { min, mean, max, sd: variance.sqrt() })
     }
 }
 
@@ -151,11 +141,7 @@ impl Summary {
 fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
     let covariates: Vec<&str> = dataset.covariates().map(|c| c.name()).collect();
     let summarise = |(i, column): (usize, &crate::Column)| {
-        let values = dataset
-            .trajectories()
-            .iter()
-            .flat_map(move |t| t.column(i))
-            .copied();
+        let values = dataset.trajectories().iter().flat_map(move |t| t.column(i)).copied();
         ColumnSummary {
             name: column.name().to_owned(),
             unit: column.unit().symbol().to_owned(),
@@ -164,12 +150,7 @@ fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
             statistics: Statistics::of(values),
         }
     };
-    dataset
-        .columns()
-        .iter()
-        .enumerate()
-        .map(summarise)
-        .collect()
+    dataset.columns().iter().enumerate().map(summarise).collect()
 }
 
 fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
@@ -184,13 +165,8 @@ fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
         let Some(median) = median(&mut intervals) else {
             continue;
         };
-        regular &= intervals
-            .iter()
-            .all(|dt| (dt - median).abs() <= REGULAR_TOLERANCE * median);
-        gaps += intervals
-            .iter()
-            .filter(|&&dt| dt > GAP_FACTOR * median)
-            .count();
+        regular &= intervals.iter().all(|dt| (dt - median).abs() <= REGULAR_TOLERANCE * median);
+        gaps += intervals.iter().filter(|&&dt| dt > GAP_FACTOR * median).count();
         all.append(&mut intervals);
     }
     let median_interval_s = median(&mut all)?;
@@ -213,11 +189,7 @@ fn median(values: &mut [f64]) -> Option<f64> {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.source)?;
-        write!(
-            f,
-            "{} trajectories, {} samples",
-            self.trajectories, self.samples
-        )?;
+        write!(f, "{} trajectories, {} samples", self.trajectories, self.samples)?;
         if let Some(length) = self.length {
             let LengthSummary { min, median, max } = length;
             if min == max {
@@ -228,11 +200,8 @@ impl fmt::Display for Summary {
         }
         writeln!(f)?;
         if !self.groups.is_empty() {
-            let groups: Vec<String> = self
-                .groups
-                .iter()
-                .map(|(name, count)| format!("{name} ({count})"))
-                .collect();
+            let groups: Vec<String> =
+                self.groups.iter().map(|(name, count)| format!("{name} ({count})")).collect();
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {
@@ -255,24 +224,14 @@ impl fmt::Display for Summary {
 }
 
 fn write_table(f: &mut fmt::Formatter<'_>, columns: &[ColumnSummary]) -> fmt::Result {
-    let width = columns
-        .iter()
-        .map(|c| c.name.len())
-        .max()
-        .unwrap_or(0)
-        .max("column".len());
+    let width = columns.iter().map(|c| c.name.len()).max().unwrap_or(0).max("column".len());
     writeln!(
         f,
         "{:width$} {:>7} {:>12} {:>12} {:>12} {:>12} {:>8}",
         "column", "unit", "min", "mean", "max", "sd", "missing"
     )?;
     for c in columns {
-        write!(
-            f,
-            "{:width$} {:>7}",
-            c.name,
-            if c.unit.is_empty() { "-" } else { &c.unit }
-        )?;
+        write!(f, "{:width$} {:>7}", c.name, if c.unit.is_empty() { "-" } else { &c.unit })?;
         match c.statistics {
             Some(s) => {
                 for value in [s.min, s.mean, s.max, s.sd] {
@@ -282,15 +241,7 @@ fn write_table(f: &mut fmt::Formatter<'_>, columns: &[ColumnSummary]) -> fmt::Re
             None => write!(f, "{:>52}", "nothing measured")?,
         }
         write!(f, " {:>8}", c.missing)?;
-        writeln!(
-            f,
-            "{}",
-            if c.covariate {
-                "  constant in each trajectory"
-            } else {
-                ""
-            }
-        )?;
+        writeln!(f, "{}", if c.covariate { "  constant in each trajectory" } else { "" })?;
     }
     Ok(())
 }

@@ -21,23 +21,16 @@ impl Trajectory {
     /// # Errors
     /// No samples, unequal lengths, times that do not increase strictly, infinite values, or an
     /// identifier that cannot be written and read back.
-    pub fn new(
-        id: impl Into<String>,
-        time_s: Vec<f64>,
-        values: Vec<Vec<f64>>,
-    ) -> Result<Self, DataError> {
+    pub fn new(id: impl Into<String>, time_s: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, DataError> {
         let id = id.into();
         check_label(&id, &id)?;
         if time_s.is_empty() {
             return Err(DataError::NoSamples { trajectory: id });
         }
-        let unordered = (0..time_s.len())
-            .find(|&i| !time_s[i].is_finite() || (i > 0 && time_s[i] <= time_s[i - 1]));
+        let unordered =
+            (0..time_s.len()).find(|&i| !time_s[i].is_finite() || (i > 0 && time_s[i] <= time_s[i - 1]));
         if let Some(sample) = unordered {
-            return Err(DataError::BadTime {
-                trajectory: id,
-                sample,
-            });
+            return Err(DataError::BadTime { trajectory: id, sample });
         }
         for (column, samples) in values.iter().enumerate() {
             if samples.len() != time_s.len() {
@@ -49,19 +42,10 @@ impl Trajectory {
                 });
             }
             if let Some(sample) = samples.iter().position(|v| v.is_infinite()) {
-                return Err(DataError::Infinite {
-                    trajectory: id,
-                    column,
-                    sample,
-                });
+                return Err(DataError::Infinite { trajectory: id, column, sample });
             }
         }
-        Ok(Trajectory {
-            id,
-            group: None,
-            time_s,
-            values,
-        })
+        Ok(Trajectory { id, group: None, time_s, values })
     }
 
     /// The same with the text label `group` (which ball, which surface).
@@ -117,10 +101,7 @@ impl Trajectory {
     /// `column` is not below the number of columns.
     pub fn constant(&self, column: usize) -> Option<f64> {
         let samples = self.column(column);
-        samples
-            .first()
-            .copied()
-            .filter(|first| samples.iter().all(|v| v == first))
+        samples.first().copied().filter(|first| samples.iter().all(|v| v == first))
     }
 }
 
@@ -134,7 +115,5 @@ fn check_label(trajectory: &str, label: &str) -> Result<(), DataError> {
     if is_label(label) {
         return Ok(());
     }
-    Err(DataError::BadLabel {
-        trajectory: trajectory.to_owned(),
-    })
+    Err(DataError::BadLabel { trajectory: trajectory.to_owned() })
 }

@@ -67,23 +67,13 @@ const SUFFIXES: [(&str, Unit); 16] = [
 ];
 
 /// Last words of a name that say "pure number" (`pusher_new`, `sheets_count`, `restitution`).
-const DIMENSIONLESS_WORDS: [&str; 8] = [
-    "new",
-    "flag",
-    "count",
-    "index",
-    "ratio",
-    "fraction",
-    "restitution",
-    "friction",
-];
+const DIMENSIONLESS_WORDS: [&str; 8] =
+    ["new", "flag", "count", "index", "ratio", "fraction", "restitution", "friction"];
 
 /// Words that, standing just before a known suffix, show that the unit is a different one: without
 /// them `speed_km_s` would pass for seconds.
-const FOREIGN_WORDS: [&str; 17] = [
-    "per", "km", "cm", "mm", "um", "in", "ft", "px", "deg", "rev", "g", "mg", "ms", "us", "min",
-    "h", "kN",
-];
+const FOREIGN_WORDS: [&str; 17] =
+    ["per", "km", "cm", "mm", "um", "in", "ft", "px", "deg", "rev", "g", "mg", "ms", "us", "min", "h", "kN"];
 
 impl Unit {
     /// Unit that the suffix of `name` states, or `None` where it states none of the known ones.
@@ -104,10 +94,9 @@ impl Unit {
                 let before = base.rsplit('_').next()?;
                 (!before.is_empty() && !FOREIGN_WORDS.contains(&before)).then_some(unit)
             }
-            None => words
-                .last()
-                .filter(|word| DIMENSIONLESS_WORDS.contains(word))
-                .map(|_| Unit::Dimensionless),
+            None => {
+                words.last().filter(|word| DIMENSIONLESS_WORDS.contains(word)).map(|_| Unit::Dimensionless)
+            }
         }
     }
 
@@ -137,11 +126,7 @@ impl Unit {
     /// The accepted suffixes in one line, for error messages.
     pub fn accepted_suffixes() -> String {
         let units: Vec<String> = SUFFIXES.iter().map(|(s, _)| format!("_{s}")).collect();
-        format!(
-            "{}; pure numbers end in {}",
-            units.join(" "),
-            DIMENSIONLESS_WORDS.join(", ")
-        )
+        format!("{}; pure numbers end in {}", units.join(" "), DIMENSIONLESS_WORDS.join(", "))
     }
 }
 

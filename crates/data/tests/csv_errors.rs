@@ -2,9 +2,7 @@
 //! word as below, where it is and what to do. `F` stands for the path. The texts are asserted whole,
 //! since they are what a user gets to see.
 
-use augsim_data::{
-    DataError, Dataset, MissingCells, Trajectory, read_csv, read_legacy_ball, write_csv,
-};
+use augsim_data::{DataError, Dataset, MissingCells, Trajectory, read_csv, read_legacy_ball, write_csv};
 use flate2::{Compression, write::GzEncoder};
 use std::io::Write;
 use std::path::PathBuf;
@@ -18,10 +16,7 @@ fn file(bytes: &[u8]) -> File {
     let folder = tempfile::tempdir().expect("a writable temporary folder");
     let path = folder.path().join("drops.csv");
     std::fs::write(&path, bytes).expect("a writable temporary folder");
-    File {
-        _folder: folder,
-        path,
-    }
+    File { _folder: folder, path }
 }
 
 fn text_of(error: &DataError, path: &std::path::Path) -> String {
@@ -36,9 +31,7 @@ fn refusal(content: &str) -> String {
 
 fn gzip(content: &str) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder
-        .write_all(content.as_bytes())
-        .expect("a writable temporary folder");
+    encoder.write_all(content.as_bytes()).expect("a writable temporary folder");
     encoder.finish().expect("a writable temporary folder")
 }
 
@@ -50,11 +43,7 @@ fn a_missing_file_is_unreadable() {
     let error = read_csv(&path, MissingCells::Refuse).unwrap_err();
     assert!(matches!(error, DataError::Unreadable { .. }));
     assert!(error.to_string().starts_with("no/such.csv: cannot read: "));
-    assert!(
-        error
-            .to_string()
-            .ends_with("; check that the path exists and may be read")
-    );
+    assert!(error.to_string().ends_with("; check that the path exists and may be read"));
 }
 
 #[test]
@@ -63,10 +52,7 @@ fn empty_files_and_bare_headers() {
                  `trajectory,t_s,height_m,velocity_m_s`";
     assert_eq!(refusal(""), empty);
     assert_eq!(refusal("\n\n"), empty);
-    assert_eq!(
-        refusal(HEADER),
-        "F: line 1: a header but no samples; add one row for each sample"
-    );
+    assert_eq!(refusal(HEADER), "F: line 1: a header but no samples; add one row for each sample");
     assert_eq!(
         refusal("trajectory,t_s,group\na,0,tennis\n"),
         "F: line 1: no column of measured values; add at least one whose name ends in its unit, \
@@ -108,16 +94,7 @@ fn columns_that_are_missing_repeated_or_without_unit() {
 
 #[test]
 fn cells_that_are_no_finite_number() {
-    for cell in [
-        "NaN",
-        "inf",
-        "-Infinity",
-        "1e999",
-        "n/a",
-        "1,5",
-        "0x10",
-        "4.5 m",
-    ] {
+    for cell in ["NaN", "inf", "-Infinity", "1e999", "n/a", "1,5", "0x10", "4.5 m"] {
         let quoted = format!("\"{cell}\"");
         assert_eq!(
             refusal(&format!("{HEADER}a,0,1,0\na,1,{quoted},0\n")),
@@ -143,10 +120,7 @@ fn empty_cells() {
     );
     let gaps = file(format!("{HEADER}a,0,1,\n,1,1,1\n").as_bytes());
     let error = read_csv(&gaps.path, MissingCells::AsGap).unwrap_err();
-    assert_eq!(
-        text_of(&error, &gaps.path),
-        "F: line 3, column `trajectory`: empty cell; every row needs it"
-    );
+    assert_eq!(text_of(&error, &gaps.path), "F: line 3, column `trajectory`: empty cell; every row needs it");
     let gaps = file(format!("{HEADER}a,,1,1\n").as_bytes());
     let error = read_csv(&gaps.path, MissingCells::AsGap).unwrap_err();
     assert_eq!(
@@ -164,10 +138,7 @@ fn rows_of_another_length() {
         )
     };
     assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1\n")), expected(3));
-    assert_eq!(
-        refusal(&format!("{HEADER}a,0,1,0\na,1,1,0,7\n")),
-        expected(5)
-    );
+    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1,0,7\n")), expected(5));
 }
 
 #[test]
@@ -219,9 +190,7 @@ fn bytes_that_are_no_text() {
 
 #[test]
 fn gzip_streams_that_are_cut_or_damaged() {
-    let rows: String = (0..2000)
-        .map(|i| format!("a,{i},{},0\n", (i * 7919) % 1013))
-        .collect();
+    let rows: String = (0..2000).map(|i| format!("a,{i},{},0\n", (i * 7919) % 1013)).collect();
     let whole = gzip(&format!("{HEADER}{rows}"));
     let intact = file(&whole);
     let samples = read_csv(&intact.path, MissingCells::Refuse).unwrap();
@@ -231,9 +200,7 @@ fn gzip_streams_that_are_cut_or_damaged() {
     for kept in [3, whole.len() / 2, whole.len() - 4] {
         let cut = file(&whole[..kept]);
         let error = read_csv(&cut.path, MissingCells::Refuse).unwrap_err();
-        let DataError::TruncatedGzip { line, .. } = error else {
-            panic!("{kept}: {error}")
-        };
+        let DataError::TruncatedGzip { line, .. } = error else { panic!("{kept}: {error}") };
         assert_eq!(
             text_of(&error, &cut.path),
             format!(
@@ -267,22 +234,14 @@ fn the_ball_layout_has_its_own_columns() {
         "F: line 2, column `velocity`: empty cell; this layout has no gaps"
     );
     let half = file(b"traj,step,t,height,velocity\n0,0.5,0,4,1\n");
-    assert!(
-        read_legacy_ball(&half.path)
-            .unwrap_err()
-            .to_string()
-            .contains("column `step`")
-    );
+    assert!(read_legacy_ball(&half.path).unwrap_err().to_string().contains("column `step`"));
 }
 
 #[test]
 fn data_sets_built_by_code_are_checked_too() {
     let trajectory = |id: &str| Trajectory::new(id, vec![0.0, 1.0], vec![vec![1.0, 2.0]]);
     let text = |result: Result<Trajectory, DataError>| result.unwrap_err().to_string();
-    assert_eq!(
-        text(Trajectory::new("a", vec![], vec![])),
-        "trajectory `a`: no samples; leave it out"
-    );
+    assert_eq!(text(Trajectory::new("a", vec![], vec![])), "trajectory `a`: no samples; leave it out");
     assert_eq!(
         text(Trajectory::new("a", vec![0.0, 0.0], vec![])),
         "trajectory `a`: time at sample 1 is not finite or not after the one before; times must \
@@ -294,11 +253,7 @@ fn data_sets_built_by_code_are_checked_too() {
          each time"
     );
     assert_eq!(
-        text(Trajectory::new(
-            "a",
-            vec![0.0],
-            vec![vec![f64::NEG_INFINITY]]
-        )),
+        text(Trajectory::new("a", vec![0.0], vec![vec![f64::NEG_INFINITY]])),
         "trajectory `a`: value column 0 is infinite at sample 0; only finite values, and NaN for a \
          gap, are allowed"
     );
@@ -316,16 +271,10 @@ fn data_sets_built_by_code_are_checked_too() {
          vector for each column"
     );
     assert_eq!(
-        text(Dataset::from_names(
-            &["x_m"],
-            vec![trajectory("a").unwrap(), trajectory("a").unwrap()]
-        )),
+        text(Dataset::from_names(&["x_m"], vec![trajectory("a").unwrap(), trajectory("a").unwrap()])),
         "data set in memory: trajectory `a` occurs twice; give each its own name"
     );
-    let mixed = vec![
-        trajectory("a").unwrap(),
-        trajectory("b").unwrap().with_group("g").unwrap(),
-    ];
+    let mixed = vec![trajectory("a").unwrap(), trajectory("b").unwrap().with_group("g").unwrap()];
     assert_eq!(
         text(Dataset::from_names(&["x_m"], mixed)),
         "data set in memory: trajectory `b`: has a group while the first trajectory has none; give \
@@ -336,9 +285,7 @@ fn data_sets_built_by_code_are_checked_too() {
         "column `t_s`: `trajectory`, `t_s` and `group` have a meaning of their own; rename it"
     );
 
-    let set = Dataset::from_names(&["x_m"], two())
-        .unwrap()
-        .with_path("drops.csv");
+    let set = Dataset::from_names(&["x_m"], two()).unwrap().with_path("drops.csv");
     assert_eq!(
         set.column_index("height_m").unwrap_err().to_string(),
         "drops.csv: no column `height_m`; it has: x_m; rename a column or ask for one of these"

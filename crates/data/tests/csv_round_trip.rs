@@ -1,7 +1,10 @@
 //! Contract: a data set that was written reads back equal to the last bit, plain or gzip, with gaps
 //! and groups, whatever its lengths and sample times; and equal data sets give equal bytes.
 
-use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, write_csv};
+#[path = "../../../tests/support/shared_data.rs"]
+mod shared_data;
+
+use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, read_dataset, write_csv};
 use proptest::prelude::*;
 
 /// Any finite double, drawn by its bits so that subnormals, both zeros and the extremes occur, or a
@@ -59,10 +62,7 @@ fn bits(set: &Dataset) -> Vec<Vec<Vec<u64>>> {
 }
 
 fn labels(set: &Dataset) -> Vec<(&str, Option<&str>)> {
-    set.trajectories()
-        .iter()
-        .map(|t| (t.id(), t.group()))
-        .collect()
+    set.trajectories().iter().map(|t| (t.id(), t.group())).collect()
 }
 
 proptest! {
@@ -90,40 +90,44 @@ proptest! {
 fn gzip_is_told_by_content_and_blanks_and_column_order_do_not_matter() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.gz");
-    let text =
-        "\u{feff}height_m, t_s ,group,trajectory\r\n1.5, 0 ,golf ball,a\r\n\r\n2,1,golf ball,a\r\n";
+    let text = "\u{feff}height_m, t_s ,group,trajectory\r\n1.5, 0 ,golf ball,a\r\n\r\n2,1,golf ball,a\r\n";
     std::fs::write(&path, text).unwrap();
     let set = read_csv(&path, MissingCells::Refuse).unwrap();
     let only = &set.trajectories()[0];
     assert_eq!((only.id(), only.group()), ("a", Some("golf ball")));
     assert_eq!(only.time_s(), [0.0, 1.0]);
-    assert_eq!(
-        only.column(set.column_index("height_m").unwrap()),
-        [1.5, 2.0]
-    );
+    assert_eq!(only.column(set.column_index("height_m").unwrap()), [1.5, 2.0]);
 }
 
 #[test]
 fn covariates_are_the_columns_that_never_change_within_a_trajectory() {
     let t = |id: &str, mass: f64, x: [f64; 2], gap: [f64; 2]| {
-        Trajectory::new(
-            id,
-            vec![0.0, 1.0],
-            vec![vec![mass; 2], x.to_vec(), gap.to_vec()],
-        )
-        .unwrap()
+        Trajectory::new(id, vec![0.0, 1.0], vec![vec![mass; 2], x.to_vec(), gap.to_vec()]).unwrap()
     };
-    let rows = vec![
-        t("a", 1.0, [3.0, 3.0], [f64::NAN; 2]),
-        t("b", 2.0, [3.0, 4.0], [1.0; 2]),
-    ];
+    let rows = vec![t("a", 1.0, [3.0, 3.0], [f64::NAN; 2]), t("b", 2.0, [3.0, 4.0], [1.0; 2])];
     let set = Dataset::from_names(&["mass_kg", "x_m", "pusher_flag"], rows).unwrap();
     let names: Vec<&str> = set.covariates().map(|c| c.name()).collect();
-    assert_eq!(
-        names,
-        ["mass_kg"],
-        "x_m changes in b; pusher_flag has gaps in a"
-    );
+    assert_eq!(names, ["mass_kg"], "x_m changes in b; pusher_flag has gaps in a");
     assert_eq!(set.trajectories()[1].constant(0), Some(2.0));
     assert_eq!(set.trajectories()[1].constant(1), None);
+}
+
+#[test]
+fn the_ball_layout_is_recognised_and_converts_to_the_long_form_without_loss() {
+    let path = shared_data::workspace().join("fixtures/pybullet-ball/test_first5.csv.gz");
+    let ball = read_dataset(&path, MissingCells::Refuse).unwrap();
+    let names: Vec<&str> = ball.columns().iter().map(|c| c.name()).collect();
+    assert_eq!(names, ["height_m", "velocity_m_s"]);
+    let ids: Vec<&str> = ball.trajectories().iter().map(|t| t.id()).collect();
+    assert_eq!(ids, ["0", "1", "2", "3", "4"]);
+    let first = &ball.trajectories()[0];
+    assert_eq!(first.time_s()[..2], [0.0, 0.0166667]);
+    assert_eq!(first.column(0)[..2], [4.79749, 4.79476]);
+    assert_eq!(first.column(1)[..2], [0.0, -0.163333]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let long = folder.path().join("long.csv");
+    write_csv(&ball, &long).unwrap();
+    let back = read_dataset(&long, MissingCells::Refuse).unwrap();
+    assert_eq!(back.with_path(&path), ball);
 }

@@ -6,9 +6,7 @@ use augsim_data::{Dataset, Normaliser, Summary, Trajectory};
 fn drops() -> Dataset {
     let t = |id: &str, time: &[f64], height: &[f64], mass: f64| {
         let values = vec![height.to_vec(), vec![mass; time.len()]];
-        Trajectory::new(id, time.to_vec(), values)
-            .and_then(|t| t.with_group("golf"))
-            .expect("valid")
+        Trajectory::new(id, time.to_vec(), values).and_then(|t| t.with_group("golf")).expect("valid")
     };
     let rows = vec![
         t("a", &[0.0, 0.5, 1.0, 1.5], &[4.0, 3.0, f64::NAN, 1.0], 0.05),
@@ -86,22 +84,12 @@ mass_kg       kg         0.05         0.05         0.05            0        0  c
 
 #[test]
 fn rounded_times_are_regular_and_an_empty_set_has_a_summary() {
-    let time: Vec<f64> = (0..100)
-        .map(|i| (f64::from(i) / 60.0 * 1e5_f64).round() / 1e5)
-        .collect();
+    let time: Vec<f64> = (0..100).map(|i| (f64::from(i) / 60.0 * 1e5_f64).round() / 1e5).collect();
     let rows = vec![Trajectory::new("a", time, vec![vec![f64::NAN; 100]]).unwrap()];
     let set = Dataset::from_names(&["x_m"], rows).unwrap();
     let sampling = Summary::of(&set).sampling.unwrap();
     assert!(sampling.regular && sampling.gaps == 0);
     assert!((sampling.median_rate_hz - 60.0).abs() < 0.05);
-    assert!(
-        Summary::of(&set)
-            .to_string()
-            .contains("nothing measured      100")
-    );
-    assert!(
-        Summary::of(&set.select(&[]))
-            .to_string()
-            .contains("0 trajectories, 0 samples")
-    );
+    assert!(Summary::of(&set).to_string().contains("nothing measured      100"));
+    assert!(Summary::of(&set.select(&[])).to_string().contains("0 trajectories, 0 samples"));
 }

@@ -44,13 +44,7 @@ impl Adequacy {
 
     /// So much is left that the model cannot be called an explanation, even without a better one.
     pub fn severe(&self) -> bool {
-        let p = [
-            self.lack_of_fit,
-            self.library,
-            self.laws,
-            self.heterogeneity,
-            self.periodicity,
-        ];
+        let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity, self.periodicity];
         p.iter().any(|p| *p < 1e-6) || self.scatter_gain > 42.0
     }
 }
@@ -59,11 +53,8 @@ impl Adequacy {
 pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
     let (sample, fit) = (&search.train, &judged.fit);
     let bonferroni = |list: &[Score]| {
-        let worst = list
-            .iter()
-            .filter(|s| s.rank > 0.0)
-            .map(|s| chi2_tail(s.statistic, s.rank))
-            .fold(1.0, f64::min);
+        let worst =
+            list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
         (worst * list.len() as f64).min(1.0)
     };
     let candidates = laws(search.model, sample.data, &fit.impacts);
@@ -71,12 +62,9 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
     let library = search.library_scores(fit);
     let varied = heterogeneity(sample, fit);
     let tested = varied.iter().filter(|(_, df)| *df > 0.0).count() as f64;
-    let heterogeneity = varied
-        .iter()
-        .filter(|(_, df)| *df > 0.0)
-        .map(|(q, df)| chi2_tail(*q, *df))
-        .fold(1.0, f64::min)
-        * tested;
+    let heterogeneity =
+        varied.iter().filter(|(_, df)| *df > 0.0).map(|(q, df)| chi2_tail(*q, *df)).fold(1.0, f64::min)
+            * tested;
     let scatter = fit.hypothesis.scatter.is_some();
     let scatter_gain = if !scatter && search.restitution_varies(fit, 0.01) {
         let mut with = fit.hypothesis.additions.clone();
@@ -90,11 +78,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         library: bonferroni(&library),
         laws: bonferroni(&law_scores),
         heterogeneity: heterogeneity.min(1.0),
-        periodicity: if scatter {
-            periodicity(sample, fit)
-        } else {
-            1.0
-        },
+        periodicity: if scatter { periodicity(sample, fit) } else { 1.0 },
         scatter_gain,
         scatters: scatter,
         law_scores,
@@ -134,8 +118,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
             let (mut sum, mut count) = (0.0, 0.0);
             for arc in &record.arcs {
                 for (c, r) in left.iter().enumerate() {
-                    let used: Vec<usize> =
-                        arc.clone().filter(|&k| record.weight[c][k] > 0.0).collect();
+                    let used: Vec<usize> = arc.clone().filter(|&k| record.weight[c][k] > 0.0).collect();
                     if used.len() < 2 * TERMS {
                         continue;
                     }
@@ -143,13 +126,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
                     let row = |k: usize| {
                         let u = 2.0 * (record.times[k] - a) / (b - a) - 1.0;
                         let w = record.weight[c][k];
-                        [
-                            w,
-                            w * u,
-                            w * (1.5 * u * u - 0.5),
-                            w * (2.5 * u * u - 1.5) * u,
-                            w * r[k],
-                        ]
+                        [w, w * u, w * (1.5 * u * u - 0.5), w * (2.5 * u * u - 1.5) * u, w * r[k]]
                     };
                     let mut h = Square::zero(TERMS);
                     let mut g = [0.0; TERMS];
@@ -174,11 +151,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
         .collect();
     let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
     let freedom = freedom - fit.theta.len() as f64;
-    if freedom < 1.0 {
-        1.0
-    } else {
-        chi2_tail(sum, freedom)
-    }
+    if freedom < 1.0 { 1.0 } else { chi2_tail(sum, freedom) }
 }
 
 /// Smallest p-value of a Lomb-Scargle periodogram of the offsets, and of the offsets times speed (a moving floor), on the
@@ -187,39 +160,24 @@ fn periodicity(sample: &Sample<'_>, fit: &Fit) -> f64 {
     let mut points: Vec<(f64, f64, f64)> = Vec::new();
     for (i, record) in sample.records().enumerate() {
         let lanes = Lanes::new(&fit.hypothesis, record, &[]);
-        if fit
-            .hypothesis
-            .scatter
-            .is_none_or(|s| s.per == ScatterPer::Trajectory)
-        {
+        if fit.hypothesis.scatter.is_none_or(|s| s.per == ScatterPer::Trajectory) {
             return 1.0;
         }
         let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
         for (x, impact) in xi.iter().zip(&fit.impacts[i]) {
-            points.push((
-                impact.time + record.covariates.clock_s,
-                *x,
-                x * impact.speed_in,
-            ));
+            points.push((impact.time + record.covariates.clock_s, *x, x * impact.speed_in));
         }
     }
     if points.len() < 30 {
         return 1.0;
     }
-    let clocks: &[bool] = if sample.data.has_start_time {
-        &[true]
-    } else {
-        &[false]
-    };
+    let clocks: &[bool] = if sample.data.has_start_time { &[true] } else { &[false] };
     let n = points.len() as f64;
     let count = 20_000;
     let mut best = 0.0f64;
     for _ in clocks {
         for scaled in [false, true] {
-            let y: Vec<f64> = points
-                .iter()
-                .map(|p| if scaled { p.2 } else { p.1 })
-                .collect();
+            let y: Vec<f64> = points.iter().map(|p| if scaled { p.2 } else { p.1 }).collect();
             let mean = y.iter().sum::<f64>() / n;
             let variance = y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
             let power = |f: f64| {

@@ -31,10 +31,8 @@ pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy
 
 fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
     let vertical = sample.data.axes.count() - 1;
-    let all: Vec<Vec<Vec<f64>>> = (0..sample.chosen.len())
-        .into_par_iter()
-        .map(|i| residuals(sample, fit, i))
-        .collect();
+    let all: Vec<Vec<Vec<f64>>> =
+        (0..sample.chosen.len()).into_par_iter().map(|i| residuals(sample, fit, i)).collect();
     let mut points: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
     let mut values = Vec::new();
     let (mut products, mut counts) = (vec![0.0; LAGS], vec![0.0; LAGS]);
@@ -47,14 +45,8 @@ fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
                 }
                 let z = r[k] * w;
                 values.push(z);
-                points
-                    .entry("time_s")
-                    .or_default()
-                    .push((record.times[k], z));
-                points
-                    .entry("height_m")
-                    .or_default()
-                    .push((record.y[vertical][k], z));
+                points.entry("time_s").or_default().push((record.times[k], z));
+                points.entry("height_m").or_default().push((record.y[vertical][k], z));
                 if k > 0 && record.linked[k] {
                     let dt = record.times[k] - record.times[k - 1];
                     let rate = (0..record.y.len())
@@ -63,10 +55,7 @@ fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
                         .sqrt();
                     points.entry("speed_m_s").or_default().push((rate / dt, z));
                 }
-                let bounce = fit.impacts[i]
-                    .iter()
-                    .filter(|m| m.time < record.times[k])
-                    .count();
+                let bounce = fit.impacts[i].iter().filter(|m| m.time < record.times[k]).count();
                 points.entry("bounce").or_default().push((bounce as f64, z));
                 for lag in 0..LAGS.min(k + 1) {
                     let other = r[k - lag] * record.weight[c][k - lag];
@@ -82,27 +71,20 @@ fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
     values.sort_by(f64::total_cmp);
     let power = products[0] / f64::max(counts[0], 1.0);
     Side {
-        bins: points
-            .into_iter()
-            .map(|(name, p)| (name.to_string(), binned(p)))
-            .collect(),
+        bins: points.into_iter().map(|(name, p)| (name.to_string(), binned(p))).collect(),
         autocorrelation: products
             .iter()
             .zip(&counts)
             .map(|(p, n)| p / n.max(1.0) / power.max(1e-300))
             .collect(),
-        quantiles: [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]
-            .iter()
-            .map(|&q| quantile(&values, q))
-            .collect(),
+        quantiles: [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99].iter().map(|&q| quantile(&values, q)).collect(),
     }
 }
 
 fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
     points.retain(|p| p.0.is_finite() && p.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (Some(first), Some(last)) = (points.first().map(|p| p.0), points.last().map(|p| p.0))
-    else {
+    let (Some(first), Some(last)) = (points.first().map(|p| p.0), points.last().map(|p| p.0)) else {
         return Vec::new();
     };
     let width = ((last - first) / BINS as f64).max(1e-12);

@@ -41,11 +41,7 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let on = |chosen| Sample {
-        data: &prepared.data,
-        chosen,
-        correlation: prepared.noise.correlation,
-    };
+    let on = |chosen| Sample { data: &prepared.data, chosen, correlation: prepared.noise.correlation };
     let search = Search::new(model, on(&prepared.train), on(&prepared.test));
     let base = calibrate(model, &search.train);
     let additions: Vec<Addition> = kinds
@@ -63,11 +59,7 @@ pub fn assess(
             .enumerate()
             .filter_map(|(i, a)| {
                 let p = spec_of(a.kind())?.parameters.first()?;
-                let sign = if bits >> i & 1 == 1 && p.min < 0.0 {
-                    -1.0
-                } else {
-                    1.0
-                };
+                let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
                 Some((a.clone(), vec![0.5 * sign * p.typical]))
             })
             .collect();

@@ -3,9 +3,7 @@
 use crate::hypothesis::{Addition, Hypothesis};
 use crate::record::Measured;
 use augsim_physics::ball::{Axes, ImpactRecord, RADIUS, RESTITUTION};
-use augsim_physics::effects::{
-    Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of,
-};
+use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
 use augsim_physics::model::{Model, Per, Release};
 
 /// Library effects that these data can speak about; with several groups each in two variants. The scatter of restitution is
@@ -17,10 +15,8 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         model.parameters[RADIUS].nominal > 0.0 || data.records.iter().all(|r| r.radius_m.is_some());
     for effect in all::<f64>() {
         let spec = effect.spec();
-        let declared = model
-            .effects
-            .iter()
-            .any(|b| b.kind == spec.kind || spec.excludes.contains(&b.kind.as_str()));
+        let declared =
+            model.effects.iter().any(|b| b.kind == spec.kind || spec.excludes.contains(&b.kind.as_str()));
         let friction = spec.kind.ends_with("-friction");
         let possible = match spec.needs {
             Needs::Nothing => true,
@@ -48,10 +44,7 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
 
 /// Whether an addition may join a hypothesis.
 pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
-    if h.additions
-        .iter()
-        .any(|a| a == addition || a.excludes(addition))
-    {
+    if h.additions.iter().any(|a| a == addition || a.excludes(addition)) {
         return false;
     }
     if addition.kind() == SCATTER_KIND && h.scatter.is_some() {
@@ -64,11 +57,7 @@ pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
 }
 
 /// One-feature laws over the features that vary in these data; knots between the 1 % and 99 % quantiles.
-pub(crate) fn laws(
-    model: &Model,
-    data: &Measured,
-    impacts: &[Vec<ImpactRecord<f64>>],
-) -> Vec<Addition> {
+pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<ImpactRecord<f64>>]) -> Vec<Addition> {
     let horizontal = data.axes != Axes::Vertical;
     let mut pairs: Vec<(Target, Against)> = vec![
         (Target::AccelerationZ, Against::Z),
@@ -122,21 +111,13 @@ pub(crate) fn laws(
         }
     }
     if data.axes == Axes::Space {
-        pairs.extend([
-            (Target::AccelerationY, Against::Y),
-            (Target::AccelerationY, Against::Time),
-        ]);
+        pairs.extend([(Target::AccelerationY, Against::Y), (Target::AccelerationY, Against::Time)]);
     }
     pairs
         .into_iter()
         .filter_map(|(target, against)| {
             let (first, last) = span(target, against, data, impacts)?;
-            Some(Addition::Law(Table {
-                target,
-                against,
-                first,
-                last,
-            }))
+            Some(Addition::Law(Table { target, against, first, last }))
         })
         .collect()
 }
@@ -176,8 +157,7 @@ fn span(
                     let y = |axis: usize, k: usize| channel(axis).map_or(0.0, |c| r.y[c][k]);
                     let rate = |axis: usize| {
                         // Over a few samples: single differences are all noise.
-                        let (low, high) =
-                            (a.start.max(k.saturating_sub(4)), (k + 4).min(a.end - 1));
+                        let (low, high) = (a.start.max(k.saturating_sub(4)), (k + 4).min(a.end - 1));
                         (y(axis, high) - y(axis, low)) / (r.times[high] - r.times[low])
                     };
                     out.push(match against {
@@ -200,9 +180,6 @@ fn span(
         return None;
     }
     x.sort_by(f64::total_cmp);
-    let (first, last) = (
-        crate::statistics::quantile(&x, 0.01),
-        crate::statistics::quantile(&x, 0.99),
-    );
+    let (first, last) = (crate::statistics::quantile(&x, 0.01), crate::statistics::quantile(&x, 0.99));
     (last - first > 1e-6 * (1.0 + first.abs())).then_some((first, last))
 }

@@ -36,17 +36,8 @@ pub fn discover(
     let begun = Instant::now();
     progress(Progress::Noise);
     let prepared = prepare(model, data, options)?;
-    let Prepared {
-        data: measured,
-        noise,
-        train,
-        test,
-    } = &prepared;
-    let on = |chosen| Sample {
-        data: measured,
-        chosen,
-        correlation: noise.correlation,
-    };
+    let Prepared { data: measured, noise, train, test } = &prepared;
+    let on = |chosen| Sample { data: measured, chosen, correlation: noise.correlation };
     let search = Search::new(model, on(train), on(test));
 
     progress(Progress::Calibration);
@@ -76,29 +67,17 @@ pub fn discover(
         progress(Progress::Unlisted);
         severe = tests.severe();
         if let Some(wider) = widen(&search, &found, &base, &best) {
-            let better =
-                wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
+            let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
             if better {
-                let listed = wider
-                    .additions()
-                    .iter()
-                    .any(|a| !matches!(a, Addition::Law(_)));
-                verdict = if listed {
-                    Verdict::PartlyExplained
-                } else {
-                    Verdict::Unknown
-                };
+                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));
+                verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
                 tests = adequacy(&search, &wider);
                 best = wider;
                 severe = false;
             }
         }
         if severe {
-            verdict = if best.additions().is_empty() {
-                Verdict::Unknown
-            } else {
-                Verdict::PartlyExplained
-            };
+            verdict = if best.additions().is_empty() { Verdict::Unknown } else { Verdict::PartlyExplained };
         }
     }
 
@@ -130,10 +109,7 @@ pub fn discover(
 pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
     let h = Hypothesis::new(model, train.data, &[]);
     let mut theta = h.theta_start(0.0);
-    let mut ratios: Vec<f64> = train
-        .records()
-        .flat_map(|r| r.ratios.iter().copied())
-        .collect();
+    let mut ratios: Vec<f64> = train.records().flat_map(|r| r.ratios.iter().copied()).collect();
     let rough = median(&mut ratios);
     let mut at = 0;
     for f in &h.free {
@@ -152,19 +128,14 @@ fn check_calibration(
     base: &Fit,
     options: &Options,
 ) -> Result<(), DiscoveryError> {
-    let samples: f64 = train
-        .records()
-        .map(|r| r.weight.iter().flatten().filter(|w| **w > 0.0).count() as f64)
-        .sum();
+    let samples: f64 =
+        train.records().map(|r| r.weight.iter().flatten().filter(|w| **w > 0.0).count() as f64).sum();
     let ratio = (base.q / samples.max(1.0)).sqrt();
     if ratio.is_finite() && ratio < options.hopeless {
         return Ok(());
     }
-    let mut weights: Vec<f64> = train
-        .records()
-        .flat_map(|r| r.weight.iter().flatten().copied())
-        .filter(|w| *w > 0.0)
-        .collect();
+    let mut weights: Vec<f64> =
+        train.records().flat_map(|r| r.weight.iter().flatten().copied()).filter(|w| *w > 0.0).collect();
     let sd = 1.0 / median(&mut weights).max(1e-12);
     Err(DiscoveryError::NotCalibrated {
         model: model.file.clone(),
@@ -178,13 +149,7 @@ fn check_calibration(
 /// Looks for tables from the base, the best single effect and the best library model.
 fn widen(search: &Search<'_>, found: &Found, base: &Judged, best: &Judged) -> Option<Judged> {
     let mut starts = vec![base.clone()];
-    starts.extend(
-        found
-            .tried
-            .iter()
-            .find(|j| j.additions().len() == 1)
-            .cloned(),
-    );
+    starts.extend(found.tried.iter().find(|j| j.additions().len() == 1).cloned());
     if !best.additions().is_empty() && starts.iter().all(|s| s.additions() != best.additions()) {
         starts.push(best.clone());
     }
@@ -228,8 +193,7 @@ fn error_table(
             rmse: squares[0].sqrt() - squares[1].sqrt(),
             ci95: forecast::bootstrap(&[&calibrated, &augmented], options.seed, |r| r[0] - r[1]),
         },
-        explained_share: (removable > 0.02 * squares[2])
-            .then(|| (squares[0] - squares[1]) / removable),
+        explained_share: (removable > 0.02 * squares[2]).then(|| (squares[0] - squares[1]) / removable),
         heldout_gain: best.heldout_ll.unwrap_or(0.0) - base.heldout_ll.unwrap_or(0.0),
     }
 }

@@ -48,11 +48,7 @@ impl Lanes {
             start.extend(axes.iter().map(|a| a + 3));
         }
         let first_own = theta.len() + extras.len() + start.len();
-        parameters.extend(
-            own.iter()
-                .enumerate()
-                .map(|(i, &index)| (index, first_own + i)),
-        );
+        parameters.extend(own.iter().enumerate().map(|(i, &index)| (index, first_own + i)));
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
             Some(ScatterPer::Trajectory) => usize::from(!record.impacts.is_empty()),
@@ -80,11 +76,7 @@ impl Lanes {
     /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
     pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
         let (p, v) = record.start;
-        let mut n: Vec<f64> = self
-            .start
-            .iter()
-            .map(|&i| if i < 3 { p[i] } else { v[i - 3] })
-            .collect();
+        let mut n: Vec<f64> = self.start.iter().map(|&i| if i < 3 { p[i] } else { v[i - 3] }).collect();
         n.extend(self.own.iter().map(|&i| h.values[i]));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
         n
@@ -152,19 +144,11 @@ impl<'a> Point<'a> {
         let common = lanes.common();
         let first_own = common + lanes.start.len();
         for &(index, lane) in &lanes.parameters {
-            let value = if lane >= first_own {
-                self.nuisance[lane - common]
-            } else {
-                self.values[index]
-            };
+            let value = if lane >= first_own { self.nuisance[lane - common] } else { self.values[index] };
             parameters[index] = seed(value, lane);
         }
         let zero = S::zero();
-        let t0 = if self.held {
-            0.0
-        } else {
-            record.times.first().copied().unwrap_or(0.0)
-        };
+        let t0 = if self.held { 0.0 } else { record.times.first().copied().unwrap_or(0.0) };
         let mut start = State {
             time: S::constant(t0),
             position: [zero; 3],
@@ -180,9 +164,8 @@ impl<'a> Point<'a> {
             }
         }
         let first = lanes.fixed_nuisances();
-        let xi: Vec<S> = (0..lanes.offsets)
-            .map(|i| seed(self.nuisance[first + i], common + first + i))
-            .collect();
+        let xi: Vec<S> =
+            (0..lanes.offsets).map(|i| seed(self.nuisance[first + i], common + first + i)).collect();
         let offsets = match xi.first() {
             None => Offsets::None,
             Some(&x) if self.shared => Offsets::Shared(x),
@@ -222,12 +205,7 @@ pub(crate) struct Normal {
 }
 
 /// Simulates a trajectory with derivatives in all lanes and forms its normal equations.
-pub(crate) fn normal(
-    point: &Point<'_>,
-    lanes: &Lanes,
-    record: &Record,
-    correlation: f64,
-) -> Normal {
+pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlation: f64) -> Normal {
     let count = lanes.common() + lanes.nuisances();
     // The smallest width that fits: a wider one computes zeros.
     match count {
@@ -311,10 +289,5 @@ fn normal_wide<const N: usize>(
             spin: i.spin.map(|x| x.value),
         })
         .collect();
-    Normal {
-        h: out,
-        g,
-        q: if q.is_finite() { q } else { f64::INFINITY },
-        impacts,
-    }
+    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, impacts }
 }

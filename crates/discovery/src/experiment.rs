@@ -12,11 +12,8 @@ pub(crate) fn next_experiment(
 ) -> String {
     let mine = crate::report::kinds(parts.best.additions());
     if let Some(other) = alternatives.first() {
-        let differ: Vec<&String> = mine
-            .iter()
-            .chain(other)
-            .filter(|k| mine.contains(k) != other.contains(k))
-            .collect();
+        let differ: Vec<&String> =
+            mine.iter().chain(other).filter(|k| mine.contains(k) != other.contains(k)).collect();
         return separate(&differ.iter().map(|k| k.as_str()).collect::<Vec<_>>());
     }
     if let Some(u) = unexplained {
@@ -48,11 +45,7 @@ pub(crate) fn next_experiment(
 fn separate(kinds: &[&str]) -> String {
     let has = |k: &str| kinds.contains(&k);
     let speed_law = kinds.iter().any(|k| k.starts_with("restitution-speed"));
-    let at = |l: Location| {
-        kinds
-            .iter()
-            .any(|k| spec_of(k).is_some_and(|s| s.location == l))
-    };
+    let at = |l: Location| kinds.iter().any(|k| spec_of(k).is_some_and(|s| s.location == l));
     if has("restitution-speed-linear") && has("restitution-speed-power") {
         "drop from very low (1 to 5 cm) and very high (5 m): a line and a power differ most at the ends of the speed range".into()
     } else if has("coulomb-friction") && has("grip-friction") {
@@ -60,8 +53,7 @@ fn separate(kinds: &[&str]) -> String {
     } else if has("quadratic-drag") && has("linear-drag") {
         "drop from 0.3 m and from 5 m: the two drags differ most over a wide range of speeds".into()
     } else if speed_law && at(Location::Flight) {
-        "record flights without a bounce (catch the ball): what remains there is not restitution"
-            .into()
+        "record flights without a bounce (catch the ball): what remains there is not restitution".into()
     } else if has("ground-tilt") || has("horizontal-acceleration") || has("camera-roll") {
         "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately".into()
     } else if has("contact-duration") || has("height-offset") || has("latency") {

@@ -53,10 +53,7 @@ impl Fit {
         (0..self.theta.len())
             .map(|i| {
                 let half = 1.96 * c.at(i, i).max(0.0).sqrt();
-                [
-                    (self.theta[i] - half).max(bounds[i].0),
-                    (self.theta[i] + half).min(bounds[i].1),
-                ]
+                [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
             })
             .collect()
     }
@@ -83,21 +80,11 @@ fn assemble(
         .zip(&nuisance)
         .map(|((&j, lanes), n)| {
             let record = &sample.data.records[j];
-            normal(
-                &Point::new(h, &h.world, record, &theta, n),
-                lanes,
-                record,
-                sample.correlation,
-            )
+            normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
         })
         .collect();
     let q = normals.iter().map(|n| n.q).sum();
-    State {
-        theta,
-        nuisance,
-        normals,
-        q,
-    }
+    State { theta, nuisance, normals, q }
 }
 
 /// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and each record's nuisance step for a
@@ -127,25 +114,14 @@ fn damp(h: &Square, damping: f64) -> Square {
 }
 
 /// Nuisances after the Gauss-Newton step that goes with a step of theta.
-fn nuisance_step(
-    l: &Lanes,
-    normal: &Normal,
-    now: &[f64],
-    theta_step: &[f64],
-    damping: f64,
-) -> Vec<f64> {
+fn nuisance_step(l: &Lanes, normal: &Normal, now: &[f64], theta_step: &[f64], damping: f64) -> Vec<f64> {
     let common = l.common();
     let h = damp(&normal.h, damping);
     let tail: Vec<usize> = (common..h.n).collect();
     let mut x: Vec<f64> = tail
         .iter()
         .map(|&i| {
-            normal.g[i]
-                - l.theta
-                    .iter()
-                    .enumerate()
-                    .map(|(a, &t)| h.at(i, a) * theta_step[t])
-                    .sum::<f64>()
+            normal.g[i] - l.theta.iter().enumerate().map(|(a, &t)| h.at(i, a) * theta_step[t]).sum::<f64>()
         })
         .collect();
     h.sub(&tail).cholesky().solve(&mut x);
@@ -153,12 +129,7 @@ fn nuisance_step(
 }
 
 /// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
-pub(crate) fn fit(
-    sample: &Sample<'_>,
-    hypothesis: &Hypothesis,
-    theta: &[f64],
-    nuisance: &[Vec<f64>],
-) -> Fit {
+pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], nuisance: &[Vec<f64>]) -> Fit {
     fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
@@ -204,9 +175,7 @@ fn fit_with(
         let sd = scatter_sd(&lanes, &state, scatter.sd);
         let change = (sd / scatter.sd).ln().abs();
         h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
-        let State {
-            theta, nuisance, ..
-        } = state;
+        let State { theta, nuisance, .. } = state;
         state = assemble(sample, &h, &lanes, theta, nuisance);
         if change < 0.03 {
             break;
@@ -330,10 +299,7 @@ fn theta_step(
         let mut rhs: Vec<f64> = moving
             .iter()
             .map(|&i| {
-                u[i] - (0..u.len())
-                    .filter(|k| !moving.contains(k))
-                    .map(|k| s.at(i, k) * step[k])
-                    .sum::<f64>()
+                u[i] - (0..u.len()).filter(|k| !moving.contains(k)).map(|k| s.at(i, k) * step[k]).sum::<f64>()
             })
             .collect();
         s.sub(&moving).cholesky().solve(&mut rhs);
@@ -348,8 +314,7 @@ fn theta_step(
             }
             Some(k) => {
                 let i = moving.remove(k);
-                step[i] =
-                    (state.theta[i] + rhs[k]).clamp(bounds[i].0, bounds[i].1) - state.theta[i];
+                step[i] = (state.theta[i] + rhs[k]).clamp(bounds[i].0, bounds[i].1) - state.theta[i];
             }
         }
     }

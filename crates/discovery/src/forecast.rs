@@ -24,18 +24,12 @@ pub(crate) type Errors = Vec<(f64, f64)>;
 
 /// Root mean square of pooled errors, m.
 pub(crate) fn rmse(errors: &[(f64, f64)]) -> f64 {
-    let (s, n) = errors
-        .iter()
-        .fold((0.0, 0.0), |a, e| (a.0 + e.0, a.1 + e.1));
+    let (s, n) = errors.iter().fold((0.0, 0.0), |a, e| (a.0 + e.0, a.1 + e.1));
     if n > 0.0 { (s / n).sqrt() } else { f64::NAN }
 }
 
 /// 95 % interval of a statistic of several error lists over bootstrap samples of the trajectories.
-pub(crate) fn bootstrap(
-    lists: &[&Errors],
-    seed: u64,
-    statistic: impl Fn(&[f64]) -> f64,
-) -> [f64; 2] {
+pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64]) -> f64) -> [f64; 2] {
     let n = lists.first().map_or(0, |l| l.len());
     if n == 0 {
         return [f64::NAN; 2];
@@ -44,10 +38,8 @@ pub(crate) fn bootstrap(
     let mut values: Vec<f64> = (0..BOOTSTRAP)
         .map(|_| {
             let picks: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
-            let each: Vec<f64> = lists
-                .iter()
-                .map(|l| rmse(&picks.iter().map(|&i| l[i]).collect::<Vec<_>>()))
-                .collect();
+            let each: Vec<f64> =
+                lists.iter().map(|l| rmse(&picks.iter().map(|&i| l[i]).collect::<Vec<_>>())).collect();
             statistic(&each)
         })
         .filter(|v| v.is_finite())
@@ -62,12 +54,7 @@ fn for_record(fit: &Fit, i: usize, record: &Record) -> Hypothesis {
     let lanes = Lanes::new(&h, record, &[]);
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
     let first = lanes.fixed_nuisances() - own;
-    let places: Vec<usize> = h
-        .free
-        .iter()
-        .filter(|f| f.per == Per::Trajectory)
-        .map(|f| f.index)
-        .collect();
+    let places: Vec<usize> = h.free.iter().filter(|f| f.per == Per::Trajectory).map(|f| f.index).collect();
     for (k, index) in places.into_iter().enumerate() {
         h.values[index] = fit.nuisance[i][first + k];
     }
@@ -88,9 +75,7 @@ fn truncated(record: &Record, n: usize) -> Record {
     let mut r = record.clone();
     r.times.truncate(n);
     r.linked.truncate(n);
-    r.y.iter_mut()
-        .chain(&mut r.weight)
-        .for_each(|c| c.truncate(n));
+    r.y.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
     r.impacts.clear();
     r
 }
@@ -103,15 +88,8 @@ fn one_error(
     correlation: f64,
 ) -> (f64, f64) {
     let known = known_part(record);
-    let single = Measured {
-        records: vec![truncated(record, known)],
-        ..data.without_records()
-    };
-    let sample = Sample {
-        data: &single,
-        chosen: &[0],
-        correlation,
-    };
+    let single = Measured { records: vec![truncated(record, known)], ..data.without_records() };
+    let sample = Sample { data: &single, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
     let lanes = Lanes::new(h, &single.records[0], &[]);
     let run = Point::new(h, &h.world, record, theta, &start.nuisance[0]).plain(&lanes, record);
@@ -162,17 +140,12 @@ pub(crate) fn floor(sample: &Sample<'_>, fit: &Fit, seed: u64) -> Errors {
                     }
                 }
                 let full = &fit.hypothesis;
-                let run = Point::new(full, &full.world, record, &fit.theta, &nuisance)
-                    .plain(&lanes, record);
+                let run = Point::new(full, &full.world, record, &fit.theta, &nuisance).plain(&lanes, record);
                 let mut copy = record.clone();
                 for (c, &axis) in full.world.axes.indices().iter().enumerate() {
                     let mut last = 0.0;
                     for (k, sample_k) in run.positions.iter().enumerate() {
-                        let rho = if record.linked[k] {
-                            sample.correlation
-                        } else {
-                            0.0
-                        };
+                        let rho = if record.linked[k] { sample.correlation } else { 0.0 };
                         last = rho * last + (1.0 - rho * rho).sqrt() * normal();
                         let w = record.weight[c][k];
                         if w > 0.0 {

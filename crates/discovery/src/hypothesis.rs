@@ -41,9 +41,8 @@ impl Addition {
 
     /// Whether the two cannot stand in one model.
     pub fn excludes(&self, other: &Addition) -> bool {
-        let listed = |a: &Addition, b: &Addition| {
-            spec_of(a.kind()).is_some_and(|s| s.excludes.contains(&b.kind()))
-        };
+        let listed =
+            |a: &Addition, b: &Addition| spec_of(a.kind()).is_some_and(|s| s.excludes.contains(&b.kind()));
         match (self, other) {
             (Addition::Law(a), Addition::Law(b)) => a == b,
             (Addition::Law(_), _) | (_, Addition::Law(_)) => false,
@@ -95,10 +94,7 @@ impl Hypothesis {
             values[RADIUS] = 1.0;
         }
         let blocks = model.effects.iter().filter(|b| b.scatter.is_none());
-        let declared = model
-            .parameters
-            .iter()
-            .chain(blocks.flat_map(|b| &b.parameters));
+        let declared = model.parameters.iter().chain(blocks.flat_map(|b| &b.parameters));
         let mut free: Vec<Free> = declared
             .enumerate()
             .filter(|(_, p)| !p.frozen)
@@ -113,19 +109,11 @@ impl Hypothesis {
             .collect();
         let mut scatter = model.effects.iter().find_map(|b| {
             let per = b.scatter?;
-            Some(Scatter {
-                per,
-                sd: b.parameters.first()?.nominal.max(1e-4),
-            })
+            Some(Scatter { per, sd: b.parameters.first()?.nominal.max(1e-4) })
         });
         for (number, addition) in additions.iter().enumerate() {
             match addition {
-                Addition::Scatter(per) => {
-                    scatter = Some(Scatter {
-                        per: *per,
-                        sd: 0.02,
-                    })
-                }
+                Addition::Scatter(per) => scatter = Some(Scatter { per: *per, sd: 0.02 }),
                 Addition::Kind(kind, per) => {
                     if let (Some(index), Some(spec)) = (index_of(kind), spec_of(kind)) {
                         let first = world.add(LawRef::Listed(index), spec.parameters.len());
@@ -195,20 +183,12 @@ impl Hypothesis {
             }
             at += width;
         }
-        if first == usize::MAX {
-            at..at
-        } else {
-            first..last
-        }
+        if first == usize::MAX { at..at } else { first..last }
     }
 
     /// Entries of theta that belong to the declared model: they come first.
     pub fn range_of_declared(&self) -> usize {
-        self.free
-            .iter()
-            .filter(|f| f.addition.is_none())
-            .map(|f| self.width(f))
-            .sum()
+        self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()
     }
 
     /// Start values of theta: nominal for the declared model, `share` of the typical size for additions.
@@ -219,30 +199,18 @@ impl Hypothesis {
                 None => self.values[f.index],
                 Some(_) => share * f.typical,
             };
-            theta.extend(std::iter::repeat_n(
-                value.clamp(f.min, f.max),
-                self.width(f),
-            ));
+            theta.extend(std::iter::repeat_n(value.clamp(f.min, f.max), self.width(f)));
         }
         theta
     }
 
     /// Bounds of each entry of theta.
     pub fn bounds(&self) -> Vec<(f64, f64)> {
-        self.free
-            .iter()
-            .flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f)))
-            .collect()
+        self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
     /// The model file of this hypothesis at `theta` with 95 % intervals `ci95`.
-    pub fn to_model(
-        &self,
-        model: &Model,
-        data: &Measured,
-        theta: &[f64],
-        ci95: &[[f64; 2]],
-    ) -> Model {
+    pub fn to_model(&self, model: &Model, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Model {
         let mut out = model.clone();
         let mut at = 0;
         let mut put = |f: &Free, p: &mut Parameter| {
@@ -253,14 +221,8 @@ impl Hypothesis {
                 }
                 Per::Group => {
                     p.per = Per::Group;
-                    p.groups = data
-                        .groups
-                        .iter()
-                        .cloned()
-                        .zip(theta[at..].iter().copied())
-                        .collect();
-                    p.nominal =
-                        theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
+                    p.groups = data.groups.iter().cloned().zip(theta[at..].iter().copied()).collect();
+                    p.nominal = theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
                 }
                 Per::Trajectory => {}
             }
@@ -271,11 +233,8 @@ impl Hypothesis {
             if f.index < declared {
                 put(f, &mut out.parameters[f.index]);
             } else {
-                let flat = out
-                    .effects
-                    .iter_mut()
-                    .filter(|b| b.scatter.is_none())
-                    .flat_map(|b| &mut b.parameters);
+                let flat =
+                    out.effects.iter_mut().filter(|b| b.scatter.is_none()).flat_map(|b| &mut b.parameters);
                 if let Some(p) = flat.into_iter().nth(f.index - declared) {
                     put(f, p);
                 }
@@ -297,10 +256,7 @@ impl Hypothesis {
                 kind: addition.kind().into(),
                 scatter: None,
                 table: None,
-                parameters: specs
-                    .iter()
-                    .map(|s| blank(s.name.into(), s.min, s.max))
-                    .collect(),
+                parameters: specs.iter().map(|s| blank(s.name.into(), s.min, s.max)).collect(),
             };
             match addition {
                 Addition::Scatter(per) => {
@@ -309,26 +265,16 @@ impl Hypothesis {
                 }
                 Addition::Law(table) => {
                     block.table = Some(table.clone());
-                    block.parameters = (0..KNOTS)
-                        .map(|i| blank(format!("knot{i}"), -100.0, 100.0))
-                        .collect();
+                    block.parameters = (0..KNOTS).map(|i| blank(format!("knot{i}"), -100.0, 100.0)).collect();
                 }
                 Addition::Kind(..) => {}
             }
-            for (f, p) in self
-                .free
-                .iter()
-                .filter(|f| f.addition == Some(number))
-                .zip(&mut block.parameters)
-            {
+            for (f, p) in self.free.iter().filter(|f| f.addition == Some(number)).zip(&mut block.parameters) {
                 put(f, p);
             }
             out.effects.push(block);
         }
-        if let (Some(s), Some(b)) = (
-            self.scatter,
-            out.effects.iter_mut().find(|b| b.scatter.is_some()),
-        ) {
+        if let (Some(s), Some(b)) = (self.scatter, out.effects.iter_mut().find(|b| b.scatter.is_some())) {
             b.parameters[0].nominal = s.sd;
         }
         out

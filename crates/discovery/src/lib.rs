@@ -36,6 +36,6 @@ pub use discover::discover;
 pub use error::DiscoveryError;
 pub use options::{Options, Progress};
 pub use result::{
-    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, NoiseFound, Rmse,
-    SCHEMA, Tests, Unexplained, Verdict,
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, NoiseFound, Rmse, SCHEMA, Tests,
+    Unexplained, Verdict,
 };

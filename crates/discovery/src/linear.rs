@@ -11,10 +11,7 @@ pub(crate) struct Square {
 
 impl Square {
     pub fn zero(n: usize) -> Self {
-        Self {
-            n,
-            a: vec![0.0; n * n],
-        }
+        Self { n, a: vec![0.0; n * n] }
     }
 
     #[inline]
@@ -74,10 +71,8 @@ impl Square {
         let (mut a, mut v) = (self.clone(), Square::zero(n));
         (0..n).for_each(|i| *v.at_mut(i, i) = 1.0);
         for _ in 0..60 {
-            let off: f64 = (0..n)
-                .flat_map(|i| (0..i).map(move |j| (i, j)))
-                .map(|(i, j)| a.at(i, j).powi(2))
-                .sum();
+            let off: f64 =
+                (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a.at(i, j).powi(2)).sum();
             if off < 1e-24 * (0..n).map(|i| a.at(i, i).powi(2)).sum::<f64>() {
                 break;
             }
@@ -167,9 +162,7 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     let tail: Vec<usize> = (keep..n).collect();
     let factor = h.sub(&tail).cholesky();
     // W = L^-1 H_na, w = L^-1 g_n: the complement is H_aa - W'W, g_a - W'w.
-    let mut w: Vec<Vec<f64>> = (0..keep)
-        .map(|i| (keep..n).map(|k| h.at(k, i)).collect())
-        .collect();
+    let mut w: Vec<Vec<f64>> = (0..keep).map(|i| (keep..n).map(|k| h.at(k, i)).collect()).collect();
     w.iter_mut().for_each(|column| factor.forward(column));
     let mut last: Vec<f64> = g[keep..].to_vec();
     factor.forward(&mut last);
@@ -195,8 +188,8 @@ mod tests {
         let mut m = Square::zero(n);
         for i in 0..n {
             for j in 0..n {
-                *m.at_mut(i, j) = 1.0 / (1.0 + (i as f64 - j as f64).powi(2))
-                    + f64::from(u8::from(i == j)) * (i as f64);
+                *m.at_mut(i, j) =
+                    1.0 / (1.0 + (i as f64 - j as f64).powi(2)) + f64::from(u8::from(i == j)) * (i as f64);
             }
         }
         m

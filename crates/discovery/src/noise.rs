@@ -67,10 +67,8 @@ impl Arc {
             return None;
         }
         let (a, b) = (times[samples[0]], times[samples[samples.len() - 1]]);
-        let basis: Vec<_> = samples
-            .iter()
-            .map(|&k| legendre(2.0 * (times[k] - a) / (b - a) - 1.0, p))
-            .collect();
+        let basis: Vec<_> =
+            samples.iter().map(|&k| legendre(2.0 * (times[k] - a) / (b - a) - 1.0, p)).collect();
         let mut arc = Arc {
             channel,
             y: samples.iter().map(|&k| y[k]).collect(),
@@ -83,12 +81,7 @@ impl Arc {
                 .collect(),
             place: (record, samples),
         };
-        let fitted: Vec<f64> = arc
-            .y
-            .iter()
-            .zip(arc.residuals())
-            .map(|(y, r)| y - r)
-            .collect();
+        let fitted: Vec<f64> = arc.y.iter().zip(arc.residuals()).map(|(y, r)| y - r).collect();
         let n = fitted.len();
         arc.speed = (0..n)
             .map(|i| {
@@ -115,29 +108,20 @@ impl Arc {
         }
         h.cholesky().solve(&mut g);
         let fit = |row: &[f64]| row.iter().zip(&g).map(|(a, b)| a * b).sum::<f64>();
-        self.basis
-            .iter()
-            .zip(&self.y)
-            .map(|(row, y)| y - fit(row))
-            .collect()
+        self.basis.iter().zip(&self.y).map(|(row, y)| y - fit(row)).collect()
     }
 
     /// Residual sum of squares, ln|V| + ln|X'V⁻¹X|, and degrees of freedom for correlation `rho` and relative growth
     /// `jitter/sd` of the noise with speed.
     fn restricted(&self, rho: f64, growth: f64) -> (f64, f64, f64) {
         let p = self.basis[0].len();
-        let scale: Vec<f64> = self
-            .speed
-            .iter()
-            .map(|v| (1.0 + (growth * v).powi(2)).sqrt())
-            .collect();
+        let scale: Vec<f64> = self.speed.iter().map(|v| (1.0 + (growth * v).powi(2)).sqrt()).collect();
         let innovation = 1.0 / (1.0 - rho * rho).sqrt();
         let mut h = Square::zero(p + 1);
         let (mut log_v, mut row) = (0.0, vec![0.0; p + 1]);
         for k in 0..self.y.len() {
             log_v += 2.0 * scale[k].ln();
-            let value =
-                |k: usize, i: usize| if i < p { self.basis[k][i] } else { self.y[k] } / scale[k];
+            let value = |k: usize, i: usize| if i < p { self.basis[k][i] } else { self.y[k] } / scale[k];
             for (i, r) in row.iter_mut().enumerate() {
                 *r = value(k, i);
                 if self.linked[k] {
@@ -211,11 +195,7 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     let mut masked: Vec<Vec<Vec<bool>>> = data
         .records
         .iter()
-        .map(|r| {
-            r.y.iter()
-                .map(|c| c.iter().map(|v| !v.is_finite()).collect())
-                .collect()
-        })
+        .map(|r| r.y.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
         .collect();
     let mut sd = vec![0.0; channels];
     let mut outliers = 0;
@@ -225,36 +205,21 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         let residuals: Vec<Vec<f64>> = arcs.iter().map(Arc::residuals).collect();
         for (channel, sd) in sd.iter_mut().enumerate() {
             // First by the median, which outliers do not move; then by the sum of squares of what is left.
-            let mine = || {
-                arcs.iter()
-                    .zip(&residuals)
-                    .filter(|(a, _)| a.channel == channel)
-            };
-            let freedom: f64 = mine()
-                .map(|(a, _)| (a.y.len() - a.basis[0].len()) as f64)
-                .sum();
+            let mine = || arcs.iter().zip(&residuals).filter(|(a, _)| a.channel == channel);
+            let freedom: f64 = mine().map(|(a, _)| (a.y.len() - a.basis[0].len()) as f64).sum();
             let samples: f64 = mine().map(|(a, _)| a.y.len() as f64).sum();
             *sd = if round == 0 {
-                let mut all: Vec<f64> = mine()
-                    .flat_map(|(_, r)| r.iter().map(|v| v.abs()))
-                    .collect();
+                let mut all: Vec<f64> = mine().flat_map(|(_, r)| r.iter().map(|v| v.abs())).collect();
                 1.4826 * crate::statistics::median(&mut all) * (samples / freedom.max(1.0)).sqrt()
             } else {
-                (mine()
-                    .flat_map(|(_, r)| r.iter().map(|v| v * v))
-                    .sum::<f64>()
-                    / freedom.max(1.0))
-                .sqrt()
+                (mine().flat_map(|(_, r)| r.iter().map(|v| v * v)).sum::<f64>() / freedom.max(1.0)).sqrt()
             };
         }
         if round == 2 {
             break;
         }
         for (arc, r) in arcs.iter().zip(&residuals) {
-            let worst = r
-                .iter()
-                .enumerate()
-                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let worst = r.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             for (i, v) in r.iter().enumerate() {
                 // An outlier pulls its neighbours' residuals: in the first round only the worst of an arc goes.
                 let worst_here = worst.is_some_and(|w| w.0 == i);
@@ -269,11 +234,7 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     let stride = total_samples.div_ceil(MOST_SAMPLES).max(1);
     let some: Vec<&Arc> = arcs.iter().step_by(stride).collect();
     let plain = criterion(&some, channels, 0.0, 0.0);
-    let smallest = sd
-        .iter()
-        .copied()
-        .filter(|s| *s > 0.0)
-        .fold(f64::INFINITY, f64::min);
+    let smallest = sd.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
     let top = 0.004 / smallest.max(1e-9);
     let (mut rho, mut growth) = (0.0, 0.0);
     let by_rho = golden(|r| criterion(&some, channels, r, 0.0), -0.4, 0.95, 14);
@@ -298,20 +259,12 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     let mut freedom = 0.0;
     for (channel, sd) in sd.iter_mut().enumerate() {
         let (mut rss, mut f) = (0.0, 0.0);
-        for (r, _, free) in arcs
-            .iter()
-            .filter(|a| a.channel == channel)
-            .map(|a| a.restricted(rho, growth))
-        {
+        for (r, _, free) in arcs.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth)) {
             rss += r;
             f += free;
         }
         freedom += f;
-        *sd = if f > 0.0 {
-            (rss / f).sqrt()
-        } else {
-            declared_sd_m.unwrap_or(1e-3)
-        };
+        *sd = if f > 0.0 { (rss / f).sqrt() } else { declared_sd_m.unwrap_or(1e-3) };
         // Data without noise: six printed digits of metres are the finest that anything is judged by.
         *sd = sd.max(1e-6);
     }
@@ -334,14 +287,7 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         findings.push("outliers");
     }
     weigh(data, &arcs, &masked, &sd, growth);
-    Noise {
-        sd_m: sd,
-        correlation: rho,
-        jitter_s,
-        findings,
-        outliers,
-        freedom,
-    }
+    Noise { sd_m: sd, correlation: rho, jitter_s, findings, outliers, freedom }
 }
 
 fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
@@ -349,8 +295,7 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     for (j, r) in data.records.iter().enumerate() {
         for range in &r.arcs {
             for (channel, y) in r.y.iter().enumerate() {
-                let samples: Vec<usize> =
-                    range.clone().filter(|&k| !masked[j][channel][k]).collect();
+                let samples: Vec<usize> = range.clone().filter(|&k| !masked[j][channel][k]).collect();
                 arcs.extend(Arc::new(&r.times, y, &r.linked, samples, channel, j));
             }
         }
@@ -359,11 +304,8 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
 }
 
 fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
-    let mut speeds: Vec<Vec<Vec<f64>>> = data
-        .records
-        .iter()
-        .map(|r| r.y.iter().map(|c| vec![f64::NAN; c.len()]).collect())
-        .collect();
+    let mut speeds: Vec<Vec<Vec<f64>>> =
+        data.records.iter().map(|r| r.y.iter().map(|c| vec![f64::NAN; c.len()]).collect()).collect();
     for arc in arcs {
         for (&k, v) in arc.place.1.iter().zip(&arc.speed) {
             speeds[arc.place.0][arc.channel][k] = *v;

@@ -13,11 +13,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            seed: 0,
-            train_share: 0.7,
-            hopeless: 2000.0,
-        }
+        Self { seed: 0, train_share: 0.7, hopeless: 2000.0 }
     }
 }
 

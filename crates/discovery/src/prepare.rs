@@ -28,18 +28,11 @@ pub(crate) fn prepare(
 ) -> Result<Prepared, DiscoveryError> {
     let mut data = Measured::from_dataset(dataset)?;
     let vertical = data.axes.count() - 1;
-    let mut rough: Vec<f64> = data
-        .records
-        .iter()
-        .map(|r| rough_noise(&r.times, &r.y[vertical]))
-        .collect();
+    let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
     let sigma = median(&mut rough);
     let g = model.parameters[GRAVITY].nominal.max(0.1);
-    data.records
-        .iter_mut()
-        .for_each(|r| segment(r, vertical, g, sigma));
-    data.records
-        .retain(|r| r.times.len() >= FEWEST && !r.arcs.is_empty());
+    data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma));
+    data.records.retain(|r| r.times.len() >= FEWEST && !r.arcs.is_empty());
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
@@ -47,19 +40,11 @@ pub(crate) fn prepare(
     }
     let calibrates = !model.parameters[RESTITUTION].frozen;
     if calibrates && !data.has_impacts() {
-        return Err(DiscoveryError::NoImpacts {
-            data: data.name,
-            model: model.file.clone(),
-        });
+        return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
     }
     let noise = estimate(&mut data, model.position_sd_m);
     let (train, test) = split(&data, options);
-    Ok(Prepared {
-        data,
-        noise,
-        train,
-        test,
-    })
+    Ok(Prepared { data, noise, train, test })
 }
 
 /// Deals out trajectories group by group, so that every object is seen in training.
@@ -74,11 +59,7 @@ fn split(data: &Measured, options: &Options) -> (Vec<usize>, Vec<usize>) {
         }
         // Rounding is carried from group to group, so that the whole keeps the share; every group has one in training.
         owed += options.train_share * members.len() as f64;
-        let most = if data.groups.len() == 1 {
-            members.len() - 1
-        } else {
-            members.len()
-        };
+        let most = if data.groups.len() == 1 { members.len() - 1 } else { members.len() };
         let take = (owed.round().max(0.0) as usize).clamp(1.min(most), most);
         owed -= take as f64;
         train.extend(&members[..take]);

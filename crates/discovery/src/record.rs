@@ -45,17 +45,10 @@ impl Measured {
         let name = data.origin().to_string();
         let (axes, columns) =
             channels(data).ok_or_else(|| DiscoveryError::NoPosition { data: name.clone() })?;
-        let indices = columns
-            .iter()
-            .map(|c| data.column_index(c))
-            .collect::<Result<Vec<_>, _>>()?;
+        let indices = columns.iter().map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()?;
         for (column, &i) in columns.iter().zip(&indices) {
-            let mut seen = data
-                .trajectories()
-                .iter()
-                .flat_map(|t| t.column(i))
-                .copied()
-                .filter(|v| v.is_finite());
+            let mut seen =
+                data.trajectories().iter().flat_map(|t| t.column(i)).copied().filter(|v| v.is_finite());
             let first = seen.next();
             if first.is_none() || seen.all(|v| Some(v) == first) {
                 let column = column.to_string();
@@ -66,23 +59,13 @@ impl Measured {
             let i = data.column_index(column).ok()?;
             t.column(i).iter().copied().find(|v| v.is_finite())
         };
-        let start_times: Vec<_> = data
-            .trajectories()
-            .iter()
-            .filter_map(|t| constant("start_time_s", t))
-            .collect();
-        let has_start_time =
-            start_times.len() == data.trajectories().len() && !start_times.is_empty();
-        let clock_reference_s = if has_start_time {
-            start_times.iter().sum::<f64>() / start_times.len() as f64
-        } else {
-            0.0
-        };
-        let mut groups: Vec<String> = data
-            .trajectories()
-            .iter()
-            .filter_map(|t| t.group().map(String::from))
-            .collect();
+        let start_times: Vec<_> =
+            data.trajectories().iter().filter_map(|t| constant("start_time_s", t)).collect();
+        let has_start_time = start_times.len() == data.trajectories().len() && !start_times.is_empty();
+        let clock_reference_s =
+            if has_start_time { start_times.iter().sum::<f64>() / start_times.len() as f64 } else { 0.0 };
+        let mut groups: Vec<String> =
+            data.trajectories().iter().filter_map(|t| t.group().map(String::from)).collect();
         groups.sort();
         groups.dedup();
         let mut records = Vec::new();
@@ -91,9 +74,7 @@ impl Measured {
                 clock_s: constant("start_time_s", t).map_or(0.0, |s| s - clock_reference_s),
                 spin_rad_s: [
                     constant("spin_x_rad_s", t).unwrap_or(0.0),
-                    constant("spin_rad_s", t)
-                        .or(constant("spin_y_rad_s", t))
-                        .unwrap_or(0.0),
+                    constant("spin_rad_s", t).or(constant("spin_y_rad_s", t)).unwrap_or(0.0),
                     constant("spin_z_rad_s", t).unwrap_or(0.0),
                 ],
             };
@@ -116,24 +97,12 @@ impl Measured {
             groups.push(String::new());
         }
         let has_spin = records.iter().any(|r| r.covariates.spin_rad_s != [0.0; 3]);
-        Ok(Self {
-            name,
-            axes,
-            records,
-            groups,
-            has_spin,
-            has_start_time,
-        })
+        Ok(Self { name, axes, records, groups, has_spin, has_start_time })
     }
 
     /// The same description with no records.
     pub fn without_records(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            groups: self.groups.clone(),
-            records: Vec::new(),
-            ..*self
-        }
+        Self { name: self.name.clone(), groups: self.groups.clone(), records: Vec::new(), ..*self }
     }
 
     /// Whether any trajectory shows an impact.

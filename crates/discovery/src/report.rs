@@ -38,11 +38,7 @@ pub(crate) struct Parts<'a> {
 
 /// Name and unit of each free parameter, and of which addition.
 fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
-    let declared_effects: Vec<_> = model
-        .effects
-        .iter()
-        .filter(|b| b.scatter.is_none())
-        .collect();
+    let declared_effects: Vec<_> = model.effects.iter().filter(|b| b.scatter.is_none()).collect();
     h.free
         .iter()
         .map(|f| match f.addition.map(|n| (n, &h.additions[n])) {
@@ -56,9 +52,7 @@ fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
                 (name.to_string(), unit.to_string())
             }
             None => {
-                let flat = declared_effects
-                    .iter()
-                    .flat_map(|b| b.parameters.iter().map(move |p| (b, p)));
+                let flat = declared_effects.iter().flat_map(|b| b.parameters.iter().map(move |p| (b, p)));
                 let (block, p) = match flat.into_iter().nth(f.index - BASE_PARAMETERS.len()) {
                     Some(found) => found,
                     None => return (String::new(), String::new()),
@@ -69,16 +63,9 @@ fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
                 (format!("{}.{}", block.kind, p.name), unit.into())
             }
             Some((number, addition)) => {
-                let first = h
-                    .free
-                    .iter()
-                    .position(|g| g.addition == Some(number))
-                    .unwrap_or(0);
+                let first = h.free.iter().position(|g| g.addition == Some(number)).unwrap_or(0);
                 let k = f.index - h.free[first].index;
-                match (
-                    addition,
-                    spec_of(addition.kind()).and_then(|s| s.parameters.get(k)),
-                ) {
+                match (addition, spec_of(addition.kind()).and_then(|s| s.parameters.get(k))) {
                     (Addition::Law(t), _) => (format!("knot{k}"), t.target.unit().into()),
                     (_, Some(p)) => (p.name.into(), p.unit.into()),
                     _ => (String::new(), String::new()),
@@ -99,12 +86,7 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
         let width = h.width(f);
         if f.addition == addition && width > 0 {
             let (name, unit) = all[i].clone();
-            let mut e = Estimate {
-                value: fit.theta[at],
-                ci95: ci[at],
-                unit,
-                groups: BTreeMap::new(),
-            };
+            let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
             if per_group(h, i) {
                 let values = &fit.theta[at..at + width];
                 let n = width as f64;
@@ -116,15 +98,8 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
                 let half = 1.96 * variance.max(0.0).sqrt() / n;
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
-                e.groups = parts
-                    .search
-                    .train
-                    .data
-                    .groups
-                    .iter()
-                    .cloned()
-                    .zip(values.iter().copied())
-                    .collect();
+                e.groups =
+                    parts.search.train.data.groups.iter().cloned().zip(values.iter().copied()).collect();
             }
             out.insert(name, e);
         }
@@ -182,8 +157,8 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
     for j in &parts.found.pool {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
-        let close = j.total() - best.total() < AMBIGUOUS_TOTAL
-            || j.criterion - best.criterion < AMBIGUOUS_TRAIN;
+        let close =
+            j.total() - best.total() < AMBIGUOUS_TOTAL || j.criterion - best.criterion < AMBIGUOUS_TRAIN;
         if close
             && !superset
             && theirs.len() <= mine.len() + 1
@@ -199,12 +174,7 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
 fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
     let (base, best) = (parts.base, parts.best);
     let mut out: Vec<Candidate> = Vec::new();
-    let mut list: Vec<&Judged> = parts
-        .found
-        .tried
-        .iter()
-        .filter(|j| !j.additions().is_empty())
-        .collect();
+    let mut list: Vec<&Judged> = parts.found.tried.iter().filter(|j| !j.additions().is_empty()).collect();
     if !list.iter().any(|j| j.additions() == best.additions()) && !best.additions().is_empty() {
         list.insert(0, best);
     }
@@ -215,12 +185,8 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
             continue;
         }
         seen.push(key);
-        let pooled = parts
-            .found
-            .pool
-            .iter()
-            .find(|p| labels(p.additions()) == labels(j.additions()))
-            .unwrap_or(j);
+        let pooled =
+            parts.found.pool.iter().find(|p| labels(p.additions()) == labels(j.additions())).unwrap_or(j);
         let gain = 2.0 * (j.fit.ll - base.fit.ll);
         let penalty: f64 = j.additions().iter().map(|a| parts.search.penalty(a)).sum();
         let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b);
@@ -316,21 +282,14 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
         }
         let mut rest = additions.to_vec();
         rest.remove(n);
-        let without = match parts
-            .found
-            .tried
-            .iter()
-            .find(|j| labels(j.additions()) == labels(&rest))
-        {
+        let without = match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(&rest)) {
             Some(j) => j.fit.ll,
             None => parts.search.refit(&best.fit, &rest, &[]).fit.ll,
         };
         let spec = spec_of(a.kind());
         out.push(FoundEffect {
             kind: a.kind().into(),
-            stands_for: spec.map_or(Vec::new(), |s| {
-                s.stands_for.iter().map(|s| s.to_string()).collect()
-            }),
+            stands_for: spec.map_or(Vec::new(), |s| s.stands_for.iter().map(|s| s.to_string()).collect()),
             parameters: estimates(parts, parts.full, Some(n)),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
             per: match a {
@@ -346,28 +305,21 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
 /// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
 fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
     let n = values.len();
-    let x: Vec<f64> = (0..n)
-        .map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64)
-        .collect();
+    let x: Vec<f64> =
+        (0..n).map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64).collect();
     let weight: Vec<f64> = sd.iter().map(|s| 1.0 / (s * s).max(1e-18)).collect();
     let name = table.against.name();
     type Shape<'s> = (String, Box<dyn Fn(f64) -> f64 + 's>);
     let mut shapes: Vec<Shape<'_>> = vec![
         (name.to_string(), Box::new(|v| v)),
         (format!("{name}²"), Box::new(|v| v * v)),
-        (
-            format!("1/{name}"),
-            Box::new(|v| if v.abs() > 1e-3 { 1.0 / v } else { f64::NAN }),
-        ),
+        (format!("1/{name}"), Box::new(|v| if v.abs() > 1e-3 { 1.0 / v } else { f64::NAN })),
         (format!("sqrt|{name}|"), Box::new(|v: f64| v.abs().sqrt())),
         (format!("|{name}|"), Box::new(|v: f64| v.abs())),
     ];
     for i in 0..n - 1 {
         let edge = 0.5 * (x[i] + x[i + 1]);
-        shapes.push((
-            format!("step({name} > {edge:.3})"),
-            Box::new(move |v| f64::from(u8::from(v > edge))),
-        ));
+        shapes.push((format!("step({name} > {edge:.3})"), Box::new(move |v| f64::from(u8::from(v > edge)))));
     }
     let mut best: Option<(f64, String)> = None;
     for (label, f) in shapes {
@@ -376,11 +328,7 @@ fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
             continue;
         }
         let sum = |g: &dyn Fn(usize) -> f64| (0..n).map(|i| weight[i] * g(i)).sum::<f64>();
-        let (w, b, bb) = (
-            sum(&|_| 1.0),
-            sum(&|i| basis[i]),
-            sum(&|i| basis[i] * basis[i]),
-        );
+        let (w, b, bb) = (sum(&|_| 1.0), sum(&|i| basis[i]), sum(&|i| basis[i] * basis[i]));
         let (y, by) = (sum(&|i| values[i]), sum(&|i| basis[i] * values[i]));
         let det = w * bb - b * b;
         if det <= 1e-12 * w * bb {
@@ -389,14 +337,8 @@ fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
         let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
         let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
         if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
-            best = Some((
-                misfit,
-                format!(
-                    "{} {} {offset:+.4} {slope:+.4} {label}",
-                    table.target.name(),
-                    "+="
-                ),
-            ));
+            best =
+                Some((misfit, format!("{} {} {offset:+.4} {slope:+.4} {label}", table.target.name(), "+=")));
         }
     }
     best.map_or_else(String::new, |b| b.1)
@@ -412,9 +354,7 @@ fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
             let values = &theta[range.clone()];
             let sd: Vec<f64> = range.map(|i| covariance.at(i, i).max(0.0).sqrt()).collect();
             let step = (table.last - table.first) / (KNOTS - 1) as f64;
-            let rows = (0..KNOTS)
-                .map(|i| [table.first + step * i as f64, values[i], sd[i]])
-                .collect();
+            let rows = (0..KNOTS).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect();
             return Some(Unexplained {
                 place: table.target.location().name().into(),
                 target: table.target.name().into(),
@@ -441,15 +381,7 @@ fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
         target: table.target.name().into(),
         against: table.against.name().into(),
         term: closed_term(table, &worst.estimate, &worst.sd),
-        table: (0..KNOTS)
-            .map(|i| {
-                [
-                    table.first + step * i as f64,
-                    worst.estimate[i],
-                    worst.sd[i],
-                ]
-            })
-            .collect(),
+        table: (0..KNOTS).map(|i| [table.first + step * i as f64, worst.estimate[i], worst.sd[i]]).collect(),
     })
 }
 
@@ -466,9 +398,7 @@ fn sentence(
                 let p: Vec<String> = e
                     .parameters
                     .iter()
-                    .map(|(n, v)| {
-                        format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1])
-                    })
+                    .map(|(n, v)| format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]))
                     .collect();
                 format!("{} ({})", e.kind, p.join(", "))
             })
@@ -484,29 +414,19 @@ fn sentence(
     );
     let law = unexplained.as_ref().map_or_else(
         || "the residual has structure that no law of one feature describes".to_string(),
-        |u| {
-            format!(
-                "{} depends on {} in a way that the library does not know",
-                u.target, u.against
-            )
-        },
+        |u| format!("{} depends on {} in a way that the library does not know", u.target, u.against),
     );
     match parts.verdict {
         Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
         Verdict::Explained if !alternatives.is_empty() => format!(
             "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.",
             list(effects),
-            alternatives
-                .iter()
-                .map(|a| a.join(" + "))
-                .collect::<Vec<_>>()
-                .join(", or ")
+            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
         ),
         Verdict::Explained => format!("The model lacks {}; {gain}.", list(effects)),
-        Verdict::PartlyExplained => format!(
-            "The model lacks {}, and something else: {law}; {gain}.",
-            list(effects)
-        ),
+        Verdict::PartlyExplained => {
+            format!("The model lacks {}, and something else: {law}; {gain}.", list(effects))
+        }
         Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
     }
 }
@@ -523,26 +443,14 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let covariance = fit.covariance();
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(parts.model, h)) {
-        let of = f
-            .addition
-            .map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
+        let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
         axis.extend((0..h.width(f)).map(|g| {
-            if h.width(f) > 1 {
-                format!("{of}{name}[{}]", data.groups[g])
-            } else {
-                format!("{of}{name}")
-            }
+            if h.width(f) > 1 { format!("{of}{name}[{}]", data.groups[g]) } else { format!("{of}{name}") }
         }));
     }
     let n = axis.len();
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
-    let matrix = (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| covariance.at(i, j) / (sd(i) * sd(j)))
-                .collect()
-        })
-        .collect();
+    let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
     let noise = parts.noise;
     let channels = noise.sd_m.len() as f64;
     Discovery {
@@ -567,9 +475,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         anatomy: parts.anatomy.clone(),
         tests: passes(parts.tests),
         correlations: (axis, matrix),
-        model_toml: h
-            .to_model(parts.model, data, &fit.theta, &fit.ci95())
-            .to_toml(),
+        model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
         error: parts.error,
         seconds: parts.seconds,
     }

@@ -46,11 +46,7 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
     for flying in [false, true] {
         let mut batch: Vec<usize> = Vec::new();
         let mut width = 0;
-        for (i, c) in candidates
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| integrates(c) == flying)
-        {
+        for (i, c) in candidates.iter().enumerate().filter(|(_, c)| integrates(c) == flying) {
             if width + parameters(c) > 16 {
                 batches.push(std::mem::take(&mut batch));
                 width = 0;
@@ -62,10 +58,8 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
     }
     batches.retain(|b| !b.is_empty());
     let mut out: Vec<Option<Score>> = vec![None; candidates.len()];
-    let done: Vec<Vec<(usize, Score)>> = batches
-        .par_iter()
-        .map(|b| batch_scores(sample, fit, candidates, b))
-        .collect();
+    let done: Vec<Vec<(usize, Score)>> =
+        batches.par_iter().map(|b| batch_scores(sample, fit, candidates, b)).collect();
     for (i, s) in done.into_iter().flatten() {
         out[i] = Some(s);
     }
@@ -91,11 +85,9 @@ fn batch_scores(
         let (law, count, grouped) = match &candidates[i] {
             Addition::Law(t) => (LawRef::Table(t.clone()), KNOTS, false),
             Addition::Kind(kind, per) => match (index_of(kind), spec_of(kind)) {
-                (Some(index), Some(spec)) => (
-                    LawRef::Listed(index),
-                    spec.parameters.len(),
-                    *per == Per::Group,
-                ),
+                (Some(index), Some(spec)) => {
+                    (LawRef::Listed(index), spec.parameters.len(), *per == Per::Group)
+                }
                 _ => continue,
             },
             Addition::Scatter(_) => continue,
@@ -124,11 +116,7 @@ fn batch_scores(
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             let mut places = lanes.theta.clone();
-            places.extend(
-                columns
-                    .iter()
-                    .map(|&(c, grouped)| if grouped { c + record.group } else { c }),
-            );
+            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.group } else { c }));
             (s, u, places)
         })
         .collect();
@@ -141,10 +129,7 @@ fn batch_scores(
             }
         }
     }
-    owned
-        .into_iter()
-        .map(|(i, range)| (i, one_score(&candidates[i], &s, &u, range, theta_len)))
-        .collect()
+    owned.into_iter().map(|(i, range)| (i, one_score(&candidates[i], &s, &u, range, theta_len))).collect()
 }
 
 fn one_score(
@@ -166,13 +151,10 @@ fn one_score(
         estimate: vec![0.0; keep],
         sd: vec![f64::INFINITY; keep],
     };
-    let positive =
-        spec_of(addition.kind()).is_some_and(|s| s.parameters.iter().all(|p| p.min >= 0.0));
+    let positive = spec_of(addition.kind()).is_some_and(|s| s.parameters.iter().all(|p| p.min >= 0.0));
     if keep == 1 {
         let information = c.at(0, 0);
-        if information < OBSERVABLE
-            || information < RANK_CUT * RANK_CUT * raw[0]
-            || !information.is_finite()
+        if information < OBSERVABLE || information < RANK_CUT * RANK_CUT * raw[0] || !information.is_finite()
         {
             return score;
         }
@@ -184,16 +166,7 @@ fn one_score(
         }
         return score;
     }
-    let scale: Vec<f64> = raw
-        .iter()
-        .map(|r| {
-            if *r > OBSERVABLE {
-                r.sqrt().recip()
-            } else {
-                0.0
-            }
-        })
-        .collect();
+    let scale: Vec<f64> = raw.iter().map(|r| if *r > OBSERVABLE { r.sqrt().recip() } else { 0.0 }).collect();
     let mut scaled = Square::zero(keep);
     for i in 0..keep {
         for j in 0..keep {
@@ -234,17 +207,11 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
                 sample.correlation,
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
-            lanes
-                .theta
-                .iter()
-                .enumerate()
-                .map(|(a, &t)| (t, s.at(a, a), u[a]))
-                .collect()
+            lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
         })
         .collect();
     let n = h.theta_len();
-    let (mut q, mut sum_u, mut sum_s, mut count) =
-        (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     for (t, s, u) in parts.into_iter().flatten() {
         if s > OBSERVABLE {
             q[t] += u * u / s;
@@ -255,11 +222,7 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     }
     (0..n)
         .map(|t| {
-            let mean = if sum_s[t] > 0.0 {
-                sum_u[t] * sum_u[t] / sum_s[t]
-            } else {
-                0.0
-            };
+            let mean = if sum_s[t] > 0.0 { sum_u[t] * sum_u[t] / sum_s[t] } else { 0.0 };
             (q[t] - mean, count[t] - 1.0)
         })
         .collect()

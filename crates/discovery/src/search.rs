@@ -60,12 +60,7 @@ pub(crate) struct Found {
 
 impl<'a> Search<'a> {
     pub fn new(model: &'a Model, train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self {
-            model,
-            train,
-            test,
-            library: library(model, train.data),
-        }
+        Self { model, train, test, library: library(model, train.data) }
     }
 
     /// Penalty of an addition on -2 ln likelihood.
@@ -76,37 +71,19 @@ impl<'a> Search<'a> {
             Addition::Scatter(_) => 1.0,
             Addition::Kind(kind, per) => {
                 let n = spec_of(kind).map_or(1, |s| s.parameters.len()) as f64;
-                if *per == Per::Group {
-                    n * self.train.data.groups.len() as f64
-                } else {
-                    n
-                }
+                if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
             }
         };
         chi2_quantile(ALPHA / m, count)
     }
 
     pub fn judge(&self, fit: Fit) -> Judged {
-        let penalty: f64 = fit
-            .hypothesis
-            .additions
-            .iter()
-            .map(|a| self.penalty(a))
-            .sum();
-        Judged {
-            criterion: -2.0 * fit.ll + penalty,
-            fit,
-            heldout_ll: None,
-        }
+        let penalty: f64 = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
+        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
-    pub fn refit(
-        &self,
-        from: &Fit,
-        additions: &[Addition],
-        starts: &[(Addition, Vec<f64>)],
-    ) -> Judged {
+    pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &[(Addition, Vec<f64>)]) -> Judged {
         let h = Hypothesis::new(self.model, self.train.data, additions);
         let old = &from.hypothesis;
         let base = old.range_of_declared();
@@ -116,9 +93,8 @@ impl<'a> Search<'a> {
             let place = h.range_of(number);
             if let Some(k) = old.additions.iter().position(|a| a == addition) {
                 theta[place].copy_from_slice(&from.theta[old.range_of(k)]);
-            } else if let Some((_, values)) = starts
-                .iter()
-                .find(|(a, v)| a == addition && v.len() == place.len())
+            } else if let Some((_, values)) =
+                starts.iter().find(|(a, v)| a == addition && v.len() == place.len())
             {
                 let bounds = h.bounds();
                 for (i, v) in place.zip(values) {
@@ -142,20 +118,15 @@ impl<'a> Search<'a> {
         if same {
             return from.nuisance.clone();
         }
-        let restitution = h
-            .free
-            .iter()
-            .position(|f| f.index == RESTITUTION)
-            .map_or(h.values[RESTITUTION], |i| theta[i]);
+        let restitution =
+            h.free.iter().position(|f| f.index == RESTITUTION).map_or(h.values[RESTITUTION], |i| theta[i]);
         self.train
             .records()
             .zip(&from.nuisance)
             .map(|(record, n)| {
                 let mut n = n.clone();
-                let keep = n.len()
-                    - crate::evaluate::Lanes::new(&from.hypothesis, record, &[])
-                        .offsets
-                        .min(n.len());
+                let keep =
+                    n.len() - crate::evaluate::Lanes::new(&from.hypothesis, record, &[]).offsets.min(n.len());
                 n.truncate(keep);
                 let rough = |r: f64| (r - restitution).clamp(-0.3, 0.3);
                 match h.scatter.map(|s| s.per) {
@@ -179,12 +150,7 @@ impl<'a> Search<'a> {
 
     /// Whether the restitution differs from trajectory to trajectory by more than noise.
     pub fn restitution_varies(&self, fit: &Fit, p: f64) -> bool {
-        let Some(i) = fit
-            .hypothesis
-            .free
-            .iter()
-            .position(|f| f.index == RESTITUTION)
-        else {
+        let Some(i) = fit.hypothesis.free.iter().position(|f| f.index == RESTITUTION) else {
             return false;
         };
         let (q, df) = heterogeneity(&self.train, fit)[i];
@@ -193,12 +159,8 @@ impl<'a> Search<'a> {
 
     /// Candidates that may join a fit, with their scores.
     pub fn library_scores(&self, fit: &Fit) -> Vec<Score> {
-        let list: Vec<Addition> = self
-            .library
-            .iter()
-            .filter(|a| may_join(a, &fit.hypothesis))
-            .cloned()
-            .collect();
+        let list: Vec<Addition> =
+            self.library.iter().filter(|a| may_join(a, &fit.hypothesis)).cloned().collect();
         scores(&self.train, fit, &list)
     }
 
@@ -247,31 +209,20 @@ impl<'a> Search<'a> {
                 .par_iter()
                 .enumerate()
                 .map(|(i, j)| {
-                    self.moves(&j.fit, level, i == 0)
-                        .into_iter()
-                        .map(|m| (i, m))
-                        .collect::<Vec<_>>()
+                    self.moves(&j.fit, level, i == 0).into_iter().map(|m| (i, m)).collect::<Vec<_>>()
                 })
                 .flatten_iter()
                 .collect();
             let jobs = self.without_repeats(jobs, &beam, &tried);
-            let fitted: Vec<Judged> = jobs
-                .par_iter()
-                .map(|(i, m)| self.plus(&beam[*i].fit, m))
-                .collect();
-            let before = beam
-                .iter()
-                .chain(&tried)
-                .map(|j| j.criterion)
-                .fold(f64::INFINITY, f64::min);
+            let fitted: Vec<Judged> = jobs.par_iter().map(|(i, m)| self.plus(&beam[*i].fit, m)).collect();
+            let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
             tried.extend(fitted.iter().cloned());
             let mut next = fitted;
             next.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
             next.truncate(BEAM);
             // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
-            let (top, gain) = next
-                .first()
-                .map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
+            let (top, gain) =
+                next.first().map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
             next.retain(|j| j.criterion < top + POOL + 0.3 * gain);
             let improved = next.first().is_some_and(|j| j.criterion < before);
             if !improved {
@@ -282,12 +233,8 @@ impl<'a> Search<'a> {
         self.refine(&mut tried);
         tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let best = tried[0].criterion;
-        let mut pool: Vec<Judged> = tried
-            .iter()
-            .filter(|j| j.criterion < best + POOL)
-            .take(12)
-            .cloned()
-            .collect();
+        let mut pool: Vec<Judged> =
+            tried.iter().filter(|j| j.criterion < best + POOL).take(12).cloned().collect();
         if !pool.iter().any(|j| j.additions().is_empty()) {
             pool.extend(tried.iter().find(|j| j.additions().is_empty()).cloned());
         }
@@ -296,11 +243,7 @@ impl<'a> Search<'a> {
             j.heldout_ll = Some(ll);
         }
         pool.sort_by(|a, b| a.total().total_cmp(&b.total()));
-        Found {
-            pool,
-            tried,
-            base_scores,
-        }
+        Found { pool, tried, base_scores }
     }
 
     /// The held-out part at the parameters of a fit, nuisances fitted.
@@ -334,11 +277,7 @@ impl<'a> Search<'a> {
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>) {
         for _ in 0..4 {
-            let Some(best) = tried
-                .iter()
-                .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
-                .cloned()
-            else {
+            let Some(best) = tried.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned() else {
                 return;
             };
             let now = best.additions().to_vec();
@@ -350,8 +289,7 @@ impl<'a> Search<'a> {
                 let mut rest = now.clone();
                 let gone = rest.remove(i);
                 let keep: Vec<_> = rest.iter().map(|a| (a.clone(), vec![])).collect();
-                let wind_alone =
-                    rest.iter().any(|a| a.kind() == "wind") && gone.kind() == "quadratic-drag";
+                let wind_alone = rest.iter().any(|a| a.kind() == "wind") && gone.kind() == "quadratic-drag";
                 if wind_alone {
                     continue;
                 }
@@ -367,21 +305,14 @@ impl<'a> Search<'a> {
                 let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
                 let mut list = self.library_scores(&without.fit);
                 list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-                for s in list
-                    .into_iter()
-                    .filter(|s| s.addition != gone && s.statistic > 6.0)
-                    .take(4)
-                {
+                for s in list.into_iter().filter(|s| s.addition != gone && s.statistic > 6.0).take(4) {
                     let mut set = keep.clone();
                     set.push((s.addition, s.estimate));
                     sets.push(set);
                 }
                 if let Addition::Scatter(per) = gone {
-                    let other = if per == ScatterPer::Impact {
-                        ScatterPer::Trajectory
-                    } else {
-                        ScatterPer::Impact
-                    };
+                    let other =
+                        if per == ScatterPer::Impact { ScatterPer::Trajectory } else { ScatterPer::Impact };
                     let mut set = keep.clone();
                     set.push((Addition::Scatter(other), vec![]));
                     sets.push(set);

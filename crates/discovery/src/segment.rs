@@ -97,14 +97,10 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) 
     let mut arc_start = 0;
     for (i, &p) in peaks.iter().enumerate() {
         let t0 = times[p];
-        let before = peaks
-            .get(i.wrapping_sub(1))
-            .map_or(f64::NEG_INFINITY, |&q| times[q]);
+        let before = peaks.get(i.wrapping_sub(1)).map_or(f64::NEG_INFINITY, |&q| times[q]);
         let after = peaks.get(i + 1).map_or(f64::INFINITY, |&q| times[q]);
-        let left =
-            (0..p).filter(|&k| times[k] > (t0 - side).max(before + near) && times[k] < t0 - near);
-        let right =
-            (p..n).filter(|&k| times[k] < (t0 + side).min(after - near) && times[k] > t0 + near);
+        let left = (0..p).filter(|&k| times[k] > (t0 - side).max(before + near) && times[k] < t0 - near);
+        let right = (p..n).filter(|&k| times[k] < (t0 + side).min(after - near) && times[k] > t0 + near);
         let lines = ballistic(&times, &z, left, t0, g).zip(ballistic(&times, &z, right, t0, g));
         let Some(((zl, vl), (zr, vr))) = lines else {
             end = arc_end(&times, t0, near);
@@ -125,10 +121,7 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) 
             };
             if i > 0 && short && !late {
                 // The impact before the short arc is only seen from one side: it goes as well.
-                end = record
-                    .impacts
-                    .last()
-                    .map_or(end, |&t| arc_end(&times, t, near));
+                end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
                 record.impacts.pop();
                 record.ratios.pop();
                 record.arcs.retain(|a| a.end <= end);
@@ -151,10 +144,7 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) 
         if end.saturating_sub(arc_start) >= 5 {
             record.arcs.push(arc_start..end);
         } else if !record.impacts.is_empty() {
-            end = record
-                .impacts
-                .last()
-                .map_or(end, |&t| arc_end(&times, t, near));
+            end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
             record.impacts.pop();
             record.ratios.pop();
         }
@@ -162,9 +152,7 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) 
     record.arcs.retain(|a| a.len() >= 5 && a.end <= end);
     record.times.truncate(end);
     record.y.iter_mut().for_each(|c| c.truncate(end));
-    record.linked = (0..end)
-        .map(|k| k > 0 && times[k] - times[k - 1] < 1.6 * dt)
-        .collect();
+    record.linked = (0..end).map(|k| k > 0 && times[k] - times[k - 1] < 1.6 * dt).collect();
     rough_start(record, vertical, g);
 }
 
@@ -185,10 +173,7 @@ fn without_spikes(y: &[f64], sigma: f64) -> Vec<f64> {
 }
 
 fn arc_end(times: &[f64], impact: f64, near: f64) -> usize {
-    times
-        .iter()
-        .position(|&t| t >= impact - near)
-        .unwrap_or(times.len())
+    times.iter().position(|&t| t >= impact - near).unwrap_or(times.len())
 }
 
 fn end_of_hop(times: &[f64], begins: f64, out_speed: Option<f64>, g: f64, near: f64) -> usize {
@@ -208,8 +193,7 @@ fn rough_start(record: &mut Record, vertical: usize, g: f64) {
     };
     for (channel, &axis) in axes.iter().enumerate() {
         let pull = if channel == vertical { g } else { 0.0 };
-        if let Some((p, v)) = ballistic(&record.times, &record.y[channel], first.clone(), t0, pull)
-        {
+        if let Some((p, v)) = ballistic(&record.times, &record.y[channel], first.clone(), t0, pull) {
             record.start.0[axis] = p;
             record.start.1[axis] = v;
         }

@@ -15,12 +15,7 @@ fn ln_gamma(x: f64) -> f64 {
     ];
     let x = x - 1.0;
     let t = x + 7.5;
-    let sum = C[0]
-        + C[1..]
-            .iter()
-            .enumerate()
-            .map(|(i, c)| c / (x + 1.0 + i as f64))
-            .sum::<f64>();
+    let sum = C[0] + C[1..].iter().enumerate().map(|(i, c)| c / (x + 1.0 + i as f64)).sum::<f64>();
     0.5 * (2.0 * std::f64::consts::PI).ln() + (x + 0.5) * t.ln() - t + sum.ln()
 }
 
@@ -64,11 +59,7 @@ pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     let (mut low, mut high) = (0.0, 10.0 * df + 200.0);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        if chi2_tail(middle, df) > tail {
-            low = middle
-        } else {
-            high = middle
-        }
+        if chi2_tail(middle, df) > tail { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -80,11 +71,7 @@ pub(crate) fn median(x: &mut [f64]) -> f64 {
     }
     x.sort_by(f64::total_cmp);
     let n = x.len();
-    if n % 2 == 1 {
-        x[n / 2]
-    } else {
-        0.5 * (x[n / 2 - 1] + x[n / 2])
-    }
+    if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
 }
 
 /// Quantile `p` of sorted values by linear interpolation.
@@ -112,11 +99,7 @@ mod tests {
             (11.8, 1.0, 5.92e-4),
             (6.635, 1.0, 0.01),
         ] {
-            assert!(
-                (chi2_tail(x, df) / p - 1.0).abs() < 2e-3,
-                "{x} {df} {}",
-                chi2_tail(x, df)
-            );
+            assert!((chi2_tail(x, df) / p - 1.0).abs() < 2e-3, "{x} {df} {}", chi2_tail(x, df));
             assert!((chi2_quantile(p, df) / x - 1.0).abs() < 1e-3);
         }
     }

@@ -13,13 +13,8 @@ const POLISH: f64 = 0.01;
 
 /// The best explanation that may use tables, from several starts.
 pub(crate) fn unlisted(search: &Search<'_>, base: &Judged, starts: &[Judged]) -> Option<Judged> {
-    let found: Vec<Judged> = starts
-        .par_iter()
-        .filter_map(|s| additive(search, base, s))
-        .collect();
-    found
-        .into_iter()
-        .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
+    let found: Vec<Judged> = starts.par_iter().filter_map(|s| additive(search, base, s)).collect();
+    found.into_iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion))
 }
 
 fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged> {
@@ -42,34 +37,20 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
                 let mut additions = now.additions().to_vec();
                 additions.push(s.addition.clone());
                 // Directions that the data do not see have no estimate: start flat.
-                search.refit(
-                    &now.fit,
-                    &additions,
-                    &[(s.addition.clone(), vec![0.0; s.estimate.len()])],
-                )
+                search.refit(&now.fit, &additions, &[(s.addition.clone(), vec![0.0; s.estimate.len()])])
             })
             .collect();
-        let Some(next) = trials
-            .into_iter()
-            .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
-        else {
+        let Some(next) = trials.into_iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)) else {
             break;
         };
-        let (gain, so_far) = (
-            now.criterion - next.criterion,
-            base.criterion - now.criterion,
-        );
+        let (gain, so_far) = (now.criterion - next.criterion, base.criterion - now.criterion);
         if gain <= 0.0 || (added && gain < POLISH * so_far) {
             break;
         }
         now = next;
         added = true;
     }
-    if !now
-        .additions()
-        .iter()
-        .any(|a| matches!(a, Addition::Law(_)))
-    {
+    if !now.additions().iter().any(|a| matches!(a, Addition::Law(_))) {
         return None;
     }
     // Drop what is no longer needed.
@@ -80,21 +61,14 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
             .filter_map(|i| {
                 let mut rest = now.additions().to_vec();
                 let gone = rest.remove(i);
-                let orphan =
-                    gone.kind() == "quadratic-drag" && rest.iter().any(|a| a.kind() == "wind");
+                let orphan = gone.kind() == "quadratic-drag" && rest.iter().any(|a| a.kind() == "wind");
                 (!orphan && !rest.is_empty()).then(|| search.refit(&now.fit, &rest, &[]))
             })
             .collect();
-        match dropped
-            .into_iter()
-            .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
-        {
+        match dropped.into_iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)) {
             Some(d) if d.criterion < now.criterion => now = d,
             _ => break,
         }
     }
-    now.additions()
-        .iter()
-        .any(|a| matches!(a, Addition::Law(_)))
-        .then_some(now)
+    now.additions().iter().any(|a| matches!(a, Addition::Law(_))).then_some(now)
 }

@@ -60,10 +60,7 @@ impl<const N: usize> Mul for Dual<N> {
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     fn mul(mut self, o: Self) -> Self {
         let (a, b) = (self.value, o.value);
-        self.d
-            .iter_mut()
-            .zip(&o.d)
-            .for_each(|(x, y)| *x = *x * b + a * y);
+        self.d.iter_mut().zip(&o.d).for_each(|(x, y)| *x = *x * b + a * y);
         self.value = a * b;
         self
     }
@@ -76,10 +73,7 @@ impl<const N: usize> Div for Dual<N> {
         let r = 1.0 / o.value;
         self.value *= r;
         let v = self.value;
-        self.d
-            .iter_mut()
-            .zip(&o.d)
-            .for_each(|(x, y)| *x = (*x - v * y) * r);
+        self.d.iter_mut().zip(&o.d).for_each(|(x, y)| *x = (*x - v * y) * r);
         self
     }
 }

@@ -79,11 +79,7 @@ pub fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
 
 /// Vector product `a × b`.
 pub fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a + b s`, component by component.

@@ -24,13 +24,7 @@ fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -
 }
 
 fn drop_from(h: f64, e: f64, times: &[f64]) -> Run<f64> {
-    run(
-        &World::new(Axes::Vertical),
-        &[],
-        e,
-        State::at_rest(h),
-        times,
-    )
+    run(&World::new(Axes::Vertical), &[], e, State::at_rest(h), times)
 }
 
 fn grid(until: f64, n: usize) -> Vec<f64> {
@@ -57,10 +51,7 @@ fn bouncing_ends_at_the_zeno_limit() {
     let limit = fall * (1.0 + e) / (1.0 - e);
     let run = drop_from(1.0, e, &[10.0]);
     let rest = run.rest_time.expect("comes to rest");
-    assert!(
-        rest <= limit && limit - rest < 2e-4 / (G * (1.0 - e)),
-        "{rest} {limit}"
-    );
+    assert!(rest <= limit && limit - rest < 2e-4 / (G * (1.0 - e)), "{rest} {limit}");
     assert_eq!(run.positions[0][2].abs(), 0.0);
     assert_eq!(run.velocities[0][2], 0.0);
 }
@@ -118,10 +109,7 @@ fn soft_contact_goes_below_the_ground_and_leaves_slower() {
     let soft = run(&world, &[0.02], 0.7, State::at_rest(1.0), &grid(2.0, 2000));
     let deepest = soft.positions.iter().map(|s| s[2]).fold(0.0, f64::min);
     let record = soft.impacts[0];
-    assert!(
-        deepest < -0.005 && deepest > -record.speed_in * 0.02,
-        "{deepest}"
-    );
+    assert!(deepest < -0.005 && deepest > -record.speed_in * 0.02, "{deepest}");
     assert!(record.speed_out < 0.7 * record.speed_in && record.speed_out > 0.66 * record.speed_in);
 }
 

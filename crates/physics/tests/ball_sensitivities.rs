@@ -28,28 +28,16 @@ impl Scene {
             start.velocity[0] = 1.1;
             start.spin[1] = 30.0;
         }
-        Scene {
-            world,
-            parameters,
-            start,
-        }
+        Scene { world, parameters, start }
     }
 
     fn sample<S: Scalar>(&self, parameters: &[S], start: State<S>, t: f64) -> ([S; 3], Run<S>) {
-        let mut run = Run {
-            positions: vec![],
-            velocities: vec![],
-            impacts: vec![],
-            rest_time: None,
-        };
+        let mut run = Run { positions: vec![], velocities: vec![], impacts: vec![], rest_time: None };
         let throw = Throw {
             world: &self.world,
             parameters,
             start,
-            covariates: &Covariates {
-                clock_s: 7.0,
-                spin_rad_s: [0.0; 3],
-            },
+            covariates: &Covariates { clock_s: 7.0, spin_rad_s: [0.0; 3] },
             offsets: Offsets::None,
             velocities: true,
         };
@@ -72,9 +60,7 @@ impl Scene {
     /// Compares all derivatives (start height, then every parameter) of the position at `t` with central differences.
     fn check(&self, t: f64, label: &str) {
         let n = self.parameters.len();
-        let dual: Vec<_> = (0..n)
-            .map(|i| Dual::<12>::variable(self.parameters[i], i))
-            .collect();
+        let dual: Vec<_> = (0..n).map(|i| Dual::<12>::variable(self.parameters[i], i)).collect();
         let (exact, run) = self.at(&dual, Dual::variable(1.2, n), t);
         for lane in 0..=n {
             let h = 1e-6;
@@ -113,9 +99,7 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
     for bounces in 1..=5 {
         let hop = 2.0 * speed * e.powi(bounces) / G;
         let t = arrival + 0.4 * hop;
-        let dual: Vec<_> = (0..4)
-            .map(|i| Dual::<5>::variable(scene.parameters[i], i))
-            .collect();
+        let dual: Vec<_> = (0..4).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
         let (sample, run) = scene.at(&dual, Dual::variable(h, 4), t);
         assert_eq!(run.impacts.len(), bounces as usize);
         let s = t - arrival;
@@ -129,16 +113,8 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
         // with respect to h: dt0/dh = t0/2h scales T_n, dv/dh = v/2h
         let by_h = speed / (2.0 * h) * e.powi(bounces) * s - rate * arrival / (2.0 * h);
         let z = sample[2];
-        assert!(
-            (z.d[1] - by_e).abs() < 1e-10 * (1.0 + by_e.abs()),
-            "{bounces}: {} {by_e}",
-            z.d[1]
-        );
-        assert!(
-            (z.d[4] - by_h).abs() < 1e-10 * (1.0 + by_h.abs()),
-            "{bounces}: {} {by_h}",
-            z.d[4]
-        );
+        assert!((z.d[1] - by_e).abs() < 1e-10 * (1.0 + by_e.abs()), "{bounces}: {} {by_e}", z.d[1]);
+        assert!((z.d[4] - by_h).abs() < 1e-10 * (1.0 + by_h.abs()), "{bounces}: {} {by_h}", z.d[4]);
         arrival += hop;
     }
 }
@@ -147,9 +123,7 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
 fn derivative_of_the_impact_time_with_respect_to_drag_is_not_zero() {
     // z = h - ln cosh(√(g k) t)/k = 0 at t = arcosh(e^(k h))/√(g k); its derivative in k, by the closed form's difference.
     let scene = Scene::new(Axes::Vertical, &[("quadratic-drag", 0.1)]);
-    let dual: Vec<_> = (0..5)
-        .map(|i| Dual::<5>::variable(scene.parameters[i], i))
-        .collect();
+    let dual: Vec<_> = (0..5).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
     let (_, run) = scene.at(&dual, Dual::constant(1.2), 0.8);
     let time = |k: f64| (k * 1.2).exp().acosh() / (G * k).sqrt();
     let slope = (time(0.1 + 1e-5) - time(0.1 - 1e-5)) / 2e-5;
@@ -194,9 +168,7 @@ fn effects_together_have_exact_derivatives() {
 fn contact_duration_has_its_derivative_at_zero() {
     // One-sided: at τ = 0 the law is the instantaneous bounce, and a score test needs the slope there.
     let scene = Scene::new(Axes::Vertical, &[("contact-duration", 0.0)]);
-    let dual: Vec<_> = (0..5)
-        .map(|i| Dual::<5>::variable(scene.parameters[i], i))
-        .collect();
+    let dual: Vec<_> = (0..5).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
     let t = 1.2;
     let exact = scene.at(&dual, Dual::constant(1.2), t).0[2].d[4];
     let at = |tau: f64| {
@@ -207,10 +179,7 @@ fn contact_duration_has_its_derivative_at_zero() {
     // Second-order one-sided difference.
     let h = 1e-5;
     let slope = (4.0 * at(h) - at(2.0 * h) - 3.0 * at(0.0)) / (2.0 * h);
-    assert!(
-        (exact - slope).abs() < 1e-5 * exact.abs(),
-        "{exact} {slope}"
-    );
+    assert!((exact - slope).abs() < 1e-5 * exact.abs(), "{exact} {slope}");
 }
 
 #[test]
@@ -223,10 +192,7 @@ fn effects_vanish_at_their_null_values() {
             let a = scene.at(&scene.parameters, 1.2, t).0;
             let b = plain.at(&plain.parameters, 1.2, t).0;
             // Flight with a force is integrated: 1e-9 m is far above its rounding and below its error with a force.
-            assert!(
-                (a[0] - b[0]).abs() < 1e-9 && (a[2] - b[2]).abs() < 1e-9,
-                "{kind} at {t}"
-            );
+            assert!((a[0] - b[0]).abs() < 1e-9 && (a[2] - b[2]).abs() < 1e-9, "{kind} at {t}");
         }
     }
 }

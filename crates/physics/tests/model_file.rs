@@ -27,9 +27,7 @@ values = [0.0, -0.01, -0.03]
 "#;
 
 fn refusal(text: &str) -> String {
-    Model::parse(text, "ball.toml")
-        .expect_err("refused")
-        .to_string()
+    Model::parse(text, "ball.toml").expect_err("refused").to_string()
 }
 
 #[test]
@@ -37,10 +35,7 @@ fn what_is_written_is_read_back() {
     let model = Model::parse(GOOD, "ball.toml").expect("good");
     assert_eq!(model.release, Release::Rest);
     assert_eq!(model.effects[0].parameters[0].per, Per::Group);
-    assert_eq!(
-        Model::parse(&model.to_toml(), "ball.toml").expect("good"),
-        model
-    );
+    assert_eq!(Model::parse(&model.to_toml(), "ball.toml").expect("good"), model);
 }
 
 #[test]
@@ -57,10 +52,7 @@ fn unknown_things_are_refused_with_line_and_nearest_name() {
         "{text}"
     );
     let text = refusal("scenario = \"ball\"\n[[effect]]\nkind = \"wind\"\nk_per_m = 1.0\n");
-    assert!(
-        text.contains("ball.toml:4: unknown key `k_per_m` in [[effect]] `wind`"),
-        "{text}"
-    );
+    assert!(text.contains("ball.toml:4: unknown key `k_per_m` in [[effect]] `wind`"), "{text}");
 }
 
 #[test]
@@ -78,9 +70,7 @@ fn wrong_types_missing_keys_and_conflicts_are_refused() {
         "ball.toml:3: `restitution` must be a number"
     );
     assert!(refusal("[parameters]\n").contains("lacks `scenario`; add `scenario = \"ball\"`"));
-    assert!(
-        refusal("scenario = \"ball\"\n[[effect]]\nper = 1\n").contains("[[effect]] lacks `kind`")
-    );
+    assert!(refusal("scenario = \"ball\"\n[[effect]]\nper = 1\n").contains("[[effect]] lacks `kind`"));
     assert!(refusal("scenario = \n").starts_with("ball.toml:1: not valid TOML"));
     let two = "scenario = \"ball\"\n[[effect]]\nkind = \"restitution-speed-linear\"\n[[effect]]\nkind = \"restitution-speed-power\"\n";
     assert!(refusal(two).contains("describe the same thing"));
@@ -88,11 +78,6 @@ fn wrong_types_missing_keys_and_conflicts_are_refused() {
 
 #[test]
 fn a_file_that_is_not_there_is_named() {
-    let text = Model::read(std::path::Path::new("nowhere/ball.toml"))
-        .expect_err("refused")
-        .to_string();
-    assert!(
-        text.starts_with("nowhere/ball.toml: cannot be read"),
-        "{text}"
-    );
+    let text = Model::read(std::path::Path::new("nowhere/ball.toml")).expect_err("refused").to_string();
+    assert!(text.starts_with("nowhere/ball.toml: cannot be read"), "{text}");
 }

@@ -1,1 +1,33 @@
-//! The DCVRNN, the model classes, the training loop, metrics and tables.
+//! The model classes of the paper, their training, and honest evaluation.
+//!
+//! [`Training`] trains the net of a [`Recipe`] on [`Sequences`]; a [`Forecaster`] gives trajectories from
+//! the first state alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
+//! [`Protocol`].
+
+mod engine;
+mod error;
+mod evaluate;
+mod forecast;
+mod latent;
+pub mod models;
+pub mod nets;
+mod prepare;
+pub mod score;
+mod sequences;
+mod settings;
+mod tiles;
+mod training;
+
+pub use engine::{Engine, EngineSpec};
+pub use error::TrainerError;
+pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction};
+pub use forecast::{Forecaster, Samples, Task};
+pub use latent::LatentLaw;
+pub use models::NetModel;
+pub use prepare::Scales;
+pub use sequences::{Sequence, Sequences};
+pub use settings::{NetSettings, Recipe, Settings};
+pub use training::{Losses, Training, TrainingState};
+
+/// Trajectories per batch tile: the f32 lanes of the widest vector.
+pub const TILE: usize = 16;

@@ -78,12 +78,7 @@ impl Physics<'_> {
     fn step(&self, b: &Ball, spin: f64, t: f64, h: f64) -> Ball {
         let f = |b: &Ball, t: f64| {
             let (ax, az) = self.force(b, spin, t);
-            Ball {
-                x: b.vx,
-                z: b.vz,
-                vx: ax,
-                vz: az,
-            }
+            Ball { x: b.vx, z: b.vz, vx: ax, vz: az }
         };
         let add = |b: &Ball, d: &Ball, h: f64| Ball {
             x: b.x + h * d.x,
@@ -123,40 +118,17 @@ impl Physics<'_> {
             Some(Unlisted::Fatigue(d)) => e -= d * bounce as f64,
             _ => {}
         }
-        e *= (speed / 3.0).powf(-self.sum(|k| {
-            if let Kind::SpeedPower(p) = k {
-                Some(*p)
-            } else {
-                None
-            }
-        }));
+        e *= (speed / 3.0).powf(-self.sum(|k| if let Kind::SpeedPower(p) = k { Some(*p) } else { None }));
         (e + s.offsets.get(bounce).copied().unwrap_or(0.0)).clamp(0.02, 0.99)
     }
 
     /// True positions at `times`.
     pub fn positions(&self, s: &Start, times: &[f64]) -> Vec<(f64, f64)> {
-        let tilt = self.sum(|k| {
-            if let Kind::Tilt(a) = k {
-                Some(*a)
-            } else {
-                None
-            }
-        });
-        let tau = self.sum(|k| {
-            if let Kind::Contact(t) = k {
-                Some(*t)
-            } else {
-                None
-            }
-        });
+        let tilt = self.sum(|k| if let Kind::Tilt(a) = k { Some(*a) } else { None });
+        let tau = self.sum(|k| if let Kind::Contact(t) = k { Some(*t) } else { None });
         let (sin, cos) = tilt.sin_cos();
         let gap = |b: &Ball| b.z * cos - b.x * sin;
-        let mut b = Ball {
-            x: s.x,
-            z: s.z,
-            vx: s.vx,
-            vz: s.vz,
-        };
+        let mut b = Ball { x: s.x, z: s.z, vx: s.vx, vz: s.vz };
         let (mut t, mut spin, mut bounce, mut resting) = (0.0, s.spin, 0, false);
         let mut out = Vec::with_capacity(times.len());
         for &want in times {
@@ -176,11 +148,7 @@ impl Physics<'_> {
                 let (mut low, mut high) = (0.0, h);
                 for _ in 0..45 {
                     let middle = 0.5 * (low + high);
-                    if gap(&self.step(&b, spin, t, middle)) >= 0.0 {
-                        low = middle
-                    } else {
-                        high = middle
-                    }
+                    if gap(&self.step(&b, spin, t, middle)) >= 0.0 { low = middle } else { high = middle }
                 }
                 b = self.step(&b, spin, t, low);
                 t += low;
@@ -216,10 +184,8 @@ impl Physics<'_> {
                     loop {
                         let a = |d: f64, r: f64| -G - 2.0 * damping * r - stiffness * d;
                         let (k1d, k1r) = (rate, a(depth, rate));
-                        let (k2d, k2r) = (
-                            rate + h / 2.0 * k1r,
-                            a(depth + h / 2.0 * k1d, rate + h / 2.0 * k1r),
-                        );
+                        let (k2d, k2r) =
+                            (rate + h / 2.0 * k1r, a(depth + h / 2.0 * k1d, rate + h / 2.0 * k1r));
                         let (nd, nr) = (depth + h * k2d, rate + h * k2r);
                         if nd >= 0.0 && nr > 0.0 {
                             let part = depth / (depth - nd);

@@ -26,11 +26,7 @@ impl Sealed {
 /// The declared model: gravity, restitution to be calibrated, the instrument's noise.
 pub fn model_text(scene: &Scene, sd_m: f64) -> String {
     let release = if scene.at_rest { "rest" } else { "free" };
-    let geometry = if scene.plane {
-        "radius_m = 0.02\ninertia_ratio = 0.4\n"
-    } else {
-        ""
-    };
+    let geometry = if scene.plane { "radius_m = 0.02\ninertia_ratio = 0.4\n" } else { "" };
     format!(
         "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = {{ nominal = 9.81, frozen = true }}\n\
          restitution = {{ nominal = 0.65, min = 0.0, max = 1.0 }}\n{geometry}[sensor]\nposition_sd_m = {sd_m:?}\n[release]\nkind = \"{release}\"\n"
@@ -45,51 +41,23 @@ fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
 ///
 /// # Errors
 /// None that a scene of this module's own can cause.
-pub fn seal(
-    scene: &Scene,
-    truth: Truth,
-    rng: &mut Xoshiro256PlusPlus,
-) -> Result<Sealed, DataError> {
-    let physics = Physics {
-        truth: &truth,
-        restitution: scene.restitution,
-    };
-    let find =
-        |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
+pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result<Sealed, DataError> {
+    let physics = Physics { truth: &truth, restitution: scene.restitution };
+    let find = |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
     let per_impact = find(&|k| {
-        if let Kind::ScatterImpact(s) = k {
-            Some(*s)
-        } else {
-            None
-        }
+        if let Kind::ScatterImpact(s) = k { Some(*s) } else { None }
     });
     let per_trajectory = find(&|k| {
-        if let Kind::ScatterTrajectory(s) = k {
-            Some(*s)
-        } else {
-            None
-        }
+        if let Kind::ScatterTrajectory(s) = k { Some(*s) } else { None }
     });
     let late = find(&|k| {
-        if let Kind::Latency(s) = k {
-            Some(*s)
-        } else {
-            None
-        }
+        if let Kind::Latency(s) = k { Some(*s) } else { None }
     });
     let offset = find(&|k| {
-        if let Kind::HeightOffset(s) = k {
-            Some(*s)
-        } else {
-            None
-        }
+        if let Kind::HeightOffset(s) = k { Some(*s) } else { None }
     });
     let roll = find(&|k| {
-        if let Kind::Roll(s) = k {
-            Some(*s)
-        } else {
-            None
-        }
+        if let Kind::Roll(s) = k { Some(*s) } else { None }
     });
     let pause = 1200.0 / scene.trajectories as f64;
     let mut trajectories = Vec::new();
@@ -97,27 +65,11 @@ pub fn seal(
         let session = j as f64 * pause + rng.random_range(0.0..0.5 * pause);
         let shared = per_trajectory * normal(rng);
         let start = Start {
-            x: if scene.plane {
-                rng.random_range(-0.3..0.3)
-            } else {
-                0.0
-            },
+            x: if scene.plane { rng.random_range(-0.3..0.3) } else { 0.0 },
             z: rng.random_range(0.4..2.2),
-            vx: if scene.plane {
-                rng.random_range(0.2..1.8)
-            } else {
-                0.0
-            },
-            vz: if scene.at_rest {
-                0.0
-            } else {
-                rng.random_range(-1.0..1.5)
-            },
-            spin: if scene.plane {
-                rng.random_range(-80.0..80.0)
-            } else {
-                0.0
-            },
+            vx: if scene.plane { rng.random_range(0.2..1.8) } else { 0.0 },
+            vz: if scene.at_rest { 0.0 } else { rng.random_range(-1.0..1.5) },
+            spin: if scene.plane { rng.random_range(-80.0..80.0) } else { 0.0 },
             clock: session - 600.0,
             session,
             offsets: (0..40).map(|_| shared + per_impact * normal(rng)).collect(),
@@ -129,17 +81,10 @@ pub fn seal(
             if scene.irregular && rng.random_bool(0.05) {
                 continue;
             }
-            let uneven = if scene.irregular {
-                rng.random_range(0.0..0.3)
-            } else {
-                0.0
-            };
+            let uneven = if scene.irregular { rng.random_range(0.0..0.3) } else { 0.0 };
             times.push((k as f64 + uneven) / scene.rate_hz);
         }
-        let seen: Vec<f64> = times
-            .iter()
-            .map(|t| t - late + truth.jitter_s * normal(rng))
-            .collect();
+        let seen: Vec<f64> = times.iter().map(|t| t - late + truth.jitter_s * normal(rng)).collect();
         let mut order: Vec<usize> = (0..seen.len()).collect();
         order.sort_by(|&a, &b| seen[a].total_cmp(&seen[b]));
         let sorted: Vec<f64> = order.iter().map(|&i| seen[i].max(0.0)).collect();
@@ -155,11 +100,7 @@ pub fn seal(
             ex = rho * ex + fresh * normal(rng);
             ez = rho * ez + fresh * normal(rng);
             let mut spike = || {
-                if rng.random::<f64>() < truth.outliers {
-                    12.0 * normal(rng)
-                } else {
-                    0.0
-                }
+                if rng.random::<f64>() < truth.outliers { 12.0 * normal(rng) } else { 0.0 }
             };
             let (sx, sz) = (spike(), spike());
             let bent = match truth.unlisted {

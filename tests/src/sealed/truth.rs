@@ -131,8 +131,7 @@ impl Kind {
             }
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
             // From an eighth of the lower figure: the weakest of these cannot be seen in the smallest sets.
-            let mut size =
-                |low: f64, high: f64| low / 8.0 * (8.0 * high / low).powf(rng.random::<f64>());
+            let mut size = |low: f64, high: f64| low / 8.0 * (8.0 * high / low).powf(rng.random::<f64>());
             return match which {
                 0 => Kind::QuadraticDrag(size(0.002, 0.15)),
                 1 => Kind::LinearDrag(size(0.008, 0.3)),
@@ -170,10 +169,7 @@ pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -
     };
     let mut scene = scene;
     scene.at_rest &= !scene.plane;
-    let mut truth = Truth {
-        declared_ratio: 1.0,
-        ..Truth::default()
-    };
+    let mut truth = Truth { declared_ratio: 1.0, ..Truth::default() };
     match effects {
         Some(n) => {
             while truth.effects.len() < n {
@@ -184,9 +180,7 @@ pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -
                 ];
                 let clash = |a: &Kind| {
                     a.name() == kind.name()
-                        || twins
-                            .iter()
-                            .any(|t| t.contains(&a.name()) && t.contains(&kind.name()))
+                        || twins.iter().any(|t| t.contains(&a.name()) && t.contains(&kind.name()))
                 };
                 if !truth.effects.iter().any(clash) {
                     truth.effects.push(kind);

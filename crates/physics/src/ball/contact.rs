@@ -25,13 +25,7 @@ impl<S: Scalar> Contact<S> {
         let loss = -e.ln();
         let sag = a * tau / (loss * loss + std::f64::consts::PI.powi(2));
         let sine = (loss * sag - v) * std::f64::consts::FRAC_1_PI;
-        let mut contact = Self {
-            tau,
-            loss,
-            sag,
-            sine,
-            end: S::constant(1.0),
-        };
+        let mut contact = Self { tau, loss, sag, sine, end: S::constant(1.0) };
         // Newton from the end without gravity; the last step in S gives the derivative of the root.
         for _ in 0..6 {
             let at = S::constant(contact.end.value());

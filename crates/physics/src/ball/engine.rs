@@ -7,9 +7,7 @@
 
 use super::contact::Contact;
 use super::flight::{Step, parabola, time_to_contact};
-use super::{
-    Covariates, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World,
-};
+use super::{Covariates, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World};
 use crate::Scalar;
 use crate::effects::{Flight, Law, Sight};
 use crate::scalar::{axpy, cross, dot};
@@ -141,11 +139,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
             if self.done() {
                 return;
             }
-            let arrival = if self.closed_form {
-                self.fly_parabola(&state)
-            } else {
-                self.fly_steps(&state, false)
-            };
+            let arrival =
+                if self.closed_form { self.fly_parabola(&state) } else { self.fly_steps(&state, false) };
             let Some(arrival) = arrival else { return };
             match self.bounce(&arrival) {
                 Some(next) => state = next,
@@ -160,9 +155,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     fn horizon(&self) -> f64 {
-        self.times
-            .last()
-            .map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
+        self.times.last().map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
     }
 
     fn gap(&self, position: &[S; 3]) -> S {
@@ -181,17 +174,10 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 return;
             }
             let truth = at(time);
-            let velocity = if self.velocities {
-                Some(rate(time))
-            } else {
-                None
-            };
+            let velocity = if self.velocities { Some(rate(time)) } else { None };
             if self.observes {
-                let mut sight = Sight {
-                    position: truth,
-                    truth,
-                    velocity: velocity.unwrap_or([S::zero(); 3]),
-                };
+                let mut sight =
+                    Sight { position: truth, truth, velocity: velocity.unwrap_or([S::zero(); 3]) };
                 for (law, p) in &self.laws {
                     law.observe(p, &mut sight);
                 }
@@ -214,20 +200,13 @@ impl<'a, S: Scalar> Engine<'a, S> {
 
     fn emit_step(&mut self, until: S, step: &Step<S>) {
         let (active, t0) = (self.active, step.start.time);
-        self.emit(
-            until,
-            |t| step.position(t - t0, active),
-            |t| step.velocity(t - t0),
-        );
+        self.emit(until, |t| step.position(t - t0, active), |t| step.velocity(t - t0));
     }
 
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
         let a = self.constant;
-        let duration = time_to_contact(
-            self.gap(&state.position),
-            self.rate(&state.velocity),
-            dot(&self.normal, &a),
-        );
+        let duration =
+            time_to_contact(self.gap(&state.position), self.rate(&state.velocity), dot(&self.normal, &a));
         let until = duration.map_or(S::constant(f64::INFINITY), |d| state.time + d);
         self.emit_parabola(until, state, &a);
         let duration = duration?;
@@ -276,8 +255,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             let spin = state.spin;
             let step = {
                 let this = &*self;
-                let acceleration =
-                    |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
+                let acceleration = |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
                 let step = Step::rk4(&state, length, this.active, &acceleration);
                 if !resting && this.gap(&step.end.position).value() < 0.0 {
                     let arrival = this.locate(&step, &acceleration);
@@ -292,11 +270,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
                     state = step.end;
                 }
                 Err((step, arrival)) => {
-                    let short = Step {
-                        start: step.start,
-                        end: arrival,
-                        length: arrival.time - step.start.time,
-                    };
+                    let short =
+                        Step { start: step.start, end: arrival, length: arrival.time - step.start.time };
                     self.emit_step(arrival.time, &short);
                     return (arrival.time.value() <= self.horizon()).then_some(arrival);
                 }
@@ -306,22 +281,11 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     /// The state at the contact inside `step`.
-    fn locate(
-        &self,
-        step: &Step<S>,
-        acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3],
-    ) -> State<S> {
+    fn locate(&self, step: &Step<S>, acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3]) -> State<S> {
         let length = step.length.value();
-        let (rate0, rate1) = (
-            self.rate(&step.start.velocity).value(),
-            self.rate(&step.end.velocity).value(),
-        );
+        let (rate0, rate1) = (self.rate(&step.start.velocity).value(), self.rate(&step.end.velocity).value());
         // After a bounce the gap is zero at s = 0 too: the bracket starts at the top of the hop.
-        let mut low = if rate0 > 0.0 {
-            length * rate0 / (rate0 - rate1)
-        } else {
-            0.0
-        };
+        let mut low = if rate0 > 0.0 { length * rate0 / (rate0 - rate1) } else { 0.0 };
         let mut high = length;
         let (values, normal) = (step.values(), self.normal.map(S::value));
         for _ in 0..40 {
@@ -336,13 +300,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         // in S, for the derivative.
         let mut s = S::constant(high);
         for _ in 0..2 {
-            let end = Step::rk4(
-                &step.start,
-                S::constant(s.value()),
-                self.active,
-                acceleration,
-            )
-            .end;
+            let end = Step::rk4(&step.start, S::constant(s.value()), self.active, acceleration).end;
             s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
         }
         Step::rk4(&step.start, s, self.active, acceleration).end
@@ -386,12 +344,9 @@ impl<'a, S: Scalar> Engine<'a, S> {
             law.tangential(p, &impact, &mut jump);
         }
         let contact = match self.contact {
-            Some(tau) if e.value() > 0.0 => Some(Contact::new(
-                tau,
-                e,
-                speed,
-                -dot(&self.normal, &self.constant),
-            )),
+            Some(tau) if e.value() > 0.0 => {
+                Some(Contact::new(tau, e, speed, -dot(&self.normal, &self.constant)))
+            }
             _ => None,
         };
         let (speed_out, duration) = match &contact {
@@ -438,11 +393,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         Some(State {
             time,
             position: axpy(&moved, &self.normal, -self.gap(&moved)),
-            velocity: axpy(
-                &axpy(&tangential, &jump, S::constant(1.0)),
-                &self.normal,
-                speed_out,
-            ),
+            velocity: axpy(&axpy(&tangential, &jump, S::constant(1.0)), &self.normal, speed_out),
             spin,
         })
     }
@@ -454,11 +405,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         state.position = axpy(&state.position, &self.normal, -self.gap(&state.position));
         state.velocity = axpy(&state.velocity, &self.normal, -self.rate(&state.velocity));
         if self.closed_form {
-            let a = axpy(
-                &self.constant,
-                &self.normal,
-                -dot(&self.normal, &self.constant),
-            );
+            let a = axpy(&self.constant, &self.normal, -dot(&self.normal, &self.constant));
             self.emit_parabola(S::constant(f64::INFINITY), &state, &a);
         } else {
             self.fly_steps(&state, true);

@@ -22,11 +22,7 @@ pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S>
     }
     let pull = -accel;
     let root = (rate * rate + pull * gap * 2.0).sqrt();
-    if rate.value() >= 0.0 {
-        Some((rate + root) / pull)
-    } else {
-        Some(gap * 2.0 / (root - rate))
-    }
+    if rate.value() >= 0.0 { Some((rate + root) / pull) } else { Some(gap * 2.0 / (root - rate)) }
 }
 
 /// The ends of one integration step, with what Hermite interpolation between them needs.
@@ -66,11 +62,7 @@ impl<S: Scalar> Step<S> {
             end.position[i] += (v[i] + (v2[i] + v3[i]) * 2.0 + v4[i]) * sixth;
             end.velocity[i] += (a1[i] + (a2[i] + a3[i]) * 2.0 + a4[i]) * sixth;
         }
-        Self {
-            start: *start,
-            end,
-            length,
-        }
+        Self { start: *start, end, length }
     }
 
     /// The same step without derivatives.
@@ -81,11 +73,7 @@ impl<S: Scalar> Step<S> {
             velocity: s.velocity.map(S::value),
             spin: s.spin.map(S::value),
         };
-        Step {
-            start: plain(&self.start),
-            end: plain(&self.end),
-            length: self.length.value(),
-        }
+        Step { start: plain(&self.start), end: plain(&self.end), length: self.length.value() }
     }
 
     /// Position `s` seconds into the step on the axes in `active`, by the cubic through both ends with their velocities.

@@ -8,6 +8,8 @@
 //! that of the exact law.
 
 use super::bullet::BulletState;
+pub use super::ensemble::Ensemble;
+use super::order_statistics::{median, partition_at_middle, weighted_median};
 use super::paper_law::{PaperLaw, check_rate};
 use super::score::{BallScore, Estimate, Observation, ScoreError, TrajectoryError, observations};
 use augsim_data::{Dataset, random_stream};
@@ -28,11 +30,7 @@ pub struct FloorOptions {
 
 impl Default for FloorOptions {
     fn default() -> Self {
-        FloorOptions {
-            draws: 2000,
-            averaged: 10,
-            seed: 0,
-        }
+        FloorOptions { draws: 2000, averaged: 10, seed: 0 }
     }
 }
 
@@ -53,63 +51,6 @@ pub struct Floor {
     pub crps_height_m: Estimate,
     /// The same in velocity, m/s.
     pub crps_velocity_m_s: Estimate,
-}
-
-/// Draws of whole trajectories from one start, time-major: sample t of draw i is at
-/// `t * draws + i`. Single precision, since 1e-7 is far below what so many draws resolve.
-#[derive(Debug, Clone)]
-pub struct Ensemble {
-    draws: usize,
-    samples: usize,
-    height_m: Vec<f32>,
-    velocity_m_s: Vec<f32>,
-}
-
-impl Ensemble {
-    fn new(draws: usize) -> Self {
-        Ensemble {
-            draws,
-            samples: 0,
-            height_m: Vec::new(),
-            velocity_m_s: Vec::new(),
-        }
-    }
-
-    fn resize(&mut self, samples: usize) {
-        self.samples = samples;
-        self.height_m.resize(samples * self.draws, 0.0);
-        self.velocity_m_s.resize(samples * self.draws, 0.0);
-    }
-
-    /// Number of draws.
-    pub fn draws(&self) -> usize {
-        self.draws
-    }
-
-    /// Number of samples of each draw, the start included.
-    pub fn samples(&self) -> usize {
-        self.samples
-    }
-
-    /// Heights, m, and velocities, m/s, of all draws at sample `t`.
-    ///
-    /// # Panics
-    /// `t` is not below the number of samples.
-    pub fn at_mut(&mut self, t: usize) -> (&mut [f32], &mut [f32]) {
-        let range = t * self.draws..(t + 1) * self.draws;
-        (
-            &mut self.height_m[range.clone()],
-            &mut self.velocity_m_s[range],
-        )
-    }
-
-    fn height_at(&self, t: usize) -> &[f32] {
-        &self.height_m[t * self.draws..(t + 1) * self.draws]
-    }
-
-    fn velocity_at(&self, t: usize) -> &[f32] {
-        &self.velocity_m_s[t * self.draws..(t + 1) * self.draws]
-    }
 }
 
 /// First sample of a trajectory.
@@ -133,10 +74,7 @@ where
 {
     let needed = options.averaged.max(2);
     if options.draws < needed || options.averaged == 0 {
-        return Err(ScoreError::TooFewDraws {
-            draws: options.draws,
-            needed,
-        });
+        return Err(ScoreError::TooFewDraws { draws: options.draws, needed });
     }
     let observed = observations(dataset)?;
     let workspace = || (Ensemble::new(options.draws), Workspace::default());
@@ -144,10 +82,7 @@ where
         .par_iter()
         .enumerate()
         .map_init(workspace, |(ensemble, workspace), (index, o)| {
-            let start = Start {
-                height_m: o.height_m[0],
-                velocity_m_s: o.velocity_m_s[0],
-            };
+            let start = Start { height_m: o.height_m[0], velocity_m_s: o.velocity_m_s[0] };
             let mut rng = random_stream(options.seed, "floor", index as u64);
             ensemble.resize(o.height_m.len());
             fill(start, &mut rng, ensemble);
@@ -172,30 +107,25 @@ where
 ///
 /// # Errors
 /// As [`floor`], and samples that are not the law's steps apart.
-pub fn paper_floor(
-    law: &PaperLaw,
-    dataset: &Dataset,
-    options: FloorOptions,
-) -> Result<Floor, ScoreError> {
+pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {
         let radius = law.ball.radius_m;
-        let first = BulletState {
-            centre_m: start.height_m + radius,
-            velocity_m_s: start.velocity_m_s,
-        };
-        let mut draws: Vec<(f64, BulletState)> = (0..ensemble.draws())
-            .map(|_| (law.draw_restitution(rng), first))
-            .collect();
+        let first = BulletState { centre_m: start.height_m + radius, velocity_m_s: start.velocity_m_s };
+        let restitution: Vec<f64> = (0..ensemble.draws()).map(|_| law.draw_restitution(rng)).collect();
+        let mut centre = vec![first.centre_m; restitution.len()];
+        let mut velocity = vec![first.velocity_m_s; restitution.len()];
         for t in 0..ensemble.samples() {
-            let (heights, velocities) = ensemble.at_mut(t);
-            for (((restitution, state), h), v) in draws.iter_mut().zip(heights).zip(velocities) {
-                if t > 0 {
-                    law.ball.step_with(*restitution, state);
+            if t > 0 {
+                for ((&e, z), v) in restitution.iter().zip(&mut centre).zip(&mut velocity) {
+                    let mut state = BulletState { centre_m: *z, velocity_m_s: *v };
+                    law.ball.step_with(e, &mut state);
+                    (*z, *v) = (state.centre_m, state.velocity_m_s);
                 }
-                *h = (state.centre_m - radius) as f32;
-                *v = state.velocity_m_s as f32;
             }
+            let (heights, velocities) = ensemble.at_mut(t);
+            heights.iter_mut().zip(&centre).for_each(|(h, z)| *h = (z - radius) as f32);
+            velocities.iter_mut().zip(&velocity).for_each(|(to, v)| *to = *v as f32);
         }
     })
 }
@@ -222,13 +152,7 @@ fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Work
     let mut height = Sums::default();
     let mut velocity = Sums::default();
     for (t, (&h, &v)) in o.height_m.iter().zip(o.velocity_m_s).enumerate() {
-        height.add(
-            h,
-            ensemble.height_at(t),
-            averaged,
-            Some(&w.weights),
-            &mut w.keys,
-        );
+        height.add(h, ensemble.height_at(t), averaged, Some(&w.weights), &mut w.keys);
         velocity.add(v, ensemble.velocity_at(t), averaged, None, &mut w.keys);
     }
     let samples = o.height_m.len() as f64;
@@ -252,9 +176,7 @@ fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
             *weight += f64::from(h.abs());
         }
     }
-    weights
-        .iter_mut()
-        .for_each(|sum| *sum = 1.0 / sum.max(1e-6));
+    weights.iter_mut().for_each(|sum| *sum = 1.0 / sum.max(1e-6));
 }
 
 /// Sums over time of the absolute errors of each predictor, and of the score.
@@ -279,76 +201,44 @@ impl Sums {
         keys: &mut Vec<u64>,
     ) {
         let count = draws.len() as f64;
-        let one_sample = draws
-            .iter()
-            .map(|&x| (f64::from(x) - truth).abs())
-            .sum::<f64>()
-            / count;
-        let mean = draws.iter().map(|&x| f64::from(x)).sum::<f64>() / count;
+        let one_sample = sum(draws, draws, |x, _| (x - truth).abs()) / count;
+        let mean = sum(draws, draws, |x, _| x) / count;
         let sets = draws.chunks_exact(averaged);
         let set_count = sets.len() as f64;
         let set_error = |set: &[f32]| {
-            let sum: f64 = set.iter().map(|&x| f64::from(x)).sum();
-            (sum / averaged as f64 - truth).abs()
+            let total: f64 = set.iter().map(|&x| f64::from(x)).sum();
+            (total / averaged as f64 - truth).abs()
         };
         let mean_of_samples = sets.map(set_error).sum::<f64>() / set_count;
+        let pairs = sum(&draws[1..], draws, |x, y| (x - y).abs())
+            + f64::from((draws[0] - draws[draws.len() - 1]).abs());
 
-        sort(draws, keys);
-        let median = (value(keys[(keys.len() - 1) / 2]) + value(keys[keys.len() / 2])) / 2.0;
-        // Sum over pairs i < j of x_j - x_i = sum over ranks k of (2 k - n + 1) x_k.
-        let ranks = keys.iter().enumerate();
-        let spread: f64 = ranks
-            .map(|(k, &key)| (2.0 * k as f64 - count + 1.0) * value(key))
-            .sum();
-
+        let middle = partition_at_middle(draws, keys);
+        let median = median(keys, middle);
+        if let Some(weights) = weights {
+            self.weighted_median += (weighted_median(keys, middle, weights) - truth).abs();
+        }
         self.median += (median - truth).abs();
         self.mean += (mean - truth).abs();
         self.mean_of_samples += mean_of_samples;
         self.one_sample += one_sample;
-        // Fair estimator (Ferro 2014): unbiased for the law from any number of draws.
-        self.crps += one_sample - spread / (count * (count - 1.0));
-        if let Some(weights) = weights {
-            self.weighted_median += (weighted_median(keys, weights) - truth).abs();
-        }
+        // E|X - y| - E|X - X'| / 2 with each draw paired with the next instead of all others: as fair
+        // (unbiased from any number of draws, Ferro 2014) as over all pairs, and needs no sorting.
+        self.crps += one_sample - pairs / (2.0 * count);
     }
 }
 
-/// Draws in ascending order, each as its value (upper half) and its index (lower half). Integers
-/// sort several times faster than floats with indices.
-fn sort(draws: &[f32], keys: &mut Vec<u64>) {
-    keys.clear();
-    keys.extend(draws.iter().enumerate().map(|(index, x)| {
-        let bits = x.to_bits();
-        let ordered = if bits >> 31 == 0 {
-            bits | 1 << 31
-        } else {
-            !bits
-        };
-        u64::from(ordered) << 32 | index as u64
-    }));
-    keys.sort_unstable();
-}
-
-/// Inverse of the order-preserving map in [`sort`].
-fn value(key: u64) -> f64 {
-    let ordered = (key >> 32) as u32;
-    f64::from(f32::from_bits(if ordered >> 31 == 1 {
-        ordered ^ 1 << 31
-    } else {
-        !ordered
-    }))
-}
-
-/// The value at which half of the total weight is reached.
-fn weighted_median(keys: &[u64], weights: &[f64]) -> f64 {
-    let half = weights.iter().sum::<f64>() / 2.0;
-    let mut reached = 0.0;
-    for &key in keys {
-        reached += weights[(key & u64::from(u32::MAX)) as usize];
-        if reached >= half {
-            return value(key);
+/// Sum of `term` over pairs, in eight interleaved partial sums, which vector code can keep apart.
+fn sum(a: &[f32], b: &[f32], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut partial = [0.0_f64; 8];
+    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = a_chunks.remainder().len();
+    let tail = a.len() - rest;
+    for (x, y) in a_chunks.zip(b_chunks) {
+        for lane in 0..8 {
+            partial[lane] += term(x[lane].into(), y[lane].into());
         }
     }
-    // Only rounding of the sums could get here.
-    keys.last().map_or(0.0, |&key| value(key))
+    let tails = a[tail..].iter().zip(&b[tail..]);
+    partial.iter().sum::<f64>() + tails.map(|(&x, &y)| term(x.into(), y.into())).sum::<f64>()
 }

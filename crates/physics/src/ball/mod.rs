@@ -1,11 +1,14 @@
-//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet stepping scheme beside it.
+//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet
+//! stepping scheme beside it.
 
 pub mod bullet;
 mod contact;
 mod engine;
+mod ensemble;
 mod flight;
 pub mod floor;
 mod impact;
+mod order_statistics;
 pub mod paper_law;
 pub mod score;
 mod state;
@@ -14,6 +17,4 @@ mod world;
 pub use engine::{Offsets, Run, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
 pub use state::{Axes, Covariates, State};
-pub use world::{
-    BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World,
-};
+pub use world::{BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

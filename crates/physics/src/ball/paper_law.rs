@@ -38,11 +38,7 @@ impl Default for PaperLaw {
             drop_height_m: [4.0, 5.0],
             restitution_mean: 0.5,
             restitution_sd: 0.1,
-            ball: BulletBall {
-                ground: Ground::PlaneUrdf,
-                damping: 0.0,
-                ..BulletBall::default()
-            },
+            ball: BulletBall { ground: Ground::PlaneUrdf, damping: 0.0, ..BulletBall::default() },
             samples: 400,
         }
     }
@@ -69,10 +65,7 @@ impl PaperLaw {
         let [low, high] = self.drop_height_m;
         // 53 random bits: every multiple of 2^-53 in [0, 1) is equally likely.
         let unit = (rng.next_u64() >> 11) as f64 * 2.0_f64.powi(-53);
-        Drop {
-            drop_height_m: low + (high - low) * unit,
-            restitution: self.draw_restitution(rng),
-        }
+        Drop { drop_height_m: low + (high - low) * unit, restitution: self.draw_restitution(rng) }
     }
 
     /// `trajectories` drops, named 0, 1, ..., with `height_m` of the underside and `velocity_m_s`, and
@@ -81,12 +74,8 @@ impl PaperLaw {
     /// Trajectory i depends on the seed and i alone, whatever their number and the threads.
     ///
     /// # Errors
-    /// The law has no samples, or parameters that are not finite.
-    pub fn generate(
-        &self,
-        trajectories: usize,
-        seed: u64,
-    ) -> Result<(Dataset, Vec<Drop>), DataError> {
+    /// The law has no samples, or a height that is infinite.
+    pub fn generate(&self, trajectories: usize, seed: u64) -> Result<(Dataset, Vec<Drop>), DataError> {
         let drops: Vec<Drop> = (0..trajectories as u64)
             .map(|index| self.draw(&mut random_stream(seed, "paper-law", index)))
             .collect();
@@ -98,22 +87,13 @@ impl PaperLaw {
     /// # Errors
     /// As [`generate`](Self::generate).
     pub fn simulate(&self, drops: &[Drop]) -> Result<Dataset, DataError> {
-        let time_s: Vec<f64> = (0..self.samples)
-            .map(|i| i as f64 * self.ball.step_s)
-            .collect();
+        let time_s: Vec<f64> = (0..self.samples).map(|i| i as f64 * self.ball.step_s).collect();
         let simulate = |(index, drop): (usize, &Drop)| {
-            let ball = BulletBall {
-                restitution: drop.restitution,
-                ..self.ball
-            };
+            let ball = BulletBall { restitution: drop.restitution, ..self.ball };
             let path = ball.simulate_underside(drop.drop_height_m, 0.0, self.samples);
             Trajectory::new(index.to_string(), time_s.clone(), path.into())
         };
-        let rows = drops
-            .par_iter()
-            .enumerate()
-            .map(simulate)
-            .collect::<Result<_, _>>()?;
+        let rows = drops.par_iter().enumerate().map(simulate).collect::<Result<_, _>>()?;
         Dataset::from_names(&["height_m", "velocity_m_s"], rows)
     }
 }
@@ -134,18 +114,12 @@ pub fn rollout(engine: &BulletBall, dataset: &Dataset) -> Result<Dataset, ScoreE
     let predict = |t: &Trajectory| {
         let (height_m, velocity_m_s) = (t.column(height)[0], t.column(velocity)[0]);
         if height_m.is_nan() || velocity_m_s.is_nan() {
-            return Err(ScoreError::Gap {
-                trajectory: t.id().to_owned(),
-            });
+            return Err(ScoreError::Gap { trajectory: t.id().to_owned() });
         }
         let path = engine.simulate_underside(height_m, velocity_m_s, t.len());
         Ok(Trajectory::new(t.id(), t.time_s().to_vec(), path.into())?)
     };
-    let rows = dataset
-        .trajectories()
-        .par_iter()
-        .map(predict)
-        .collect::<Result<_, _>>()?;
+    let rows = dataset.trajectories().par_iter().map(predict).collect::<Result<_, _>>()?;
     Ok(Dataset::from_names(&["height_m", "velocity_m_s"], rows)?)
 }
 
@@ -163,11 +137,7 @@ pub fn check_rate(dataset: &Dataset, step_s: f64) -> Result<(), ScoreError> {
             .position(|(i, time)| (time - start - i as f64 * step_s).abs() > TIME_TOLERANCE_S);
         if let Some(sample) = off {
             let trajectory = t.id().to_owned();
-            return Err(ScoreError::OtherRate {
-                trajectory,
-                sample,
-                step_s,
-            });
+            return Err(ScoreError::OtherRate { trajectory, sample, step_s });
         }
     }
     Ok(())

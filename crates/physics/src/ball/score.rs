@@ -38,9 +38,7 @@ pub enum ScoreError {
         trajectory: String,
     },
     /// The relative error has no meaning.
-    #[error(
-        "trajectory `{trajectory}`: every height is 0, so a relative error has no meaning; leave it out"
-    )]
+    #[error("trajectory `{trajectory}`: every height is 0, so a relative error has no meaning; leave it out")]
     NoHeight {
         /// Trajectory.
         trajectory: String,
@@ -86,15 +84,8 @@ impl Estimate {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
         let squares: f64 = values.map(|v| (v - mean).powi(2)).sum();
-        let standard_error = if count > 1.0 {
-            (squares / (count - 1.0) / count).sqrt()
-        } else {
-            0.0
-        };
-        Estimate {
-            mean,
-            standard_error,
-        }
+        let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { 0.0 };
+        Estimate { mean, standard_error }
     }
 }
 
@@ -121,9 +112,8 @@ impl BallScore {
         let mut errors = Vec::with_capacity(observed.len());
         for (index, (o, t)) in observed.iter().zip(truth.trajectories()).enumerate() {
             let p = predicted.trajectories().get(index);
-            let p = p
-                .filter(|p| p.id() == t.id() && p.len() == t.len())
-                .ok_or_else(|| ScoreError::Mismatch {
+            let p =
+                p.filter(|p| p.id() == t.id() && p.len() == t.len()).ok_or_else(|| ScoreError::Mismatch {
                     index,
                     predicted: p.map(|p| p.id().to_owned()).unwrap_or_default(),
                     predicted_samples: p.map_or(0, |p| p.len()),
@@ -142,10 +132,8 @@ impl BallScore {
     /// As [`of`](Self::of).
     pub fn of_zero(truth: &Dataset) -> Result<BallScore, ScoreError> {
         let zero = || std::iter::repeat(0.0);
-        let errors: Vec<TrajectoryError> = observations(truth)?
-            .iter()
-            .map(|o| o.error_of(zero(), zero()))
-            .collect();
+        let errors: Vec<TrajectoryError> =
+            observations(truth)?.iter().map(|o| o.error_of(zero(), zero())).collect();
         Ok(BallScore::from_errors(&errors))
     }
 
@@ -198,18 +186,11 @@ impl Observation<'_> {
 }
 
 fn absolute_difference(truth: &[f64], predicted: impl Iterator<Item = f64>) -> f64 {
-    truth
-        .iter()
-        .zip(predicted)
-        .map(|(t, p)| (t - p).abs())
-        .sum()
+    truth.iter().zip(predicted).map(|(t, p)| (t - p).abs()).sum()
 }
 
 fn columns(dataset: &Dataset) -> Result<(usize, usize), ScoreError> {
-    Ok((
-        dataset.column_index("height_m")?,
-        dataset.column_index("velocity_m_s")?,
-    ))
+    Ok((dataset.column_index("height_m")?, dataset.column_index("velocity_m_s")?))
 }
 
 /// The trajectories of `truth`, checked to be free of gaps and not all zero.
@@ -223,21 +204,13 @@ pub(crate) fn observations(truth: &Dataset) -> Result<Vec<Observation<'_>>, Scor
         let (height_m, velocity_m_s) = (t.column(height), t.column(velocity));
         let trajectory = || t.id().to_owned();
         if height_m.iter().chain(velocity_m_s).any(|v| v.is_nan()) {
-            return Err(ScoreError::Gap {
-                trajectory: trajectory(),
-            });
+            return Err(ScoreError::Gap { trajectory: trajectory() });
         }
         let height_sum: f64 = height_m.iter().map(|h| h.abs()).sum();
         if height_sum == 0.0 {
-            return Err(ScoreError::NoHeight {
-                trajectory: trajectory(),
-            });
+            return Err(ScoreError::NoHeight { trajectory: trajectory() });
         }
-        Ok(Observation {
-            height_m,
-            velocity_m_s,
-            height_sum,
-        })
+        Ok(Observation { height_m, velocity_m_s, height_sum })
     };
     truth.trajectories().iter().map(observe).collect()
 }

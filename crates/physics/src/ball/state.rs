@@ -46,12 +46,7 @@ impl<S: Scalar> State<S> {
     /// A ball at rest, without spin, `height` metres above the ground at time zero.
     pub fn at_rest(height: S) -> Self {
         let zero = S::zero();
-        Self {
-            time: zero,
-            position: [zero, zero, height],
-            velocity: [zero; 3],
-            spin: [zero; 3],
-        }
+        Self { time: zero, position: [zero, zero, height], velocity: [zero; 3], spin: [zero; 3] }
     }
 }
 

@@ -47,11 +47,7 @@ pub struct World {
 impl World {
     /// A world of gravity and constant restitution.
     pub fn new(axes: Axes) -> Self {
-        Self {
-            axes,
-            terms: Vec::new(),
-            parameters: BASE_PARAMETERS.len(),
-        }
+        Self { axes, terms: Vec::new(), parameters: BASE_PARAMETERS.len() }
     }
 
     /// Length of the parameter vector.
@@ -86,10 +82,7 @@ impl World {
     }
 
     /// The laws with their slices of `parameters`, in the order in which they act.
-    pub(super) fn laws<'a, S: Scalar>(
-        &'a self,
-        parameters: &'a [S],
-    ) -> Vec<(&'a dyn Law<S>, &'a [S])> {
+    pub(super) fn laws<'a, S: Scalar>(&'a self, parameters: &'a [S]) -> Vec<(&'a dyn Law<S>, &'a [S])> {
         let listed = effects::all::<S>();
         self.terms
             .iter()

@@ -47,10 +47,7 @@ pub fn spec_of(kind: &str) -> Option<&'static EffectSpec> {
     if kind == SCATTER_KIND {
         return Some(&SCATTER_SPEC);
     }
-    all::<f64>()
-        .into_iter()
-        .map(|e| e.spec())
-        .find(|s| s.kind == kind)
+    all::<f64>().into_iter().map(|e| e.spec()).find(|s| s.kind == kind)
 }
 
 /// The known kind that is spelt most like `kind`.

@@ -107,10 +107,7 @@ impl Model {
 
     /// Gravity and restitution, both with their usual bounds.
     pub fn plain(gravity_m_s2: f64, restitution: f64) -> Self {
-        let mut parameters: Vec<_> = BASE_PARAMETERS
-            .iter()
-            .map(|n| parse::base_default(n))
-            .collect();
+        let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| parse::base_default(n)).collect();
         parameters[0].nominal = gravity_m_s2;
         parameters[1].nominal = restitution;
         parameters[1].frozen = false;

@@ -3,8 +3,8 @@
 use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
 use crate::ball::BASE_PARAMETERS;
 use crate::effects::{
-    Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
-    nearest_kind, spec_of,
+    Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target, nearest_kind,
+    spec_of,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -68,12 +68,7 @@ struct Reader<'t> {
 
 impl Reader<'_> {
     fn line(&self, span: Range<usize>) -> usize {
-        1 + self
-            .text
-            .bytes()
-            .take(span.start)
-            .filter(|&b| b == b'\n')
-            .count()
+        1 + self.text.bytes().take(span.start).filter(|&b| b == b'\n').count()
     }
 
     fn known(&self, table: &DeTable<'_>, place: &str, known: &[&str]) -> Result<(), ModelError> {
@@ -128,28 +123,16 @@ impl Reader<'_> {
         }
     }
 
-    fn word<'v>(
-        &self,
-        key: &str,
-        value: &'v Value<'_>,
-        words: &[&str],
-    ) -> Result<&'v str, ModelError> {
+    fn word<'v>(&self, key: &str, value: &'v Value<'_>, words: &[&str]) -> Result<&'v str, ModelError> {
         match value.get_ref().as_str() {
             Some(w) if words.is_empty() || words.contains(&w) => Ok(w),
             _ => Err(self.wrong(key, value, &format!("one of \"{}\"", words.join("\", \"")))),
         }
     }
 
-    fn table<'v, 'a>(
-        &self,
-        key: &str,
-        value: &'v Value<'a>,
-    ) -> Result<&'v DeTable<'a>, ModelError> {
+    fn table<'v, 'a>(&self, key: &str, value: &'v Value<'a>) -> Result<&'v DeTable<'a>, ModelError> {
         let expected = "a table such as { nominal = 0.65, min = 0.0, max = 1.0 }";
-        value
-            .get_ref()
-            .as_table()
-            .ok_or_else(|| self.wrong(key, value, expected))
+        value.get_ref().as_table().ok_or_else(|| self.wrong(key, value, expected))
     }
 
     fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
@@ -159,12 +142,7 @@ impl Reader<'_> {
     }
 
     /// Overwrites `p` by what the file says: a bare number is a nominal value.
-    fn parameter(
-        &self,
-        p: &mut Parameter,
-        value: &Value<'_>,
-        declares: bool,
-    ) -> Result<(), ModelError> {
+    fn parameter(&self, p: &mut Parameter, value: &Value<'_>, declares: bool) -> Result<(), ModelError> {
         if declares {
             p.frozen = false;
         }
@@ -174,12 +152,7 @@ impl Reader<'_> {
             self.known(table, &format!("`{name}`"), &keys)?;
             let nominal = table.get("nominal");
             let nominal = nominal.ok_or_else(|| {
-                self.missing(
-                    self.line(value.span()),
-                    &format!("`{name}`"),
-                    "nominal",
-                    "nominal = 0.0",
-                )
+                self.missing(self.line(value.span()), &format!("`{name}`"), "nominal", "nominal = 0.0")
             })?;
             p.nominal = self.number(&name, nominal)?;
             for (key, slot) in [("min", &mut p.min), ("max", &mut p.max)] {
@@ -226,11 +199,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn effect(
-        &self,
-        value: &Value<'_>,
-        earlier: &[EffectBlock],
-    ) -> Result<EffectBlock, ModelError> {
+    fn effect(&self, value: &Value<'_>, earlier: &[EffectBlock]) -> Result<EffectBlock, ModelError> {
         let table = self.table("effect", value)?;
         let line = self.line(value.span());
         let kind_value = table.get("kind");
@@ -282,47 +251,21 @@ impl Reader<'_> {
             }
             _ => scatters.then_some(ScatterPer::Impact),
         };
-        Ok(EffectBlock {
-            kind: spec.kind.into(),
-            scatter,
-            table: None,
-            parameters,
-        })
+        Ok(EffectBlock { kind: spec.kind.into(), scatter, table: None, parameters })
     }
 
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
-        self.known(
-            table,
-            "[[effect]] `table`",
-            &["kind", "target", "against", "first", "last", "values"],
-        )?;
+        self.known(table, "[[effect]] `table`", &["kind", "target", "against", "first", "last", "values"])?;
         let need = |key: &str, example: &str| {
-            table
-                .get(key)
-                .ok_or_else(|| self.missing(line, "[[effect]] `table`", key, example))
+            table.get(key).ok_or_else(|| self.missing(line, "[[effect]] `table`", key, example))
         };
         let targets: Vec<_> = Target::ALL.iter().map(|t| t.name()).collect();
         let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
-        let target = self.word(
-            "target",
-            need("target", "target = \"restitution\"")?,
-            &targets,
-        )?;
-        let against = self.word(
-            "against",
-            need("against", "against = \"impact-speed\"")?,
-            &features,
-        )?;
+        let target = self.word("target", need("target", "target = \"restitution\"")?, &targets)?;
+        let against = self.word("against", need("against", "against = \"impact-speed\"")?, &features)?;
         let values = self.numbers("values", need("values", "values = [0.0, -0.01, -0.02]")?)?;
-        let (Some(target), Some(against)) =
-            (Target::from_name(target), Against::from_name(against))
-        else {
-            return Err(self.missing(
-                line,
-                "[[effect]] `table`",
-                "target",
-                "target = \"restitution\"",
-            ));
+        let (Some(target), Some(against)) = (Target::from_name(target), Against::from_name(against)) else {
+            return Err(self.missing(line, "[[effect]] `table`", "target", "target = \"restitution\""));
         };
         let shape = Table {
             target,
@@ -360,14 +303,10 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         reason: e.message().into(),
     })?;
     let root = root.get_ref();
-    reader.known(
-        root,
-        "a model file",
-        &["scenario", "parameters", "sensor", "release", "effect"],
-    )?;
+    reader.known(root, "a model file", &["scenario", "parameters", "sensor", "release", "effect"])?;
     let scenario = root.get("scenario");
-    let scenario = scenario
-        .ok_or_else(|| reader.missing(1, "the model file", "scenario", "scenario = \"ball\""))?;
+    let scenario =
+        scenario.ok_or_else(|| reader.missing(1, "the model file", "scenario", "scenario = \"ball\""))?;
     reader.word("scenario", scenario, &["ball"])?;
 
     let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| base_default(n)).collect();
@@ -413,19 +352,11 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let mut effects = Vec::new();
     if let Some(value) = root.get("effect") {
         let blocks = value.get_ref().as_array();
-        let blocks =
-            blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
+        let blocks = blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
         for block in blocks.iter() {
             let block = reader.effect(block, &effects)?;
             effects.push(block);
         }
     }
-    Ok(Model {
-        file: file.into(),
-        parameters,
-        declared,
-        position_sd_m,
-        release,
-        effects,
-    })
+    Ok(Model { file: file.into(), parameters, declared, position_sd_m, release, effects })
 }

@@ -5,11 +5,7 @@ use std::fmt::Write;
 
 /// The name of a key, quoted where TOML needs it.
 fn key(name: &str) -> String {
-    if !name.is_empty()
-        && name
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
-    {
+    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
         name.to_string()
     } else {
         format!("{:?}", name)
@@ -31,11 +27,7 @@ fn entry(p: &Parameter) -> String {
         let _ = write!(s, ", ci95 = [{low:?}, {high:?}]");
     }
     if !p.groups.is_empty() {
-        let groups: Vec<_> = p
-            .groups
-            .iter()
-            .map(|(n, v)| format!("{} = {v:?}", key(n)))
-            .collect();
+        let groups: Vec<_> = p.groups.iter().map(|(n, v)| format!("{} = {v:?}", key(n))).collect();
         let _ = write!(s, ", groups = {{ {} }}", groups.join(", "));
     }
     s.push_str(" }\n");
@@ -44,11 +36,7 @@ fn entry(p: &Parameter) -> String {
 
 pub(super) fn to_toml(model: &Model) -> String {
     let mut s = String::from("scenario = \"ball\"\n\n[parameters]\n");
-    for p in model
-        .parameters
-        .iter()
-        .filter(|p| model.declared.contains(&p.name))
-    {
+    for p in model.parameters.iter().filter(|p| model.declared.contains(&p.name)) {
         s.push_str(&entry(p));
     }
     if let Some(sd) = model.position_sd_m {
@@ -65,11 +53,7 @@ pub(super) fn to_toml(model: &Model) -> String {
             let _ = writeln!(s, "per = \"{}\"", per.name());
         }
         if let Some(t) = &block.table {
-            let values: Vec<_> = block
-                .parameters
-                .iter()
-                .map(|p| format!("{:?}", p.nominal))
-                .collect();
+            let values: Vec<_> = block.parameters.iter().map(|p| format!("{:?}", p.nominal)).collect();
             let _ = write!(
                 s,
                 "target = \"{}\"\nagainst = \"{}\"\nfirst = {:?}\nlast = {:?}\nvalues = [{}]\n",

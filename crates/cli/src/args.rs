@@ -1,0 +1,199 @@
+//! What can be typed.
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Hybrid simulation: an analytical model, the effect it lacks, and a stochastic net for what remains.
+#[derive(Debug, Parser)]
+#[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true)]
+pub struct Args {
+    /// Options of every subcommand.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every subcommand.
+#[derive(Debug, ClapArgs)]
+pub struct Global {
+    /// Seed of every random draw; the same seed gives the same bytes, whatever the threads.
+    #[arg(long, global = true, default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads (default: all cores).
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Print results as JSON for programs.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print more on standard error.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+    /// Print no notes and no progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// See the whole of it in two minutes: simulate, train, forecast, compare, report.
+    Demo(Demo),
+    /// Generate trajectories of a known law, with a truth record beside them.
+    Simulate(Simulate),
+    /// Train a net on trajectories; a run directory is the result.
+    Train(Train),
+    /// Forecast from the first state of each trajectory with a trained run.
+    Predict(Predict),
+    /// Score a trained run on held-out trajectories.
+    Evaluate(Evaluate),
+    /// Reproduce the published tables.
+    Reproduce(Reproduce),
+    /// Look at data files.
+    Data(Data),
+}
+
+/// Options of `demo`.
+#[derive(Debug, ClapArgs)]
+pub struct Demo {
+    /// Directory for the report and the runs.
+    #[arg(long, default_value = "out/demo")]
+    pub out: PathBuf,
+}
+
+/// Options of `simulate`.
+#[derive(Debug, ClapArgs)]
+pub struct Simulate {
+    /// Number of trajectories.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    pub trajectories: u32,
+    /// Samples of each trajectory, at 60 Hz.
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..))]
+    pub samples: u32,
+    /// File to write (`.csv` or `.csv.gz`); what was drawn goes to `<name>.truth.csv` beside it.
+    #[arg(long, default_value = "out/ball.csv")]
+    pub out: PathBuf,
+}
+
+/// Nets that can be trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RecipeArg {
+    /// DCVRNN without physics.
+    Neural,
+    /// DCVRNN on the physics roll-out, as published.
+    Hybrid,
+    /// Physics step by step, one latent per trajectory, learned deviations.
+    HybridPlus,
+}
+
+/// Options of `train`.
+#[derive(Debug, ClapArgs)]
+pub struct Train {
+    /// Trajectories to train on (CSV, plain or gzip). Without it 800 are generated.
+    #[arg(long)]
+    pub data: Option<PathBuf>,
+    /// Which net.
+    #[arg(long, value_enum, default_value = "hybrid-plus")]
+    pub recipe: RecipeArg,
+    /// Iterations; the learning-rate schedule scales with them.
+    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub iterations: u64,
+    /// Run directory.
+    #[arg(long, default_value = "out/run")]
+    pub out: PathBuf,
+    /// Go on with the run in `--out`, bit for bit as if it had never stopped; its own settings count.
+    #[arg(long)]
+    pub resume: bool,
+    /// Iterations between checkpoints.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
+    pub checkpoint_every: u64,
+}
+
+/// Options of `predict`.
+#[derive(Debug, ClapArgs)]
+pub struct Predict {
+    /// Run directory of `train`.
+    pub run: PathBuf,
+    /// Trajectories whose first state is the start; nothing else of them is used.
+    #[arg(long)]
+    pub data: PathBuf,
+    /// Samples per trajectory.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(2..))]
+    pub samples: u32,
+    /// File to write: mean, median and the 50 and 90 % bands of every column.
+    #[arg(long, default_value = "out/forecast.csv")]
+    pub out: PathBuf,
+}
+
+/// What a score may see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProtocolArg {
+    /// The first state only.
+    Forecast,
+    /// The encoder sees the whole trajectory: not a prediction.
+    Reconstruction,
+}
+
+/// Options of `evaluate`.
+#[derive(Debug, ClapArgs)]
+pub struct Evaluate {
+    /// Run directory of `train`.
+    pub run: PathBuf,
+    /// Held-out trajectories.
+    #[arg(long)]
+    pub data: PathBuf,
+    /// What the model may see.
+    #[arg(long, value_enum, default_value = "forecast")]
+    pub protocol: ProtocolArg,
+    /// Exit with code 1 unless the error of the height (mean of 10 samples) is below this, in m.
+    #[arg(long)]
+    pub require_pos_m: Option<f64>,
+}
+
+/// Tables that can be reproduced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Scenario {
+    /// The bouncing ball.
+    Ball,
+}
+
+/// Options of `reproduce`.
+#[derive(Debug, ClapArgs)]
+pub struct Reproduce {
+    /// Which.
+    pub scenario: Scenario,
+    /// Directory with `train.csv.gz` and `test_1000.csv.gz`; without it the same law is generated.
+    #[arg(long)]
+    pub data: Option<PathBuf>,
+    /// Directory for runs, `result.json` and `report.html`.
+    #[arg(long, default_value = "out/ball")]
+    pub out: PathBuf,
+    /// A tenth of the iterations.
+    #[arg(long)]
+    pub quick: bool,
+    /// Iterations of each net.
+    #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
+    pub iterations: Option<u64>,
+    /// Go on with what is in `--out`.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// Options of `data`.
+#[derive(Debug, ClapArgs)]
+pub struct Data {
+    /// What to do with them.
+    #[command(subcommand)]
+    pub action: DataAction,
+}
+
+/// What to do with data.
+#[derive(Debug, Subcommand)]
+pub enum DataAction {
+    /// Columns, units, lengths, rates, gaps and ranges of a file.
+    Inspect {
+        /// The file (CSV, plain or gzip).
+        file: PathBuf,
+    },
+}

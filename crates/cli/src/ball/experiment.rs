@@ -1,0 +1,200 @@
+//! Trains the nets, scores every model on the test set, writes `result.json` and `report.html`.
+
+use super::report::report;
+use super::rows::{Errors, Row};
+use super::{load, paper_engine};
+use crate::output::Output;
+use crate::run_dir::{Config, DataSource, RunDir};
+use crate::session::{self, Ended, Trained};
+use augsim_data::{MissingCells, atomic_write, read_dataset};
+use augsim_physics::ball::floor::{FloorOptions, paper_floor};
+use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_trainer::models::{Law, Physics, Zero};
+use augsim_trainer::score::Score;
+use augsim_trainer::{
+    Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, evaluate_forecast, evaluate_reconstruction,
+};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// One net to train.
+#[derive(Debug, Clone, Copy)]
+pub struct NetPlan {
+    /// Which.
+    pub recipe: Recipe,
+    /// Iterations.
+    pub iterations: u64,
+}
+
+/// What is run.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// Title of the report.
+    pub title: String,
+    /// Command that repeats it.
+    pub command: String,
+    /// Training data.
+    pub train: DataSource,
+    /// Test data, of the paper's law: never trained on.
+    pub test: DataSource,
+    /// Name of the test set in the table.
+    pub test_name: String,
+    /// Nets, in the order of the table.
+    pub nets: Vec<NetPlan>,
+    /// Seed.
+    pub seed: u64,
+    /// Directory for everything.
+    pub out: PathBuf,
+    /// Go on with runs that are there.
+    pub resume: bool,
+}
+
+/// What `result.json` holds.
+#[derive(Debug, Serialize)]
+pub struct ResultFile {
+    /// `augsim.reproduce/1`.
+    pub schema: &'static str,
+    /// `ball`.
+    pub scenario: &'static str,
+    /// Test set.
+    pub test_set: String,
+    /// Trajectories in it.
+    pub test_trajectories: usize,
+    /// The table.
+    pub rows: Vec<Row>,
+    /// Wall-clock seconds per training iteration, by model.
+    pub seconds_per_iteration: BTreeMap<String, Option<f64>>,
+    /// Iterations, by model.
+    pub iterations: BTreeMap<String, u64>,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A finished experiment.
+#[derive(Debug)]
+pub struct Finished {
+    /// What was written.
+    pub result: ResultFile,
+    /// The report's path.
+    pub report: PathBuf,
+}
+
+/// A scored model, for the table and the figures.
+pub struct Scored<'a> {
+    /// The predictor.
+    pub model: &'a dyn Forecaster,
+    /// Its forecast scores.
+    pub score: Score,
+}
+
+impl Experiment {
+    /// Runs it; `None` if the user stopped it (run again with `--resume`).
+    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
+        let (train, test) = (load(&self.train)?, load(&self.test)?);
+        let mut trained = Vec::new();
+        for plan in &self.nets {
+            output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
+            match self.train_net(*plan, &train, output)? {
+                Ended::Trained(t) => trained.push(*t),
+                Ended::Interrupted { iteration } => {
+                    output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
+                    return Ok(None);
+                }
+            }
+        }
+        output.note(format!("scoring on {} trajectories of {}", test.items.len(), self.test_name));
+        let law = Law { law: PaperLaw::default(), seed: self.seed };
+        let physics = Physics(paper_engine());
+        let mut rows = Vec::new();
+        let mut scored: Vec<Scored<'_>> = Vec::new();
+        let points: [&dyn Forecaster; 2] = [&Zero, &physics];
+        for model in points {
+            let score = evaluate_forecast(model, &test)?;
+            rows.push(Row::of_point(model.name(), &score));
+            scored.push(Scored { model, score });
+        }
+        for t in &trained {
+            let score = evaluate_forecast(&t.model, &test)?;
+            rows.push(Row::of_net(t.model.name(), Protocol::Forecast, &score));
+            scored.push(Scored { model: &t.model, score });
+        }
+        for t in &trained {
+            let score = evaluate_reconstruction(&t.model, &test)?;
+            rows.push(Row::of_net(t.model.name(), Protocol::Reconstruction, &score));
+        }
+        rows.push(self.floor()?);
+        let score = evaluate_forecast(&law, &test)?;
+        rows.push(Row::of_net(law.name(), Protocol::Floor, &score));
+        scored.push(Scored { model: &law, score });
+
+        let result = self.result(&test, &trained, rows);
+        let dir = RunDir::create(&self.out)?;
+        let json = serde_json::to_string_pretty(&result)?;
+        atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
+        let curves = self.learning_curves()?;
+        let html = augsim_report::training_report(&report(self, &result, &trained, &scored, &test, &curves)?);
+        let path = dir.file("report.html");
+        atomic_write(&path, |w| w.write_all(html.as_bytes()))?;
+        Ok(Some(Finished { result, report: path }))
+    }
+
+    fn run_dir(&self, recipe: Recipe) -> PathBuf {
+        self.out.join(recipe.label().to_lowercase().replace('+', "-plus"))
+    }
+
+    fn train_net(&self, plan: NetPlan, train: &Sequences, output: &Output) -> anyhow::Result<Ended> {
+        let run = RunDir::create(&self.run_dir(plan.recipe))?;
+        let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, paper_engine());
+        let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
+        // A run with other settings is not this run: it starts anew.
+        let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
+        run.write_config(&config)?;
+        session::train(&run, &config, train, resume, output)
+    }
+
+    fn learning_curves(&self) -> anyhow::Result<Vec<(Recipe, Vec<augsim_trainer::Losses>)>> {
+        let read =
+            |plan: &NetPlan| Ok((plan.recipe, RunDir::open(&self.run_dir(plan.recipe)).read_metrics()?));
+        self.nets.iter().map(read).collect()
+    }
+
+    /// The best that any predictor can do from the first state.
+    fn floor(&self) -> anyhow::Result<Row> {
+        let dataset = match &self.test {
+            DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
+            DataSource::PaperLaw { trajectories, seed } => {
+                PaperLaw::default().generate(*trajectories, *seed)?.0
+            }
+        };
+        let floor = paper_floor(
+            &PaperLaw::default(),
+            &dataset,
+            FloorOptions { seed: self.seed, ..Default::default() },
+        )?;
+        let errors = Errors {
+            trans_percent: floor.weighted_median.trans_percent.mean,
+            pos_m: floor.median.position_m.mean,
+            vel_m_s: floor.median.velocity_m_s.mean,
+        };
+        Ok(Row::of_floor(errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
+    }
+
+    fn result(&self, test: &Sequences, trained: &[Trained], rows: Vec<Row>) -> ResultFile {
+        let name = |m: &NetModel| m.name().to_owned();
+        ResultFile {
+            schema: "augsim.reproduce/1",
+            scenario: "ball",
+            test_set: self.test_name.clone(),
+            test_trajectories: test.items.len(),
+            rows,
+            seconds_per_iteration: trained
+                .iter()
+                .map(|t| (name(&t.model), t.seconds_per_iteration))
+                .collect(),
+            iterations: self.nets.iter().map(|p| (p.recipe.label().to_owned(), p.iterations)).collect(),
+            seed: self.seed,
+        }
+    }
+}

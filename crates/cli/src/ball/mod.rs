@@ -1,0 +1,28 @@
+//! The bouncing ball on the command line: data, the table of models, the report.
+
+mod experiment;
+mod report;
+mod rows;
+
+pub use experiment::{Experiment, NetPlan};
+pub use rows::{Row, table};
+
+use crate::run_dir::DataSource;
+use augsim_data::{MissingCells, read_dataset};
+use augsim_physics::ball::paper_law::{self, PaperLaw};
+use augsim_trainer::{Engine, EngineSpec, Sequences};
+
+/// The engine of the paper's experiment: restitution 0.65, Bullet's damping, 60 Hz.
+pub fn paper_engine() -> EngineSpec {
+    EngineSpec::PybulletBall(paper_law::paper_engine())
+}
+
+/// Trajectories of a source, with the columns and the rate that the engine has.
+pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
+    let dataset = match source {
+        DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
+        DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
+    };
+    paper_law::check_rate(&dataset, paper_law::paper_engine().step_s)?;
+    Ok(Sequences::new(&dataset, paper_engine().columns())?)
+}

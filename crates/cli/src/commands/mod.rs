@@ -1,0 +1,27 @@
+//! One file per subcommand.
+
+mod data;
+mod demo;
+mod evaluate;
+mod predict;
+mod reproduce;
+mod simulate;
+mod train;
+
+use crate::args::{Args, Command};
+use crate::exit::Outcome;
+use crate::output::Output;
+
+/// Runs the subcommand.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
+    let seed = args.global.seed;
+    match &args.command {
+        Command::Demo(a) => demo::run(a, seed, output),
+        Command::Simulate(a) => simulate::run(a, seed, output),
+        Command::Train(a) => train::run(a, seed, output),
+        Command::Predict(a) => predict::run(a, output),
+        Command::Evaluate(a) => evaluate::run(a, output),
+        Command::Reproduce(a) => reproduce::run(a, seed, output),
+        Command::Data(a) => data::run(a, output),
+    }
+}

@@ -1,0 +1,138 @@
+//! Contract: bad input gives one clear error that names the file and the remedy, the exit code of the
+//! design (2 usage, 3 bad data), no panic, and no half-written output.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const GOOD: &str = "trajectory,t_s,height_m,velocity_m_s\n\
+    a,0,4.5,0\na,0.016666666666666666,4.49,-0.1\n\
+    b,0,4.2,0\nb,0.016666666666666666,4.19,-0.1\n";
+
+fn augsim(args: &[&str], dir: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output().unwrap()
+}
+
+/// Runs `train` on a file with these bytes; checks code and texts; nothing of a run may exist.
+fn refuses(name: &str, bytes: &[u8], code: i32, texts: &[&str]) {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join(name), bytes).unwrap();
+    let out = augsim(&["train", "--data", name, "--out", "run", "--iterations", "3"], dir.path());
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(code), "{name}: {error}");
+    assert!(!error.contains("panicked"), "{error}");
+    assert_eq!(error.trim_end().lines().count(), 1, "one error, one paragraph: {error}");
+    for text in texts.iter().chain([&name]) {
+        assert!(error.contains(text), "{name}: `{text}` is not in: {error}");
+    }
+    assert!(!dir.path().join("run/checkpoint.bin").exists());
+    assert!(!dir.path().join("run/config.resolved.toml").exists());
+}
+
+#[test]
+fn a_missing_column_is_named() {
+    refuses("no_velocity.csv", b"trajectory,t_s,height_m\na,0,4.5\na,0.0166666,4.49\n", 3, &["velocity_m_s"]);
+}
+
+#[test]
+fn a_nan_is_located() {
+    let text = GOOD.replace("4.49", "NaN");
+    refuses("nan.csv", text.as_bytes(), 3, &["line 3", "height_m", "NaN"]);
+}
+
+#[test]
+fn time_going_backwards_is_located() {
+    let text = GOOD.replace("a,0.016666666666666666", "a,-0.5");
+    refuses("backwards.csv", text.as_bytes(), 3, &["line 3", "t_s"]);
+}
+
+#[test]
+fn an_empty_file_and_a_lone_header_are_errors() {
+    refuses("empty.csv", b"", 3, &["empty"]);
+    refuses("header.csv", b"trajectory,t_s,height_m,velocity_m_s\n", 3, &[]);
+}
+
+#[test]
+fn another_rate_is_an_error() {
+    let text = GOOD.replace("0.016666666666666666", "0.02");
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("rate.csv"), text).unwrap();
+    let out = augsim(&["train", "--data", "rate.csv", "--out", "run"], dir.path());
+    assert_eq!(out.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&out.stderr).contains("trajectory `a`") || !out.stderr.is_empty());
+}
+
+#[test]
+fn a_truncated_gzip_is_an_error() {
+    use std::io::Write;
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gz.write_all(GOOD.repeat(50).as_bytes()).unwrap();
+    let whole = gz.finish().unwrap();
+    refuses("cut.csv.gz", &whole[..whole.len() / 2], 3, &["gzip"]);
+}
+
+#[test]
+fn a_missing_file_is_an_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = augsim(&["data", "inspect", "nowhere.csv"], dir.path());
+    assert_eq!(out.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&out.stderr).contains("nowhere.csv"));
+}
+
+/// A tiny finished run and a test file, in a directory of its own.
+fn trained() -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("good.csv"), GOOD).unwrap();
+    let args = ["train", "--data", "good.csv", "--out", "run", "--iterations", "2", "--recipe", "neural"];
+    let out = augsim(&args, dir.path());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let checkpoint = dir.path().join("run/checkpoint.bin");
+    (dir, checkpoint)
+}
+
+fn evaluation_error(dir: &Path) -> String {
+    let out = augsim(&["evaluate", "run", "--data", "good.csv"], dir);
+    assert_eq!(out.status.code(), Some(3));
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+#[test]
+fn damaged_checkpoints_are_named() {
+    let (dir, checkpoint) = trained();
+    let out = augsim(&["evaluate", "run", "--data", "good.csv", "--json"], dir.path());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let whole = std::fs::read(&checkpoint).unwrap();
+
+    std::fs::write(&checkpoint, &whole[..whole.len() / 2]).unwrap();
+    let error = evaluation_error(dir.path());
+    assert!(error.contains("checkpoint.bin") && error.contains("damaged"), "{error}");
+
+    let mut other = whole.clone();
+    other[8] = 250;
+    std::fs::write(&checkpoint, other).unwrap();
+    let error = evaluation_error(dir.path());
+    assert!(error.contains("version 250"), "{error}");
+
+    std::fs::write(&checkpoint, b"something else").unwrap();
+    assert!(evaluation_error(dir.path()).contains("not an augsim checkpoint"));
+}
+
+#[test]
+fn usage_errors_have_code_2() {
+    let (dir, _) = trained();
+    let again = augsim(&["train", "--data", "good.csv", "--out", "run"], dir.path());
+    assert_eq!(again.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--resume"));
+    for args in [&["train", "--recipe", "magic"][..], &["flY"], &["train", "--iterations", "0"]] {
+        assert_eq!(augsim(args, dir.path()).status.code(), Some(2), "{args:?}");
+    }
+}
+
+#[test]
+fn a_criterion_that_is_not_met_has_code_1() {
+    let (dir, _) = trained();
+    let with = |limit: &str| {
+        let args = ["evaluate", "run", "--data", "good.csv", "--require-pos-m", limit];
+        augsim(&args, dir.path()).status.code()
+    };
+    assert_eq!([with("1000"), with("0.000001")], [Some(0), Some(1)]);
+}

@@ -1,0 +1,66 @@
+//! Adam (Kingma and Ba 2015), with the weight decay of `torch.optim.Adam` (an L2 term in the gradient).
+
+use augsim_tensor::Scalar;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the optimiser.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Adam {
+    /// Decay of the first moment.
+    pub beta1: f64,
+    /// Decay of the second moment.
+    pub beta2: f64,
+    /// Added to the root of the second moment.
+    pub eps: f64,
+    /// Factor lambda of the L2 term.
+    pub weight_decay: f64,
+}
+
+impl Default for Adam {
+    fn default() -> Self {
+        Adam { beta1: 0.9, beta2: 0.999, eps: 1e-8, weight_decay: 0.0 }
+    }
+}
+
+/// Moments of every parameter and the number of steps taken.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AdamState<T> {
+    steps: u64,
+    first: Vec<T>,
+    second: Vec<T>,
+}
+
+impl<T: Scalar> AdamState<T> {
+    /// State before the first step, for `n` parameters.
+    pub fn new(n: usize) -> Self {
+        AdamState { steps: 0, first: vec![T::ZERO; n], second: vec![T::ZERO; n] }
+    }
+
+    /// Number of parameters.
+    pub fn len(&self) -> usize {
+        self.first.len()
+    }
+
+    /// Whether there are no parameters.
+    pub fn is_empty(&self) -> bool {
+        self.first.is_empty()
+    }
+}
+
+impl Adam {
+    /// One step: moves `params` against `grads` at learning rate `lr`.
+    pub fn step<T: Scalar>(&self, state: &mut AdamState<T>, params: &mut [T], grads: &[T], lr: f64) {
+        state.steps += 1;
+        let t = i32::try_from(state.steps).unwrap_or(i32::MAX);
+        let step = T::of(lr / (1.0 - self.beta1.powi(t)));
+        let scale = T::of((1.0 - self.beta2.powi(t)).sqrt());
+        let [b1, b2, eps, decay] = [self.beta1, self.beta2, self.eps, self.weight_decay].map(T::of);
+        let moments = state.first.iter_mut().zip(&mut state.second);
+        for ((p, g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
+            let g = *g + decay * *p;
+            *m = b1 * *m + (T::ONE - b1) * g;
+            *v = b2 * *v + (T::ONE - b2) * g * g;
+            *p -= step * *m / (v.sqrt() / scale + eps);
+        }
+    }
+}

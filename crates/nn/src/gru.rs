@@ -1,0 +1,65 @@
+//! Multi-layer GRU (`torch.nn.GRU`).
+
+use crate::{Bound, Init, ParamId, Params};
+use augsim_tensor::{GruVars, Scalar, Tape, TensorError, Var};
+
+#[derive(Debug, Clone, Copy)]
+struct Layer {
+    w_ih: ParamId,
+    w_hh: ParamId,
+    b_ih: ParamId,
+    b_hh: ParamId,
+}
+
+/// A stack of GRU layers; each reads the hidden states of the one below, step by step.
+#[derive(Debug, Clone)]
+pub struct Gru {
+    layers: Vec<Layer>,
+}
+
+impl Gru {
+    /// Registers `{prefix}.weight_ih_l0` and so on (PyTorch's names), all uniform within
+    /// 1 / sqrt(hidden) (PyTorch's default).
+    pub fn new<T: Scalar>(
+        params: &mut Params<T>,
+        prefix: &str,
+        inputs: usize,
+        hidden: usize,
+        layers: usize,
+    ) -> Self {
+        let init = Init::Uniform { bound: 1.0 / (hidden as f64).sqrt() };
+        let rows = 3 * hidden;
+        let layers = (0..layers)
+            .map(|l| {
+                let width = if l == 0 { inputs } else { hidden };
+                Layer {
+                    w_ih: params.add(format!("{prefix}.weight_ih_l{l}"), &[rows, width], init),
+                    w_hh: params.add(format!("{prefix}.weight_hh_l{l}"), &[rows, hidden], init),
+                    b_ih: params.add(format!("{prefix}.bias_ih_l{l}"), &[rows], init),
+                    b_hh: params.add(format!("{prefix}.bias_hh_l{l}"), &[rows], init),
+                }
+            })
+            .collect();
+        Gru { layers }
+    }
+
+    /// Hidden states of the last layer `[time, hidden, batch]` for `x [time, in, batch]`. `h0` holds one
+    /// initial state `[hidden, batch]` a layer, or is empty for zero.
+    ///
+    /// # Errors
+    /// [`TensorError`] naming the shapes that do not fit.
+    pub fn forward<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        x: Var,
+        h0: &[Var],
+    ) -> Result<Var, TensorError> {
+        let mut out = x;
+        for (i, l) in self.layers.iter().enumerate() {
+            let w = GruVars { w_ih: p[l.w_ih], w_hh: p[l.w_hh], b_ih: p[l.b_ih], b_hh: p[l.b_hh] };
+            out = tape.gru_sequence(out, h0.get(i).copied(), w)?;
+        }
+        Ok(out)
+    }
+}

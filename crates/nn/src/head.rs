@@ -1,0 +1,53 @@
+//! Head that turns features into a diagonal Gaussian.
+
+use crate::{Bound, Linear, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// Mean and standard deviation of a diagonal Gaussian, both `[time, feature, batch]`.
+#[derive(Debug, Clone, Copy)]
+pub struct Gaussian {
+    /// Mean.
+    pub mean: Var,
+    /// Standard deviation, positive.
+    pub sd: Var,
+}
+
+/// Two affine layers: mean, and standard deviation through softplus.
+#[derive(Debug, Clone, Copy)]
+pub struct GaussianHead {
+    mean: Linear,
+    std: Linear,
+    sd_floor: f64,
+}
+
+impl GaussianHead {
+    /// Registers `{prefix}.mean` and `{prefix}.std`. `sd_floor` is added to the standard deviation; in
+    /// single precision it keeps 1 / sd finite.
+    pub fn new<T: Scalar>(
+        params: &mut Params<T>,
+        prefix: &str,
+        inputs: usize,
+        outputs: usize,
+        sd_floor: f64,
+    ) -> Self {
+        GaussianHead {
+            mean: Linear::new(params, &format!("{prefix}.mean"), inputs, outputs),
+            std: Linear::new(params, &format!("{prefix}.std"), inputs, outputs),
+            sd_floor,
+        }
+    }
+
+    /// Distribution for features `x [time, in, batch]`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if `x` does not have the head's number of inputs.
+    pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Gaussian, TensorError> {
+        let mean = self.mean.forward(tape, p, x)?;
+        let raw = self.std.forward(tape, p, x)?;
+        let mut sd = tape.softplus(raw)?;
+        if self.sd_floor > 0.0 {
+            sd = tape.shift(sd, self.sd_floor)?;
+        }
+        Ok(Gaussian { mean, sd })
+    }
+}

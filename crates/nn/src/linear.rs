@@ -1,0 +1,31 @@
+//! Affine layer (`torch.nn.Linear`).
+
+use crate::{Bound, Init, ParamId, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// `y = W x + b` over the feature axis, W `[out, in]`, b `[out]`.
+#[derive(Debug, Clone, Copy)]
+pub struct Linear {
+    weight: ParamId,
+    bias: ParamId,
+}
+
+impl Linear {
+    /// Registers `{prefix}.weight` and `{prefix}.bias`, both uniform within 1 / sqrt(inputs) (PyTorch's
+    /// default).
+    pub fn new<T: Scalar>(params: &mut Params<T>, prefix: &str, inputs: usize, outputs: usize) -> Self {
+        let init = Init::Uniform { bound: 1.0 / (inputs as f64).sqrt() };
+        Linear {
+            weight: params.add(format!("{prefix}.weight"), &[outputs, inputs], init),
+            bias: params.add(format!("{prefix}.bias"), &[outputs], init),
+        }
+    }
+
+    /// `x [time, in, batch]` to `[time, out, batch]`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if `x` does not have the layer's number of inputs.
+    pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
+        tape.linear(x, p[self.weight], p[self.bias])
+    }
+}

@@ -1,0 +1,36 @@
+//! Multi-layer perceptron with tanh after every layer: the paper's feature extractors.
+
+use crate::{Bound, Linear, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// A chain of affine layers, each followed by tanh. Without layers it is the identity.
+#[derive(Debug, Clone, Default)]
+pub struct Mlp {
+    layers: Vec<Linear>,
+}
+
+impl Mlp {
+    /// Registers the layers `{prefix}.0`, `{prefix}.2`, … (the names of a `torch.nn.Sequential` in which
+    /// every other module is the tanh). `widths` lists the inputs and then the outputs of each layer.
+    pub fn new<T: Scalar>(params: &mut Params<T>, prefix: &str, widths: &[usize]) -> Self {
+        let layers = widths
+            .windows(2)
+            .enumerate()
+            .map(|(i, w)| Linear::new(params, &format!("{prefix}.{}", 2 * i), w[0], w[1]))
+            .collect();
+        Mlp { layers }
+    }
+
+    /// `x [time, in, batch]` to `[time, out, batch]`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if `x` does not have the first layer's number of inputs.
+    pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
+        let mut out = x;
+        for layer in &self.layers {
+            let a = layer.forward(tape, p, out)?;
+            out = tape.tanh(a)?;
+        }
+        Ok(out)
+    }
+}

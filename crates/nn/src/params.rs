@@ -1,0 +1,132 @@
+//! Named parameters in one flat store, and their seeded initialisation.
+
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+use rand_distr::{Distribution, Uniform};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Index of a parameter in its store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ParamId(usize);
+
+/// How a parameter starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Init {
+    /// Uniform on `[-bound, bound]`.
+    Uniform {
+        /// Half-width of the interval.
+        bound: f64,
+    },
+    /// The same value everywhere.
+    Constant(f64),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Entry {
+    name: String,
+    dims: Vec<usize>,
+    start: usize,
+    end: usize,
+}
+
+/// A store of named parameters, flat in memory: gradients and optimiser moments use the same layout.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params<T> {
+    rng: Xoshiro256PlusPlus,
+    entries: Vec<Entry>,
+    values: Vec<T>,
+}
+
+impl<T: Scalar> Params<T> {
+    /// An empty store; `rng` gives every random start, in the order of registration.
+    pub fn new(rng: Xoshiro256PlusPlus) -> Self {
+        Params { rng, entries: Vec::new(), values: Vec::new() }
+    }
+
+    /// Adds a parameter.
+    pub fn add(&mut self, name: String, dims: &[usize], init: Init) -> ParamId {
+        let (start, n) = (self.values.len(), dims.iter().product::<usize>());
+        match init {
+            Init::Constant(v) => self.values.extend(std::iter::repeat_n(T::of(v), n)),
+            Init::Uniform { bound } => {
+                match Uniform::new_inclusive(-bound, bound) {
+                    Ok(u) => self.values.extend((0..n).map(|_| T::of(u.sample(&mut self.rng)))),
+                    // Only a bound that is not finite gets here; such a layer has no inputs.
+                    Err(_) => self.values.extend(std::iter::repeat_n(T::ZERO, n)),
+                }
+            }
+        }
+        self.entries.push(Entry { name, dims: dims.to_vec(), start, end: start + n });
+        ParamId(self.entries.len() - 1)
+    }
+
+    /// All values, in the order of registration.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// All values, to be changed by an optimiser.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// Name, extents and values of every parameter, in the order of registration.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &[usize], &[T])> {
+        self.entries.iter().map(|e| (e.name.as_str(), &e.dims[..], &self.values[e.start..e.end]))
+    }
+
+    /// Values of the parameter of that name, to be changed, with its extents.
+    pub fn get_mut(&mut self, name: &str) -> Option<(&[usize], &mut [T])> {
+        let entry = self.entries.iter().find(|e| e.name == name)?;
+        Some((&entry.dims, &mut self.values[entry.start..entry.end]))
+    }
+
+    /// The part of a flat buffer (gradients, say) that belongs to the parameter of that name.
+    pub fn part<'a, U>(&self, name: &str, flat: &'a [U]) -> Option<&'a [U]> {
+        let entry = self.entries.iter().find(|e| e.name == name)?;
+        flat.get(entry.start..entry.end)
+    }
+
+    /// Records every parameter as a variable of `tape`; `bound` is reused.
+    ///
+    /// # Errors
+    /// [`TensorError`] if a parameter does not fit a tensor.
+    pub fn bind(&self, tape: &mut Tape<T>, bound: &mut Bound) -> Result<(), TensorError> {
+        bound.vars.clear();
+        for e in &self.entries {
+            bound.vars.push(tape.variable(&e.dims, &self.values[e.start..e.end])?);
+        }
+        Ok(())
+    }
+
+    /// Records every parameter as a constant: for prediction.
+    ///
+    /// # Errors
+    /// [`TensorError`] if a parameter does not fit a tensor.
+    pub fn bind_frozen(&self, tape: &mut Tape<T>, bound: &mut Bound) -> Result<(), TensorError> {
+        bound.vars.clear();
+        for e in &self.entries {
+            bound.vars.push(tape.constant(&e.dims, &self.values[e.start..e.end])?);
+        }
+        Ok(())
+    }
+
+    /// Copies the gradients of the bound parameters to a flat buffer.
+    pub fn gather_grads(&self, tape: &Tape<T>, bound: &Bound, into: &mut [T]) {
+        for (e, v) in self.entries.iter().zip(&bound.vars) {
+            into[e.start..e.end].copy_from_slice(tape.grad(*v));
+        }
+    }
+}
+
+/// The parameters of a store as recorded on one tape.
+#[derive(Debug, Clone, Default)]
+pub struct Bound {
+    vars: Vec<Var>,
+}
+
+impl std::ops::Index<ParamId> for Bound {
+    type Output = Var;
+    fn index(&self, id: ParamId) -> &Var {
+        &self.vars[id.0]
+    }
+}

@@ -1,0 +1,34 @@
+//! Learning-rate schedule.
+
+use serde::{Deserialize, Serialize};
+
+/// Step decay: the rate is multiplied by `factor` every `every` iterations.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StepDecay {
+    /// Rate of the first iteration.
+    pub initial: f64,
+    /// Factor per step.
+    pub factor: f64,
+    /// Iterations per step; 0 means never.
+    pub every: u64,
+}
+
+impl StepDecay {
+    /// Rate of iteration `i`, counted from 0.
+    pub fn at(&self, i: u64) -> f64 {
+        let steps = i.checked_div(self.every).unwrap_or(0);
+        self.initial * self.factor.powi(i32::try_from(steps).unwrap_or(i32::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StepDecay;
+
+    #[test]
+    fn halves_exactly_at_the_step() {
+        let s = StepDecay { initial: 1e-3, factor: 0.5, every: 2500 };
+        assert_eq!([s.at(0), s.at(2499), s.at(2500), s.at(9999)], [1e-3, 1e-3, 5e-4, 1.25e-4]);
+        assert_eq!(StepDecay { every: 0, ..s }.at(1_000_000), 1e-3);
+    }
+}

@@ -1,0 +1,132 @@
+//! Weights to and from safetensors files, under PyTorch's names and layouts.
+
+use crate::Params;
+use augsim_tensor::Scalar;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use std::path::{Path, PathBuf};
+
+/// Why weights could not be exchanged.
+#[derive(Debug, thiserror::Error)]
+pub enum WeightsError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not a safetensors file.
+    #[error("{}: not a usable safetensors file: {reason}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What the reader said.
+        reason: String,
+    },
+    /// A parameter of the net is not in the file.
+    #[error("{}: parameter `{name}` is missing; the file holds {available}", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// The parameter.
+        name: String,
+        /// Names in the file.
+        available: String,
+    },
+    /// A tensor of the file does not belong to the net.
+    #[error("{}: tensor `{name}` does not belong to this net", path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// The tensor.
+        name: String,
+    },
+    /// A tensor has other extents or another element type than the parameter.
+    #[error("{}: `{name}` is {found}, but the net needs {expected}", path.display())]
+    Mismatch {
+        /// The file.
+        path: PathBuf,
+        /// The parameter.
+        name: String,
+        /// What the file holds.
+        found: String,
+        /// What the net needs.
+        expected: String,
+    },
+}
+
+/// Writes all parameters as 32-bit floats.
+///
+/// # Errors
+/// [`WeightsError::Io`] or [`WeightsError::Format`].
+pub fn export<T: Scalar>(path: &Path, params: &Params<T>) -> Result<(), WeightsError> {
+    let format = |e: safetensors::SafeTensorError| WeightsError::Format {
+        path: path.to_owned(),
+        reason: e.to_string(),
+    };
+    let bytes: Vec<(String, Vec<usize>, Vec<u8>)> = params
+        .iter()
+        .map(|(name, dims, values)| {
+            let data = values.iter().flat_map(|v| (v.to_f64() as f32).to_le_bytes()).collect();
+            (name.to_owned(), dims.to_vec(), data)
+        })
+        .collect();
+    let views = bytes
+        .iter()
+        .map(|(name, dims, data)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), data)?)))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(format)?;
+    let file = safetensors::serialize(views, None).map_err(format)?;
+    std::fs::write(path, file).map_err(|source| WeightsError::Io { path: path.to_owned(), source })
+}
+
+/// Reads all parameters from 32- or 64-bit floats. Names and extents must match exactly.
+///
+/// # Errors
+/// [`WeightsError`] naming the tensor; the parameters are unchanged then.
+pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), WeightsError> {
+    let bytes = std::fs::read(path).map_err(|source| WeightsError::Io { path: path.to_owned(), source })?;
+    let file = SafeTensors::deserialize(&bytes)
+        .map_err(|e| WeightsError::Format { path: path.to_owned(), reason: e.to_string() })?;
+    let mut fresh = params.clone();
+    for name in file.names() {
+        if fresh.get_mut(name).is_none() {
+            return Err(WeightsError::Unknown { path: path.to_owned(), name: name.to_owned() });
+        }
+    }
+    let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
+    for name in names {
+        let Ok(view) = file.tensor(&name) else {
+            let available = file.names().join(", ");
+            return Err(WeightsError::Missing { path: path.to_owned(), name, available });
+        };
+        let Some((dims, values)) = fresh.get_mut(&name) else { continue };
+        let decoded: Option<Vec<f64>> = match view.dtype() {
+            Dtype::F32 => {
+                let (chunks, _) = view.data().as_chunks::<4>();
+                Some(chunks.iter().map(|c| f64::from(f32::from_le_bytes(*c))).collect())
+            }
+            Dtype::F64 => {
+                let (chunks, _) = view.data().as_chunks::<8>();
+                Some(chunks.iter().map(|c| f64::from_le_bytes(*c)).collect())
+            }
+            _ => None,
+        };
+        match decoded {
+            Some(data) if view.shape() == dims => {
+                values.iter_mut().zip(data).for_each(|(v, d)| *v = T::of(d));
+            }
+            _ => {
+                return Err(WeightsError::Mismatch {
+                    path: path.to_owned(),
+                    found: format!("{:?} of {:?}", view.shape(), view.dtype()),
+                    expected: format!("{dims:?} of F32 or F64"),
+                    name,
+                });
+            }
+        }
+    }
+    *params = fresh;
+    Ok(())
+}

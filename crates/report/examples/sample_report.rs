@@ -1,0 +1,26 @@
+//! Writes sample reports with made-up content, to look at in a browser.
+//!
+//! `cargo run -p augsim-report --example sample_report -- training out/training.html`
+//! (or `discovery`, `nothing`, or `empty`).
+
+#[path = "sample_report/discovery.rs"]
+mod discovery;
+#[path = "sample_report/training.rs"]
+mod training;
+
+use augsim_report::{DiscoveryReport, TrainingReport, discovery_report, training_report};
+
+fn main() -> std::io::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [kind, path] = arguments.as_slice() else {
+        return Err(std::io::Error::other("usage: sample_report training|discovery|nothing|empty PATH"));
+    };
+    let html = match kind.as_str() {
+        "training" => training_report(&training::sample()),
+        "discovery" => discovery_report(&discovery::sample()),
+        "nothing" => discovery_report(&DiscoveryReport::default()),
+        "empty" => training_report(&TrainingReport::default()),
+        other => return Err(std::io::Error::other(format!("unknown kind `{other}`"))),
+    };
+    std::fs::write(path, html)
+}

@@ -1,0 +1,135 @@
+//! Figures of the residual before and after, and of held-out trajectories.
+
+use super::page::{AFTER, BEFORE};
+use super::{Anatomy, Bins, Example, Profile, Rmse};
+use crate::figure::{
+    Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,
+    Series, Tone,
+};
+use crate::page::{Block, Columns, Grid, LegendEntry};
+use crate::plot::scale::extent;
+use crate::plot::text::capitalised;
+
+const BEFORE_NAME: &str = "before";
+const AFTER_NAME: &str = "after";
+
+pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
+    let mut figures: Vec<Figure> = anatomy.profiles.iter().map(|p| profile(p).into()).collect();
+    if !anatomy.contact.is_empty() {
+        let bar = |name: &str, tone: Tone, rmse: Option<Rmse>| {
+            rmse.map(|r| Bar { name: name.to_owned(), tone, value: Some(r.rmse), interval: r.ci95 })
+        };
+        let group = |label: &str, before, after| BarGroup {
+            label: label.to_owned(),
+            bars: [bar(BEFORE_NAME, BEFORE, before), bar(AFTER_NAME, AFTER, after)]
+                .into_iter()
+                .flatten()
+                .collect(),
+        };
+        figures.push(Figure::from(Bars {
+            title: "Size of the residual by contact".to_owned(),
+            value: Axis::linear("root mean square residual", &anatomy.contact_unit),
+            groups: anatomy.contact.iter().map(|c| group(&c.label, c.before, c.after)).collect(),
+            references: Vec::new(),
+        }));
+    }
+    if let Some(a) = &anatomy.autocorrelation {
+        let of = |name: &str, tone, value: &[f64]| Correlogram {
+            name: name.to_owned(),
+            tone,
+            lag: a.lag.clone(),
+            value: value.to_vec(),
+        };
+        figures.push(Figure::from(Autocorrelation {
+            title: "Autocorrelation of the whitened residual".to_owned(),
+            lag_unit: a.lag_unit.clone(),
+            white95: a.white95,
+            series: vec![of(BEFORE_NAME, BEFORE, &a.before), of(AFTER_NAME, AFTER, &a.after)],
+        }));
+    }
+    if let Some(q) = &anatomy.quantiles {
+        let of = |name: &str, tone, sample: &[f64]| QuantileSeries {
+            name: name.to_owned(),
+            tone,
+            normal: q.normal.clone(),
+            sample: sample.to_vec(),
+        };
+        figures.push(Figure::from(Quantile {
+            title: "Quantiles of the whitened residual".to_owned(),
+            series: vec![of(BEFORE_NAME, BEFORE, &q.before), of(AFTER_NAME, AFTER, &q.after)],
+        }));
+    }
+    if figures.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        Block::Prose("What the calibrated model leaves (before) and what remains with the effects added (after). A residual that is only noise is zero on average against everything, is not correlated with itself, and has normal quantiles.".to_owned()),
+        Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption: "Bands and whiskers: 95 % intervals.".to_owned() }),
+    ]
+}
+
+fn profile(p: &Profile) -> Line {
+    let series = |name: &str, tone, bins: &Bins| {
+        let mut s = Series::line(name, tone, bins.x.clone(), bins.mean.clone()).with_mark(Mark::LinePoints);
+        if !bins.lower95.is_empty() {
+            s = s.with_band(0.95, bins.lower95.clone(), bins.upper95.clone());
+        }
+        s
+    };
+    let mut line = Line::new(
+        &format!("Against {}", p.against),
+        Axis::linear(&p.against, &p.against_unit),
+        Axis::linear(&p.residual, &p.unit).with_zero(),
+    );
+    for (name, tone, bins) in [(BEFORE_NAME, BEFORE, &p.before), (AFTER_NAME, AFTER, &p.after)] {
+        if !bins.x.is_empty() {
+            line = line.with(series(name, tone, bins));
+        }
+    }
+    line
+}
+
+pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
+    let mut figures = Vec::new();
+    for e in examples {
+        let mut line = Line::new(
+            &capitalised(&format!("{}: {}", e.trajectory, e.channel)),
+            Axis::linear("time", "s"),
+            Axis::linear(&e.channel, &e.unit),
+        );
+        let like = |other: &&Example| other.channel == e.channel;
+        let shared = extent(
+            examples
+                .iter()
+                .filter(like)
+                .flat_map(|o| o.measured.iter().chain(&o.before).chain(&o.after).copied()),
+        );
+        if let Some((low, high)) = shared.filter(|(low, high)| low < high) {
+            let margin = (high - low) * 0.04;
+            line.y = line.y.with_domain(low - margin, high + margin);
+        }
+        line.hide_legend = true;
+        line = line.with(
+            Series::line("measured", Tone::Ink, e.t_s.clone(), e.measured.clone()).with_mark(Mark::Points),
+        );
+        line = line.with(Series::line(BEFORE_NAME, BEFORE, e.t_s.clone(), e.before.clone()));
+        if !e.after.is_empty() {
+            line = line.with(Series::line(AFTER_NAME, AFTER, e.t_s.clone(), e.after.clone()));
+        }
+        figures.push(Figure::from(line));
+    }
+    if figures.is_empty() {
+        return Vec::new();
+    }
+    let key = |name: &str, tone| LegendEntry::Line(name.to_owned(), tone);
+    vec![Block::Grid(Grid {
+        columns: Columns::Three,
+        legend: vec![
+            LegendEntry::Points("measured".to_owned(), Tone::Ink),
+            key(BEFORE_NAME, BEFORE),
+            key(AFTER_NAME, AFTER),
+        ],
+        figures,
+        caption: "Trajectories that no fit has seen: only their initial state was fitted.".to_owned(),
+    })]
+}

@@ -1,0 +1,360 @@
+//! The report of a discovery run: what the model lacks, the evidence, and the gain.
+
+mod anatomy;
+mod findings;
+mod page;
+
+use serde::{Deserialize, Serialize};
+
+use crate::page::{Method, Provenance};
+
+/// Everything that a discovery report shows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DiscoveryReport {
+    /// Title, e.g. `Table-tennis flights: what the ball model lacks`.
+    pub title: String,
+    /// Scenario, e.g. `ball`.
+    pub scenario: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The verdict in one sentence, e.g. `Quadratic drag is missing: …`.
+    pub sentence: String,
+    /// Error before and after on held-out trajectories.
+    pub error: ErrorSummary,
+    /// The declared parameters, before and after calibration.
+    #[serde(default)]
+    pub calibrated: Vec<CalibratedParameter>,
+    /// The effects that were added, strongest first.
+    #[serde(default)]
+    pub effects: Vec<FoundEffect>,
+    /// Residuals before and after.
+    #[serde(default)]
+    pub anatomy: Anatomy,
+    /// Held-out trajectories with the predictions of the declared and the augmented model.
+    #[serde(default)]
+    pub examples: Vec<Example>,
+    /// All candidates, best first.
+    #[serde(default)]
+    pub candidates: Vec<Candidate>,
+    /// Unit and meaning of `Candidate::score`, e.g. `nats of held-out log-likelihood`.
+    pub score_unit: String,
+    /// Correlations of the fitted parameters.
+    #[serde(default)]
+    pub correlations: Correlations,
+    /// The noise that was found in the data.
+    #[serde(default)]
+    pub noise: Noise,
+    /// Sets of effects that fit equally well, the chosen one included; empty where there is no other.
+    #[serde(default)]
+    pub alternatives: Vec<Vec<String>>,
+    /// What no effect in the library explains.
+    #[serde(default)]
+    pub unexplained: Option<Unexplained>,
+    /// The experiment that would tell the alternatives apart, or show more.
+    #[serde(default)]
+    pub next_experiment: Option<String>,
+    /// The augmented model as TOML.
+    pub model_toml: String,
+    /// Remarks, one paragraph each.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// Commands, one per line.
+    pub reproduce: Vec<String>,
+    /// Methods with references.
+    #[serde(default)]
+    pub methods: Vec<Method>,
+    /// Time of the run, s.
+    pub seconds: Option<f64>,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// The outcome of a discovery.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The calibrated model is as good as the data can tell.
+    #[default]
+    NothingToAdd,
+    /// The added effects explain the residual.
+    Explained,
+    /// They explain a part of it.
+    PartlyExplained,
+    /// There is structure, and no effect in the library explains it.
+    Unknown,
+}
+
+impl Verdict {
+    /// The words for it.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::NothingToAdd => "nothing to add",
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly explained",
+            Self::Unknown => "unknown effect",
+        }
+    }
+}
+
+/// A root mean square error with its 95 % interval, in the unit of its summary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rmse {
+    /// The error.
+    pub rmse: f64,
+    /// Bootstrap interval over trajectories.
+    #[serde(default)]
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Error on held-out trajectories, stage by stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorSummary {
+    /// What is predicted, e.g. `height`.
+    pub quantity: String,
+    /// The user's unit, e.g. `mm`.
+    pub unit: String,
+    /// Number of held-out trajectories.
+    pub heldout_trajectories: u64,
+    /// The model as declared.
+    pub declared: Option<Rmse>,
+    /// After calibration of the declared parameters.
+    pub calibrated: Option<Rmse>,
+    /// With the effects added; absent where nothing was added.
+    pub augmented: Option<Rmse>,
+    /// What the sensor's noise alone gives.
+    pub noise_floor: Option<Rmse>,
+    /// Share of the removable error that was removed, as a fraction.
+    pub explained_share: Option<f64>,
+}
+
+/// A fitted parameter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Name with the unit in it, e.g. `k_per_m`.
+    pub name: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub ci95: Option<[f64; 2]>,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+}
+
+/// A declared parameter before and after calibration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CalibratedParameter {
+    /// The calibrated parameter.
+    pub parameter: Parameter,
+    /// The value in the model file.
+    pub declared: f64,
+    /// Whether the model file holds it fixed.
+    #[serde(default)]
+    pub frozen: bool,
+}
+
+/// An effect that was added.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// Kind, e.g. `quadratic-drag`.
+    pub kind: String,
+    /// What it may stand for, in words.
+    pub stands_for: String,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// Share of the total gain in likelihood that goes when this effect is left out, as a fraction.
+    #[serde(default)]
+    pub share: Option<f64>,
+}
+
+/// Residuals before (calibrated model) and after (augmented model).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Anatomy {
+    /// The mean residual against time, speed, height, …
+    #[serde(default)]
+    pub profiles: Vec<Profile>,
+    /// The size of the residual by contact: in flight, just after an impact, by bounce, …
+    #[serde(default)]
+    pub contact: Vec<ContactError>,
+    /// Unit of `contact`.
+    #[serde(default)]
+    pub contact_unit: String,
+    /// Autocorrelation of the whitened residual.
+    #[serde(default)]
+    pub autocorrelation: Option<ResidualAutocorrelation>,
+    /// Quantiles of the whitened residual.
+    #[serde(default)]
+    pub quantiles: Option<ResidualQuantiles>,
+}
+
+/// The mean residual in bins of a quantity.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// The quantity, e.g. `time since release`.
+    pub against: String,
+    /// Its unit.
+    pub against_unit: String,
+    /// The residual, e.g. `height residual`.
+    pub residual: String,
+    /// Its unit.
+    pub unit: String,
+    /// Bins before.
+    pub before: Bins,
+    /// Bins after; empty where nothing was added.
+    #[serde(default)]
+    pub after: Bins,
+}
+
+/// Means in bins, with 95 % intervals.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bins {
+    /// Bin centres.
+    #[serde(with = "crate::nullable")]
+    pub x: Vec<f64>,
+    /// Mean residuals.
+    #[serde(with = "crate::nullable")]
+    pub mean: Vec<f64>,
+    /// Lower ends; may be empty.
+    #[serde(default, with = "crate::nullable")]
+    pub lower95: Vec<f64>,
+    /// Upper ends; may be empty.
+    #[serde(default, with = "crate::nullable")]
+    pub upper95: Vec<f64>,
+}
+
+/// Root mean square residual in one kind of contact.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactError {
+    /// Where, e.g. `before the first impact`.
+    pub label: String,
+    /// Before.
+    pub before: Option<Rmse>,
+    /// After.
+    pub after: Option<Rmse>,
+}
+
+/// Autocorrelations by lag, without lag 0.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResidualAutocorrelation {
+    /// Lags.
+    #[serde(with = "crate::nullable")]
+    pub lag: Vec<f64>,
+    /// Unit of the lags.
+    pub lag_unit: String,
+    /// Correlations before.
+    #[serde(with = "crate::nullable")]
+    pub before: Vec<f64>,
+    /// Correlations after; may be empty.
+    #[serde(default, with = "crate::nullable")]
+    pub after: Vec<f64>,
+    /// Half width of the 95 % band of white noise.
+    pub white95: Option<f64>,
+}
+
+/// Quantiles in units of the sensor's standard deviation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResidualQuantiles {
+    /// Standard normal quantiles.
+    #[serde(with = "crate::nullable")]
+    pub normal: Vec<f64>,
+    /// Residual quantiles before.
+    #[serde(with = "crate::nullable")]
+    pub before: Vec<f64>,
+    /// Residual quantiles after; may be empty.
+    #[serde(default, with = "crate::nullable")]
+    pub after: Vec<f64>,
+}
+
+/// A held-out trajectory with predictions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Example {
+    /// Trajectory, e.g. `trajectory 31`.
+    pub trajectory: String,
+    /// Channel, e.g. `height`.
+    pub channel: String,
+    /// Its unit.
+    pub unit: String,
+    /// Times, s.
+    #[serde(with = "crate::nullable")]
+    pub t_s: Vec<f64>,
+    /// Measured values.
+    #[serde(with = "crate::nullable")]
+    pub measured: Vec<f64>,
+    /// Predictions of the calibrated (or declared) model.
+    #[serde(with = "crate::nullable")]
+    pub before: Vec<f64>,
+    /// Predictions of the augmented model; may be empty.
+    #[serde(default, with = "crate::nullable")]
+    pub after: Vec<f64>,
+}
+
+/// A candidate model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The kinds of its effects; empty for the calibrated model itself.
+    pub kinds: Vec<String>,
+    /// Their parameters.
+    #[serde(default)]
+    pub parameters: Vec<Parameter>,
+    /// Gain over the calibrated model, in `score_unit`; larger is better.
+    pub score: Option<f64>,
+    /// Whether it was chosen.
+    #[serde(default)]
+    pub chosen: bool,
+    /// Why it won or lost, in a few words.
+    pub why: String,
+}
+
+/// Correlations of fitted parameters.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Correlations {
+    /// Parameter names.
+    pub names: Vec<String>,
+    /// One row per name.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+/// The noise that was found in the data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Estimated standard deviation of the sensor.
+    pub sd: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub ci95: Option<[f64; 2]>,
+    /// The declared one.
+    #[serde(default)]
+    pub declared_sd: Option<f64>,
+    /// Unit of all three.
+    pub unit: String,
+    /// Findings, e.g. `noise-autocorrelated` with a sentence.
+    #[serde(default)]
+    pub findings: Vec<NoiseFinding>,
+}
+
+/// Something about the noise that is not as declared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NoiseFinding {
+    /// Kind, e.g. `timing-jitter`.
+    pub kind: String,
+    /// What was found, in a sentence.
+    pub text: String,
+}
+
+/// A residual that no effect in the library explains.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// Where it lives, e.g. `at impacts`.
+    pub r#where: String,
+    /// What it depends on, e.g. `impact speed`.
+    pub against: String,
+    /// The sparse-regression term that removes most of it, e.g. `0.031·v²`; may be empty.
+    pub term: String,
+}
+
+/// The report as one HTML page.
+#[must_use]
+pub fn discovery_report(report: &DiscoveryReport) -> String {
+    page::page(report).render()
+}

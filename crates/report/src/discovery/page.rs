@@ -1,0 +1,134 @@
+//! From a discovery to a page: the order of the sections, the verdict, the error before and after.
+
+use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, findings};
+use crate::figure::{Axis, Bar, BarGroup, Bars, Tone};
+use crate::page::{Block, Cell, Column, FigureBlock, KeyFigure, Page, Row, Section, Table};
+use crate::plot::text::significant;
+
+/// Colours of the stages, the same in the whole report.
+pub(super) const BEFORE: Tone = Tone::Series(1);
+pub(super) const AFTER: Tone = Tone::Series(0);
+
+pub(super) fn page(report: &DiscoveryReport) -> Page {
+    let mut reproduce = Vec::new();
+    if !report.reproduce.is_empty() {
+        reproduce.push(Block::Code { caption: String::new(), text: report.reproduce.join("\n") });
+    }
+    let methods =
+        if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] };
+    Page {
+        overline: format!("augsim · discovery report · {}", report.scenario),
+        title: report.title.clone(),
+        verdict: report.verdict.words().to_owned(),
+        summary: report.sentence.clone(),
+        key_figures: key_figures(report),
+        sections: vec![
+            Section::new("Error on held-out trajectories", error(&report.error)),
+            Section::new("What was found", findings::found(report)),
+            Section::new("What remains open", findings::open(report)),
+            Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
+            Section::new("Held-out trajectories", anatomy::examples(&report.examples)),
+            Section::new("Candidates", findings::candidates(report)),
+            Section::new("How well the parameters are told apart", findings::correlations(report)),
+            Section::new("Noise", findings::noise(&report.noise)),
+            Section::new("Augmented model", findings::model(report)),
+            Section::new("Remarks", report.notes.iter().cloned().map(Block::Prose).collect()),
+            Section::new("Methods and references", methods),
+            Section::new("How to reproduce", reproduce),
+        ],
+        provenance: report.provenance.clone(),
+    }
+}
+
+fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
+    let e = &report.error;
+    let figure = |label: &str, value: Option<f64>, unit: &str, note: String| {
+        Some(KeyFigure {
+            value: significant(value?, 3),
+            unit: unit.to_owned(),
+            label: label.to_owned(),
+            note,
+        })
+    };
+    let rmse = |r: Option<Rmse>| r.map(|r| r.rmse);
+    let floor = rmse(e.noise_floor)
+        .map_or_else(String::new, |f| format!("noise floor {}\u{202f}{}", significant(f, 3), e.unit));
+    let after_label =
+        if e.augmented.is_some() { "error with the effects added" } else { "error after calibration" };
+    let share_note = match report.verdict {
+        Verdict::NothingToAdd => "by calibration",
+        _ => "of what noise does not explain",
+    };
+    [
+        figure("error as declared", rmse(e.declared), &e.unit, "held-out, root mean square".to_owned()),
+        figure(after_label, rmse(e.augmented.or(e.calibrated)), &e.unit, floor),
+        figure("removable error removed", e.explained_share.map(|s| s * 100.0), "%", share_note.to_owned()),
+        report.seconds.map(|s| KeyFigure {
+            value: significant(s, 2),
+            unit: "s".to_owned(),
+            label: "time of the run".to_owned(),
+            note: String::new(),
+        }),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn error(e: &ErrorSummary) -> Vec<Block> {
+    let stages = [
+        ("declared", e.declared, BEFORE, "the model file as it is"),
+        ("calibrated", e.calibrated, Tone::Series(2), "declared parameters fitted"),
+        ("augmented", e.augmented, AFTER, "with the effects added"),
+        ("noise floor", e.noise_floor, Tone::Muted, "what the sensor alone gives"),
+    ];
+    let shown: Vec<_> = stages.into_iter().filter(|s| s.1.is_some()).collect();
+    if shown.is_empty() {
+        return vec![Block::Prose("No held-out trajectories were evaluated.".to_owned())];
+    }
+    let quantity = format!("{} error", e.quantity);
+    let bars = shown.iter().map(|(name, rmse, tone, _)| Bar {
+        name: (*name).to_owned(),
+        tone: *tone,
+        value: rmse.map(|r| r.rmse),
+        interval: rmse.and_then(|r| r.ci95),
+    });
+    let figure = Bars {
+        title: format!("Root mean square {quantity} on {} held-out trajectories", e.heldout_trajectories),
+        value: Axis::linear(&quantity, &e.unit),
+        groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
+        references: Vec::new(),
+    };
+    let rows = shown.iter().map(|(name, rmse, _, what)| {
+        let rmse = rmse.unwrap_or_default();
+        Row {
+            cells: vec![Cell::text(*name), Cell::text(*what), Cell::estimate(rmse.rmse, rmse.ci95)],
+            compare: None,
+            strong: *name == "augmented",
+        }
+    });
+    let table = Table {
+        caption: format!("Error of the {} on {} held-out trajectories", e.quantity, e.heldout_trajectories),
+        columns: vec![
+            Column::text("model"),
+            Column::text("which is"),
+            Column::number("root mean square error [95 %]", &e.unit),
+        ],
+        rows: rows.collect(),
+        footnotes: vec![
+            "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
+        ],
+    };
+    let share = e.explained_share.map(|s| {
+        Block::Prose(format!(
+            "Of the error that noise does not explain, {} % was removed.",
+            significant(s * 100.0, 3)
+        ))
+    });
+    let mut blocks: Vec<Block> = share.into_iter().collect();
+    blocks.extend([
+        Block::Table(table),
+        Block::Figure(Box::new(FigureBlock { figure: figure.into(), caption: String::new() })),
+    ]);
+    blocks
+}

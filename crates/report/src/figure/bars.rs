@@ -1,0 +1,153 @@
+//! Horizontal bars with intervals, in labelled groups.
+
+use maud::{Markup, html};
+use serde::{Deserialize, Serialize};
+
+use super::{Axis, Reference, Target, Tone};
+use crate::plot::frame::{Key, LABEL, Swatch, TICK, header, label, no_data, svg};
+use crate::plot::scale::{Scale, drawable};
+use crate::plot::text::{coordinate as c, shorten, significant, width};
+
+/// One bar.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bar {
+    /// Name; bars of the same name share a legend entry.
+    pub name: String,
+    /// Colour.
+    pub tone: Tone,
+    /// Length; absent: the bar says "no data".
+    pub value: Option<f64>,
+    /// Interval drawn over the end of the bar.
+    #[serde(default)]
+    pub interval: Option<[f64; 2]>,
+}
+
+/// Bars under one label.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BarGroup {
+    /// Label; empty where each bar's own name is label enough.
+    pub label: String,
+    /// The bars, top to bottom.
+    pub bars: Vec<Bar>,
+}
+
+/// A bar chart. One group: each bar is labelled by its name; several: by group, with a legend.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bars {
+    /// Title.
+    pub title: String,
+    /// Axis of the values.
+    pub value: Axis,
+    /// The groups, top to bottom.
+    pub groups: Vec<BarGroup>,
+    /// Vertical reference lines.
+    #[serde(default)]
+    pub references: Vec<Reference>,
+}
+
+const THICK: f64 = 13.0;
+const STEP: f64 = 20.0;
+
+impl Bars {
+    pub(crate) fn draw(&self, target: &Target) -> Markup {
+        let all = || self.groups.iter().flat_map(|g| &g.bars);
+        let ends = all().flat_map(|b| b.value.into_iter().chain(b.interval.into_iter().flatten()));
+        let any = all().any(|b| b.value.is_some_and(drawable));
+        let axis = Axis { include_zero: self.value.scale == super::Scale::Linear, ..self.value.clone() };
+        let references = self.references.iter().map(|r| r.value);
+        let Some(scale) = Scale::fit(&axis, ends.chain(references).filter(|_| any), 0.04, (0.0, 1.0)) else {
+            return no_data(target, &self.title, &self.value.label);
+        };
+        let grouped = self.groups.len() > 1;
+        let mut keys: Vec<Key> = Vec::new();
+        for bar in all().filter(|_| grouped) {
+            if keys.iter().all(|k| k.name != bar.name) {
+                keys.push(Key { name: bar.name.clone(), tone: bar.tone, swatch: Swatch::Bar });
+            }
+        }
+        let (head, head_height) = header(target.width, &self.title, if keys.len() > 1 { &keys } else { &[] });
+        let names = || {
+            self.groups
+                .iter()
+                .flat_map(|g| if grouped { vec![&g.label] } else { g.bars.iter().map(|b| &b.name).collect() })
+        };
+        let widest = names().map(|n| width(n, LABEL)).fold(0.0, f64::max).min(target.width * 0.42);
+        let value_width =
+            all().filter_map(|b| b.value).map(|v| width(&significant(v, 3), TICK)).fold(0.0, f64::max);
+        let (left, right) = (widest + 10.0, target.width - value_width - 12.0);
+        let scale = scale.on(left, right);
+        let top = head_height + if self.references.is_empty() { 10.0 } else { 26.0 };
+
+        let mut y = top;
+        let mut rows = Vec::new();
+        for group in &self.groups {
+            if grouped {
+                let middle = y + group.bars.len() as f64 * STEP / 2.0;
+                rows.push(label("", 0.0, middle + 3.8, LABEL, &shorten(&group.label, LABEL, widest)));
+            }
+            for bar in &group.bars {
+                let name = if grouped { "" } else { bar.name.as_str() };
+                rows.push(bar_row(&scale, bar, name, y + STEP / 2.0, widest, target.width));
+                y += STEP;
+            }
+            y += 8.0;
+        }
+        let bottom = y;
+        let (ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
+        let body = html! {
+                    (head)
+                    @for (value, text) in &ticks {
+                        @if let Some(x) = scale.at(*value) {
+                            path class="gr" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
+                            (label("mu mi", x, bottom + 15.0, TICK, text))
+                        }
+                    }
+                    @for part in &rows { (part) }
+                    @if let Some(x) = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low }) {
+                        path class="ax" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
+                    }
+                    @for reference in self.references.iter().filter(|r| scale.holds(r.value)) {
+                        @if let Some(x) = scale.at(reference.value) {
+                            path class="rf" d={ "M" (c(x)) " " (c(top - 4.0)) "V" (c(bottom)) } {}
+        @let text = shorten(&reference.label, TICK, target.width * 0.45);
+                            @let fits_right = x + width(&text, TICK) < target.width;
+                            (label(if fits_right { "" } else { "en" }, x, top - 9.0, TICK, &text))
+                        }
+                    }
+                    (label("mu en", right, bottom + 32.0, LABEL, &shorten(&self.value.text(power), LABEL, right)))
+                };
+        svg(target, bottom + 39.0, &self.title, &self.describe(), &body)
+    }
+
+    fn describe(&self) -> String {
+        let mut words = format!("{}.", self.value.text(0));
+        for group in &self.groups {
+            for bar in &group.bars {
+                let value = bar.value.map_or_else(|| "no data".to_owned(), |v| self.value.value(v));
+                let place = if group.label.is_empty() { String::new() } else { format!("{}, ", group.label) };
+                words.push_str(&format!(" {place}{}: {value}.", bar.name));
+            }
+        }
+        words
+    }
+}
+
+/// One bar with name, interval and its value at the right.
+fn bar_row(scale: &Scale, bar: &Bar, name: &str, middle: f64, name_width: f64, right: f64) -> Markup {
+    let base = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low });
+    let tone = bar.tone.class();
+    let value = bar.value.filter(|v| drawable(*v));
+    html! {
+        @if !name.is_empty() { (label("", 0.0, middle + 3.8, LABEL, &shorten(name, LABEL, name_width))) }
+        @match value.and_then(|v| Some((base?, scale.at(v)?, v))) {
+            Some((zero, end, v)) => {
+                rect class={ "br " (tone) } x=(c(zero.min(end))) y=(c(middle - THICK / 2.0)) width=(c((end - zero).abs().max(0.5))) height=(c(THICK)) rx="1" {}
+                @if let Some((a, b)) = bar.interval.and_then(|[a, b]| Some((scale.at(a)?, scale.at(b)?))) {
+                    path class="iv ki" d={ "M" (c(a)) " " (c(middle)) "H" (c(b)) "M" (c(a)) " " (c(middle - 3.0)) "v6M" (c(b)) " " (c(middle - 3.0)) "v6" } {}
+                }
+                (label("en", right, middle + 3.8, TICK, &significant(v, 3)))
+            }
+            None => (label("mu en", right, middle + 3.8, TICK, "–")),
+        }
+    }
+}

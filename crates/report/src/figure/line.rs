@@ -1,0 +1,253 @@
+//! Line chart: named series with optional bands, reference lines and event markers.
+
+use maud::{Markup, html};
+use serde::{Deserialize, Serialize};
+
+use super::{Axis, Event, Reference, Target, Tone};
+use crate::plot::frame::{Frame, Key, LABEL, Spec, Swatch, label, no_data};
+use crate::plot::marker::marker;
+use crate::plot::path;
+use crate::plot::scale::{Scale, drawable};
+use crate::plot::text::{coordinate as c, shorten, width};
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    /// A line; missing values are gaps.
+    #[default]
+    Line,
+    /// A marker at each value.
+    Points,
+    /// A line with a marker at each value.
+    LinePoints,
+}
+
+/// An interval around a series.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// Probability that it holds, e.g. `0.9`.
+    pub level: f64,
+    /// Lower ends, one per x.
+    #[serde(with = "crate::nullable")]
+    pub lower: Vec<f64>,
+    /// Upper ends, one per x.
+    #[serde(with = "crate::nullable")]
+    pub upper: Vec<f64>,
+}
+
+/// A named series.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Name for legend and direct label.
+    pub name: String,
+    /// Colour, dash, marker.
+    pub tone: Tone,
+    /// Horizontal values.
+    #[serde(with = "crate::nullable")]
+    pub x: Vec<f64>,
+    /// Vertical values; NaN is a gap.
+    #[serde(with = "crate::nullable")]
+    pub y: Vec<f64>,
+    /// Intervals, widest first.
+    #[serde(default)]
+    pub bands: Vec<Band>,
+    /// Line or points.
+    #[serde(default)]
+    pub mark: Mark,
+}
+
+impl Series {
+    /// A plain line.
+    #[must_use]
+    pub fn line(name: &str, tone: Tone, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), tone, x, y, ..Self::default() }
+    }
+
+    /// This series with a band of probability `level`.
+    #[must_use]
+    pub fn with_band(mut self, level: f64, lower: Vec<f64>, upper: Vec<f64>) -> Self {
+        self.bands.push(Band { level, lower, upper });
+        self
+    }
+
+    /// This series with another mark.
+    #[must_use]
+    pub fn with_mark(self, mark: Mark) -> Self {
+        Self { mark, ..self }
+    }
+
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.x.iter().copied().zip(self.y.iter().copied())
+    }
+}
+
+/// A line chart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// Title, one or two short lines.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// The series, drawn in order.
+    pub series: Vec<Series>,
+    /// Horizontal reference lines.
+    #[serde(default)]
+    pub references: Vec<Reference>,
+    /// Vertical event markers.
+    #[serde(default)]
+    pub events: Vec<Event>,
+    /// Leaves out the legend, where a grid has one for all its figures.
+    #[serde(default)]
+    pub hide_legend: bool,
+}
+
+impl Line {
+    /// An empty chart.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+        Self { title: title.to_owned(), x, y, ..Self::default() }
+    }
+
+    /// This chart with one more series.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    pub(crate) fn draw(&self, target: &Target) -> Markup {
+        let drawn: Vec<&Series> =
+            (self.series.iter()).filter(|s| s.points().any(|(x, y)| drawable(x) && drawable(y))).collect();
+        let xs = drawn.iter().flat_map(|s| s.x.iter().copied());
+        let ys = drawn.iter().flat_map(|s| {
+            let bands = s.bands.iter().flat_map(|b| b.lower.iter().chain(&b.upper));
+            s.y.iter().chain(bands).copied()
+        });
+        let references = self.references.iter().map(|r| r.value);
+        let (Some(x), Some(y)) = (
+            Scale::fit(&self.x, xs, 0.0, (0.0, 1.0)),
+            Scale::fit(&self.y, ys.chain(references.filter(|_| !drawn.is_empty())), 0.05, (1.0, 0.0)),
+        ) else {
+            return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
+        };
+        let direct = !self.hide_legend
+            && target.width >= 440.0
+            && (2..=5).contains(&drawn.len())
+            && drawn.iter().all(|s| s.mark != Mark::Points)
+            && ends_apart(&y, &drawn);
+        let room = target.width * 0.3;
+        let widest = drawn.iter().map(|s| width(&s.name, LABEL)).fold(0.0, f64::max).min(room);
+        let spec = Spec {
+            title: &self.title,
+            x: &self.x,
+            y: &self.y,
+            keys: if self.hide_legend || direct || drawn.iter().all(|s| s.name.is_empty()) {
+                Vec::new()
+            } else {
+                keys(&drawn)
+            },
+            right: if direct { widest + 26.0 } else { 8.0 },
+            aspect: None,
+        };
+        let frame = Frame::new(target, &spec, x, y);
+        let (guides, guide_labels) = frame.guides(&self.references, &self.events);
+        let marks = html! {
+            @for s in &drawn { @for band in &s.bands { (draw_band(&frame, s, band)) } }
+            (guides)
+            @for s in &drawn { (draw_series(&frame, s)) }
+        };
+        let labels = html! {
+            (guide_labels)
+            @if direct { (direct_labels(&frame, &drawn, room)) }
+        };
+        frame.finish(target, &self.title, &self.describe(&drawn), &marks, &labels)
+    }
+
+    fn describe(&self, drawn: &[&Series]) -> String {
+        let mut words = format!("{} against {}.", self.y.text(0), self.x.text(0));
+        for s in drawn {
+            let ys: Vec<f64> = s.y.iter().copied().filter(|v| drawable(*v)).collect();
+            if let (Some(first), Some(last)) = (ys.first(), ys.last()) {
+                words.push_str(&format!(
+                    " {}: from {} to {}.",
+                    s.name,
+                    self.y.value(*first),
+                    self.y.value(*last)
+                ));
+            }
+        }
+        words
+    }
+}
+
+/// Whether the lines end far enough apart for names beside them; else a legend reads better.
+fn ends_apart(y: &Scale, drawn: &[&Series]) -> bool {
+    // The plot area is about 230 pixels high, a name needs 15.
+    let scale = y.on(0.0, 230.0);
+    let mut ends: Vec<f64> =
+        (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.windows(2).all(|pair| pair[1] - pair[0] >= 9.0)
+}
+
+fn keys(drawn: &[&Series]) -> Vec<Key> {
+    let swatch = |s: &Series| {
+        if s.mark == Mark::Points { Swatch::Point } else { Swatch::Line }
+    };
+    drawn.iter().map(|s| Key { name: s.name.clone(), tone: s.tone, swatch: swatch(s) }).collect()
+}
+
+/// The area of a band; the two usual levels differ in depth.
+fn draw_band(frame: &Frame, series: &Series, band: &Band) -> Markup {
+    let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(|(x, (l, u))| {
+        let (px, low) = frame.at(*x, *l)?;
+        Some((px, low, frame.y.at(*u)?))
+    }));
+    let class = if band.level <= 0.7 { "b5" } else { "b9" };
+    html! { path class={ (class) " " (series.tone.class()) } d=(area) {} }
+}
+
+fn draw_series(frame: &Frame, series: &Series) -> Markup {
+    let points: Vec<_> = series.points().map(|(x, y)| frame.at(x, y)).collect();
+    let r = if points.len() > 120 { 1.8 } else { 3.0 };
+    html! {
+        @if series.mark != Mark::Points {
+            path class={ "ln " (series.tone.class()) } d=(path::line(&path::runs(points.iter().copied()))) {}
+        }
+        @if series.mark != Mark::Line {
+            @for (x, y) in points.iter().flatten() { (marker(series.tone, *x, *y, r)) }
+        }
+    }
+}
+
+/// Names at the ends of the lines, moved apart where the ends are close, tied to them by a hair line.
+fn direct_labels(frame: &Frame, drawn: &[&Series], room: f64) -> Markup {
+    let plot = frame.plot;
+    let mut ends: Vec<((f64, f64), &Series)> = (drawn.iter())
+        .filter_map(|s| {
+            let last = s.points().filter_map(|(x, y)| frame.at(x, y)).last()?;
+            Some(((last.0, last.1.clamp(plot.top, plot.bottom)), *s))
+        })
+        .collect();
+    ends.sort_by(|a, b| a.0.1.total_cmp(&b.0.1));
+    let gap = 15.0;
+    let mut places: Vec<f64> = Vec::new();
+    for (end, _) in &ends {
+        let free = places.last().map_or(plot.top, |last| last + gap);
+        places.push(end.1.max(free));
+    }
+    let mut limit = plot.bottom;
+    for place in places.iter_mut().rev() {
+        *place = place.min(limit);
+        limit = *place - gap;
+    }
+    html! {
+        @for ((end, series), y) in ends.iter().zip(&places) {
+            path class={ "ld " (series.tone.class()) } d={ "M" (c(end.0 + 2.0)) " " (c(end.1)) "L" (c(plot.right + 14.0)) " " (c(*y)) "h4" } {}
+            (label("", plot.right + 21.0, y + 3.8, LABEL, &shorten(&series.name, LABEL, room)))
+        }
+    }
+}

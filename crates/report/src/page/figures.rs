@@ -1,0 +1,131 @@
+//! Figures in a page: one over the whole width, or a grid of small multiples.
+//!
+//! A wide figure is drawn twice, for wide and for narrow screens, and the style shows one of them:
+//! text in an SVG that is scaled down to a telephone could not be read.
+
+use maud::{Markup, html};
+use serde::{Deserialize, Serialize};
+
+use super::rich;
+use crate::figure::{Fan, Figure, Target, Tone};
+use crate::plot::frame::{Key, Swatch, swatch};
+
+/// Width of every figure on a narrow screen.
+const NARROW: f64 = 360.0;
+
+/// A figure over the whole width of the page.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FigureBlock {
+    /// The figure.
+    pub figure: Figure,
+    /// What to see in it; may be empty.
+    pub caption: String,
+}
+
+/// Columns of a grid on a wide screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Columns {
+    /// Two columns.
+    #[default]
+    Two,
+    /// Three columns.
+    Three,
+}
+
+/// Figures side by side, with one legend and one caption.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// Columns on a wide screen.
+    pub columns: Columns,
+    /// Legend for all figures (which then hide theirs); may be empty.
+    #[serde(default)]
+    pub legend: Vec<LegendEntry>,
+    /// The figures, row by row.
+    pub figures: Vec<Figure>,
+    /// What to see in them; may be empty.
+    pub caption: String,
+}
+
+/// An entry of a grid's legend.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LegendEntry {
+    /// A line of this name and tone.
+    Line(String, Tone),
+    /// A marker of this name and tone.
+    Points(String, Tone),
+    /// The median and the two bands of a fan chart, and the truth.
+    Fan(Tone),
+}
+
+impl LegendEntry {
+    fn keys(&self) -> Vec<Key> {
+        match self {
+            Self::Line(name, tone) => vec![Key { name: name.clone(), tone: *tone, swatch: Swatch::Line }],
+            Self::Points(name, tone) => {
+                vec![Key { name: name.clone(), tone: *tone, swatch: Swatch::Point }]
+            }
+            Self::Fan(tone) => Fan::keys(*tone),
+        }
+    }
+}
+
+/// Counts figures, so that every element id is unique in the page.
+#[derive(Debug, Default)]
+pub(super) struct Ids {
+    figures: usize,
+}
+
+impl Ids {
+    fn next(&mut self) -> String {
+        self.figures += 1;
+        format!("f{}", self.figures)
+    }
+}
+
+fn one(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
+    figure.draw(&Target { width, id: &ids.next(), standalone: false })
+}
+
+fn both(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
+    html! {
+        div class="wide" { (one(figure, width, ids)) }
+        div class="narrow" { (one(figure, NARROW, ids)) }
+    }
+}
+
+impl FigureBlock {
+    pub(super) fn draw(&self, ids: &mut Ids) -> Markup {
+        html! {
+            figure {
+                (both(&self.figure, 960.0, ids))
+                @if !self.caption.is_empty() { figcaption { (rich(&self.caption)) } }
+            }
+        }
+    }
+}
+
+impl Grid {
+    pub(super) fn draw(&self, ids: &mut Ids) -> Markup {
+        html! {
+            figure {
+                @if !self.legend.is_empty() {
+                    ul class="legend" {
+                        @for key in self.legend.iter().flat_map(LegendEntry::keys) {
+                            li {
+                                svg class="fig" viewBox="0 0 24 14" width="24" height="14" aria-hidden="true" { (swatch(&key, 2.0, 7.0)) }
+                                (key.name)
+                            }
+                        }
+                    }
+                }
+                @match self.columns {
+                    Columns::Two => div class="grid c2" { @for f in &self.figures { div { (both(f, 500.0, ids)) } } },
+                    Columns::Three => div class="grid c3" { @for f in &self.figures { div { (one(f, 336.0, ids)) } } },
+                }
+                @if !self.caption.is_empty() { figcaption { (rich(&self.caption)) } }
+            }
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! One self-contained HTML page: prose, tables, figures, commands, methods, provenance.
+//!
+//! Text may carry `code` between backticks; everything is escaped. The page has no script and loads
+//! nothing; it reads on a telephone, in the dark and on paper.
+
+mod figures;
+mod style;
+mod table;
+
+pub use figures::{Columns, FigureBlock, Grid, LegendEntry};
+pub(crate) use table::estimate_text;
+pub use table::{Best, Cell, Column, Row, Table};
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde::{Deserialize, Serialize};
+
+use crate::plot::palette;
+use figures::Ids;
+
+/// A page.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Page {
+    /// Small line above the title, e.g. the kind of report.
+    pub overline: String,
+    /// Title.
+    pub title: String,
+    /// One word for the outcome, e.g. `explained`; empty for none.
+    #[serde(default)]
+    pub verdict: String,
+    /// The outcome in one or two sentences.
+    pub summary: String,
+    /// The few numbers to remember.
+    #[serde(default)]
+    pub key_figures: Vec<KeyFigure>,
+    /// The body.
+    pub sections: Vec<Section>,
+    /// Where it all comes from; the last section.
+    #[serde(default)]
+    pub provenance: Provenance,
+}
+
+/// A number in large type.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KeyFigure {
+    /// The number as text.
+    pub value: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub label: String,
+    /// What to compare it with.
+    #[serde(default)]
+    pub note: String,
+}
+
+/// A section with a heading.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Heading.
+    pub title: String,
+    /// Content, in order.
+    pub blocks: Vec<Block>,
+}
+
+/// A piece of a section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "block", content = "content", rename_all = "kebab-case")]
+pub enum Block {
+    /// A paragraph.
+    Prose(String),
+    /// A smaller heading.
+    Heading(String),
+    /// Terms and what they mean.
+    Definitions(Vec<(String, String)>),
+    /// An unordered list.
+    List(Vec<String>),
+    /// A paragraph set apart, e.g. the next experiment.
+    Callout(String),
+    /// A table.
+    Table(Table),
+    /// A figure over the whole width.
+    Figure(Box<FigureBlock>),
+    /// Small multiples.
+    Grid(Grid),
+    /// Text to copy: commands, a model file.
+    Code {
+        /// What it is.
+        caption: String,
+        /// The text, kept line by line.
+        text: String,
+    },
+    /// Methods with their sources.
+    Methods(Vec<Method>),
+}
+
+/// A method that was used, and where it comes from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Method {
+    /// Name.
+    pub name: String,
+    /// What it was used for here.
+    pub purpose: String,
+    /// Author, title, place, year.
+    pub reference: String,
+}
+
+/// Where a report comes from. All of it is passed in, so that a report is a function of its input.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of the program.
+    pub version: String,
+    /// Seed of every random stream.
+    #[serde(default)]
+    pub seed: Option<u64>,
+    /// Data files.
+    #[serde(default)]
+    pub data: Vec<DataSource>,
+    /// Machine, e.g. processor and thread count.
+    #[serde(default)]
+    pub machine: Option<String>,
+    /// Date, e.g. `2026-01-31`.
+    #[serde(default)]
+    pub date: Option<String>,
+    /// Anything else, as name and value.
+    #[serde(default)]
+    pub more: Vec<(String, String)>,
+}
+
+/// A data file and the hash of its bytes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DataSource {
+    /// Path or name.
+    pub path: String,
+    /// Hash with its algorithm, e.g. `sha256:…`; empty for generated data.
+    #[serde(default)]
+    pub hash: String,
+}
+
+impl Section {
+    /// A section with `blocks`.
+    #[must_use]
+    pub fn new(title: &str, blocks: Vec<Block>) -> Self {
+        Self { title: title.to_owned(), blocks }
+    }
+}
+
+/// Escaped text with `code` between backticks.
+pub(crate) fn rich(text: &str) -> Markup {
+    let pieces: Vec<&str> = text.split('`').collect();
+    // An odd number of backticks is not markup.
+    if pieces.len().is_multiple_of(2) {
+        return html! { (text) };
+    }
+    html! {
+        @for (i, piece) in pieces.iter().enumerate() {
+            @if i % 2 == 1 { code { (piece) } } @else { (piece) }
+        }
+    }
+}
+
+impl Page {
+    /// The page as HTML. Sections without blocks are left out.
+    #[must_use]
+    pub fn render(&self) -> String {
+        let mut ids = Ids::default();
+        let sections: Vec<(usize, &Section)> =
+            self.sections.iter().filter(|s| !s.blocks.is_empty()).enumerate().collect();
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="generator" content={ "augsim " (self.provenance.version) };
+                    title { (self.title) }
+                    style { (PreEscaped(palette::variables_css(":root"))) (PreEscaped(palette::figure_css())) (PreEscaped(style::PAGE)) }
+                }
+                body {
+                    main {
+                        header {
+                            p class="over" { (self.overline.trim_end_matches([' ', '·'])) }
+                            @if !self.title.is_empty() { h1 { (self.title) } }
+                            p class="lead" {
+                                @if !self.verdict.is_empty() { span class="chip" { (self.verdict) } " " }
+                                (rich(&self.summary))
+                            }
+                            @if !self.key_figures.is_empty() { (key_figures(&self.key_figures)) }
+                        }
+                        @if sections.len() > 3 {
+                            nav aria-label="Sections" {
+                                @for (i, section) in &sections { a href={ "#s" (i + 1) } { (section.title) } }
+                            }
+                        }
+                        @for (i, section) in &sections {
+                            section id={ "s" (i + 1) } {
+                                h2 { (section.title) }
+                                @for block in &section.blocks { (draw_block(block, &mut ids)) }
+                            }
+                        }
+                        (provenance(&self.provenance))
+                    }
+                }
+            }
+        };
+        let mut text = page.into_string();
+        text.push('\n');
+        text
+    }
+}
+
+fn key_figures(figures: &[KeyFigure]) -> Markup {
+    html! {
+        dl class="keys" {
+            @for k in figures {
+                div {
+                    dt { (k.label) }
+                    dd {
+                        span class="big" { (k.value) @if !k.unit.is_empty() { span class="unit" { "\u{202f}" (k.unit) } } }
+                        @if !k.note.is_empty() { span class="note" { (k.note) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn draw_block(block: &Block, ids: &mut Ids) -> Markup {
+    match block {
+        Block::Prose(text) => html! { p { (rich(text)) } },
+        Block::Heading(text) => html! { h3 { (rich(text)) } },
+        Block::Callout(text) => html! { p class="callout" { (rich(text)) } },
+        Block::List(items) => html! { ul { @for item in items { li { (rich(item)) } } } },
+        Block::Definitions(terms) => html! {
+            dl class="terms" { @for (term, meaning) in terms { div { dt { (rich(term)) } dd { (rich(meaning)) } } } }
+        },
+        Block::Table(table) => table.draw(),
+        Block::Figure(figure) => figure.draw(ids),
+        Block::Grid(grid) => grid.draw(ids),
+        Block::Code { caption, text } => html! {
+            figure class="code" {
+                @if !caption.is_empty() { figcaption { (rich(caption)) } }
+                pre tabindex="0" { code { (text) } }
+            }
+        },
+        Block::Methods(methods) => html! {
+            ol class="methods" {
+                @for m in methods {
+                    li { strong { (m.name) } ": " (rich(&m.purpose)) " " span class="ref" { (rich(&m.reference)) } }
+                }
+            }
+        },
+    }
+}
+
+fn provenance(p: &Provenance) -> Markup {
+    let mut terms: Vec<(&str, String, String)> =
+        vec![("version", format!("augsim {}", p.version).trim_end().to_owned(), String::new())];
+    terms.extend(p.seed.map(|seed| ("seed", seed.to_string(), String::new())));
+    terms.extend(p.data.iter().map(|d| ("data", d.path.clone(), d.hash.clone())));
+    terms.extend(p.machine.clone().map(|m| ("machine", m, String::new())));
+    terms.extend(p.date.clone().map(|d| ("date", d, String::new())));
+    terms.extend(p.more.iter().map(|(name, value)| (name.as_str(), value.clone(), String::new())));
+    html! {
+        footer aria-label="Provenance" {
+            dl {
+                @for (term, value, hash) in &terms {
+                    div { dt { (term) } dd { (value) @if !hash.is_empty() { " " code { (hash) } } } }
+                }
+            }
+        }
+    }
+}

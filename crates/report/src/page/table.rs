@@ -1,0 +1,291 @@
+//! Tables: units in the head, numbers aligned on the decimal point, the best of each column marked.
+
+use maud::{Markup, html};
+use serde::{Deserialize, Serialize};
+
+use super::rich;
+use crate::plot::text::{decimals_for, fixed, significant};
+
+/// A table.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// The columns; the first one heads the rows.
+    pub columns: Vec<Column>,
+    /// The rows.
+    pub rows: Vec<Row>,
+    /// Notes under the table.
+    #[serde(default)]
+    pub footnotes: Vec<String>,
+}
+
+/// Which value of a column is best.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Best {
+    /// The smallest.
+    Lowest,
+    /// The largest.
+    Highest,
+    /// The nearest to a target, e.g. a nominal coverage.
+    Nearest(f64),
+}
+
+/// A column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Column {
+    /// Quantity.
+    pub title: String,
+    /// Unit; empty for none.
+    #[serde(default)]
+    pub unit: String,
+    /// Right-aligned numbers.
+    #[serde(default)]
+    pub numeric: bool,
+    /// Decimals of plain numbers; absent: three significant digits, cell by cell.
+    #[serde(default)]
+    pub decimals: Option<usize>,
+    /// What counts as best, if anything does.
+    #[serde(default)]
+    pub best: Option<Best>,
+}
+
+impl Column {
+    /// A column of words.
+    #[must_use]
+    pub fn text(title: &str) -> Self {
+        Self { title: title.to_owned(), ..Self::default() }
+    }
+
+    /// A column of numbers in `unit`.
+    #[must_use]
+    pub fn number(title: &str, unit: &str) -> Self {
+        Self { title: title.to_owned(), unit: unit.to_owned(), numeric: true, ..Self::default() }
+    }
+
+    /// This column with fixed decimals.
+    #[must_use]
+    pub fn decimals(self, decimals: usize) -> Self {
+        Self { decimals: Some(decimals), ..self }
+    }
+
+    /// This column with its best value marked.
+    #[must_use]
+    pub fn best(self, best: Best) -> Self {
+        Self { best: Some(best), ..self }
+    }
+}
+
+/// A row.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// One cell per column.
+    pub cells: Vec<Cell>,
+    /// Rows with the same word here compete for the best value; without one, a row does not compete.
+    #[serde(default)]
+    pub compare: Option<String>,
+    /// Whether the whole row is what the table is about.
+    #[serde(default)]
+    pub strong: bool,
+}
+
+impl From<Vec<Cell>> for Row {
+    fn from(cells: Vec<Cell>) -> Self {
+        Self { cells, ..Self::default() }
+    }
+}
+
+/// A cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cell {
+    /// Nothing to say, shown as "–".
+    #[default]
+    Missing,
+    /// Words.
+    Text(String),
+    /// A number in the column's unit.
+    Number(f64),
+    /// A number with its interval.
+    Interval {
+        /// The estimate.
+        value: f64,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+    },
+}
+
+impl Cell {
+    /// Words.
+    #[must_use]
+    pub fn text(text: impl Into<String>) -> Self {
+        Self::Text(text.into())
+    }
+
+    /// A number, or nothing.
+    #[must_use]
+    pub fn number(value: Option<f64>) -> Self {
+        value.map_or(Self::Missing, Self::Number)
+    }
+
+    /// An estimate with an interval where there is one.
+    #[must_use]
+    pub fn estimate(value: f64, interval: Option<[f64; 2]>) -> Self {
+        interval.map_or(Self::Number(value), |[low, high]| Self::Interval { value, low, high })
+    }
+
+    fn value(&self) -> Option<f64> {
+        match self {
+            Self::Number(v) | Self::Interval { value: v, .. } => v.is_finite().then_some(*v),
+            Self::Missing | Self::Text(_) => None,
+        }
+    }
+
+    fn draw(&self, column: &Column) -> Markup {
+        match self {
+            Self::Missing => html! { "–" },
+            Self::Text(text) => rich(text),
+            Self::Number(v) => {
+                html! { (column.decimals.map_or_else(|| significant(*v, 3), |d| fixed(*v, d))) }
+            }
+            Self::Interval { value, low, high } => {
+                let (value, interval) = estimate_text(*value, [*low, *high]);
+                html! { (value) span class="ci" { "[" (interval) "]" } }
+            }
+        }
+    }
+}
+
+/// An estimate and its interval, with decimals that show two digits of the interval's half width.
+pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
+    let half = (high - low).abs() / 2.0;
+    let size = value.abs().max(low.abs()).max(high.abs());
+    if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
+        return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
+    }
+    // Two digits of the half width where they matter (10 to 49), else one; three of the value.
+    let mantissa = half / 10f64.powf(half.log10().floor());
+    let digits = if mantissa < 4.95 { 2 } else { 1 };
+    let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));
+    (fixed(value, decimals), format!("{}, {}", fixed(low, decimals), fixed(high, decimals)))
+}
+
+impl Table {
+    /// Whether the cell holds the best value of its column among the rows it competes with.
+    fn is_best(&self, row: &Row, at: usize) -> bool {
+        let Some((column, group)) = self.columns.get(at).zip(row.compare.as_ref()) else {
+            return false;
+        };
+        let Some(best) = column.best else {
+            return false;
+        };
+        let badness = |row: &Row| {
+            let value = row.cells.get(at)?.value()?;
+            Some(match best {
+                Best::Lowest => value,
+                Best::Highest => -value,
+                Best::Nearest(target) => (value - target).abs(),
+            })
+        };
+        let rivals: Vec<f64> =
+            self.rows.iter().filter(|r| r.compare.as_ref() == Some(group)).filter_map(badness).collect();
+        rivals.len() > 1 && badness(row).is_some_and(|mine| rivals.iter().all(|r| mine <= *r))
+    }
+
+    /// Whether a rule sets this row apart from the one above: another group begins.
+    fn starts_group(&self, i: usize) -> bool {
+        i > 0 && self.rows.get(i).map(|r| &r.compare) != self.rows.get(i - 1).map(|r| &r.compare)
+    }
+
+    pub(super) fn draw(&self) -> Markup {
+        let class = |column: &Column, cell: &Cell| match cell {
+            _ if column.numeric => Some("num"),
+            // Short words stay on one line; sentences wrap.
+            Cell::Text(text) if text.chars().count() <= 18 => Some("nw"),
+            Cell::Text(_) => Some("tx"),
+            _ => None,
+        };
+        html! {
+            @if !self.caption.is_empty() { p class="cap" { (rich(&self.caption)) } }
+            div class="scroll stick" role="region" aria-label=(self.caption) tabindex="0" {
+                table {
+                    thead {
+                        tr {
+                            @for column in &self.columns {
+                                th scope="col" class=[column.numeric.then_some("num")] {
+                                    (rich(&column.title))
+                                    @if !column.unit.is_empty() { " " span class="unit" { (column.unit) } }
+                                }
+                            }
+                        }
+                    }
+                    tbody {
+                        @for (i, row) in self.rows.iter().enumerate() {
+                            tr class=[self.row_class(i, row)] {
+                                @for (at, (cell, column)) in row.cells.iter().zip(&self.columns).enumerate() {
+                                    @let best = self.is_best(row, at);
+                                    @if at == 0 {
+                                        th scope="row" { (cell.draw(column)) }
+                                    } @else {
+                                        td class=[class(column, cell)] {
+                                            @if best { span class="best" { (cell.draw(column)) } } @else { (cell.draw(column)) }
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            @if !self.footnotes.is_empty() {
+                div class="foot" { @for note in &self.footnotes { p { (rich(note)) } } }
+            }
+        }
+    }
+
+    fn row_class(&self, i: usize, row: &Row) -> Option<&'static str> {
+        match (row.strong, self.starts_group(i)) {
+            (true, true) => Some("strong sep"),
+            (true, false) => Some("strong"),
+            (false, true) => Some("sep"),
+            (false, false) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the best value is marked among rows that may be compared, and only there.
+    use super::*;
+
+    #[test]
+    fn best_is_sought_within_a_group_only() {
+        let row = |group: Option<&str>, value: f64| Row {
+            cells: vec![Cell::text("model"), Cell::Number(value)],
+            compare: group.map(str::to_owned),
+            strong: false,
+        };
+        let table = Table {
+            columns: vec![Column::text("model"), Column::number("error", "m").best(Best::Lowest)],
+            rows: vec![
+                row(Some("forecast"), 0.3),
+                row(Some("forecast"), 0.2),
+                row(Some("reconstruction"), 0.1),
+                row(None, 0.0),
+            ],
+            ..Table::default()
+        };
+        let best: Vec<bool> = table.rows.iter().map(|r| table.is_best(r, 1)).collect();
+        assert_eq!(best, [false, true, false, false]);
+    }
+
+    #[test]
+    fn an_interval_sets_the_digits_of_its_estimate() {
+        assert_eq!(estimate_text(0.013_21, [0.012_7, 0.013_8]), ("0.0132".into(), "0.0127, 0.0138".into()));
+        assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.00".into(), "−5.50, −2.50".into()));
+        assert_eq!(estimate_text(3.0, [3.0, 3.0]), ("3.00".into(), "3.00, 3.00".into()));
+    }
+}

@@ -1,0 +1,293 @@
+//! The frame of a figure with two numeric axes: title, legend, axes, grid, and the plot area that
+//! clips its marks.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::scale::Scale;
+use super::text::{coordinate as c, shorten, width, wrap};
+use super::{marker::marker, palette};
+use crate::figure::{Axis, Event, Reference, Target, Tone};
+
+/// Font sizes in pixels: title, axis labels and legend, tick labels.
+pub(crate) const TITLE: f64 = 13.0;
+pub(crate) const LABEL: f64 = 11.5;
+pub(crate) const TICK: f64 = 11.0;
+
+/// How a legend entry is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Swatch {
+    /// A line with its dash.
+    Line,
+    /// A line without one.
+    Solid,
+    /// A marker with its shape.
+    Point,
+    /// A filled box of a band: 50 % (dark) or 90 % (light).
+    Band50,
+    /// The lighter box.
+    Band90,
+    /// A filled bar.
+    Bar,
+    /// The dotted line of a reference.
+    Reference,
+}
+
+/// One entry of a legend.
+#[derive(Clone, Debug)]
+pub(crate) struct Key {
+    pub(crate) name: String,
+    pub(crate) tone: Tone,
+    pub(crate) swatch: Swatch,
+}
+
+/// A rectangle in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rect {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) right: f64,
+    pub(crate) bottom: f64,
+}
+
+/// A text element: font size and place are attributes, so that tests can measure it.
+pub(crate) fn label(class: &str, x: f64, y: f64, size: f64, content: &str) -> Markup {
+    html! { text class=(class) x=(c(x)) y=(c(y)) font-size=(c(size)) { (content) } }
+}
+
+/// The whole `<svg>`, with title and description for readers who do not see it.
+pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, body: &Markup) -> Markup {
+    let (w, h) = (c(target.width), c(height));
+    let (title_id, desc_id) = (format!("{}-t", target.id), format!("{}-d", target.id));
+    html! {
+        svg xmlns="http://www.w3.org/2000/svg" class="fig" viewBox={ "0 0 " (w) " " (h) } width=(w) height=(h)
+            role="img" aria-labelledby={ (title_id) " " (desc_id) } {
+            title id=(title_id) { (title) }
+            desc id=(desc_id) { (description) }
+            @if target.standalone {
+                style { (PreEscaped(palette::variables_css(".fig"))) (PreEscaped(palette::figure_css())) }
+                rect class="bg" width=(w) height=(h) {}
+            }
+            (body)
+        }
+    }
+}
+
+/// Title and legend at the top of a figure; returns them and the height they take.
+pub(crate) fn header(width_px: f64, title: &str, keys: &[Key]) -> (Markup, f64) {
+    let mut y = 2.0;
+    let mut parts = Vec::new();
+    for line in wrap(title, TITLE, width_px - 4.0, 2) {
+        y += 16.0;
+        parts.push(label("ti", 0.0, y - 2.0, TITLE, &line));
+    }
+    if !keys.is_empty() {
+        let (legend, height) = legend(keys, 0.0, y + 6.0, width_px);
+        parts.push(legend);
+        y += 6.0 + height;
+    }
+    (html! { @for part in &parts { (part) } }, y)
+}
+
+/// Legend entries in rows of at most `width_px`; returns them and their height.
+pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Markup, f64) {
+    let (mut x, mut y) = (left, top + 12.0);
+    let mut parts = Vec::new();
+    for key in keys {
+        let name = shorten(&key.name, LABEL, width_px - 26.0);
+        let advance = 26.0 + width(&name, LABEL) + 14.0;
+        if x > left && x + advance - 14.0 > left + width_px {
+            x = left;
+            y += 17.0;
+        }
+        parts.push(html! {
+            (swatch(key, x, y - 4.0))
+            (label("", x + 26.0, y, LABEL, &name))
+        });
+        x += advance;
+    }
+    (html! { @for part in &parts { (part) } }, y - top + 5.0)
+}
+
+/// The sample of a legend entry, 20 pixels wide, centred on `y`.
+pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
+    let tone = key.tone.class();
+    let rect = |class: &str| html! { rect class={ (class) " " (tone) } x=(c(x + 2.0)) y=(c(y - 5.0)) width="16" height="10" rx="1.5" {} };
+    match key.swatch {
+        Swatch::Line => html! { path class={ "ln " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} },
+        Swatch::Solid => {
+            html! { path class={ "ln so " (tone) } d={ "M" (c(x)) " " (c(y)) "h20" } {} }
+        }
+        Swatch::Point => marker(key.tone, x + 10.0, y, 3.6),
+        Swatch::Band50 => html! { (rect("b9")) (rect("b5")) },
+        Swatch::Band90 => rect("b9"),
+        Swatch::Bar => rect("br"),
+        Swatch::Reference => html! { path class="rf" d={ "M" (c(x)) " " (c(y)) "h20" } {} },
+    }
+}
+
+/// A figure that says that there is nothing to draw, and for which axes.
+pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
+    let (head, top) = header(target.width, title, &[]);
+    let height = top + 96.0;
+    let text = shorten(&format!("no data: {reason}"), LABEL, target.width - 24.0);
+    let body = html! {
+        (head)
+        rect class="pn" x="0" y=(c(top + 10.0)) width=(c(target.width)) height="78" rx="4" {}
+        (label("mu mi", target.width / 2.0, top + 53.0, LABEL, &text))
+    };
+    svg(target, height, title, &format!("No data: {reason}."), &body)
+}
+
+/// What a frame needs to know before anything is drawn.
+pub(crate) struct Spec<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) x: &'a Axis,
+    pub(crate) y: &'a Axis,
+    pub(crate) keys: Vec<Key>,
+    /// Width kept free to the right of the plot area for direct labels.
+    pub(crate) right: f64,
+    /// Height of the plot area over its width; `None` for the usual shape.
+    pub(crate) aspect: Option<f64>,
+}
+
+/// A laid-out frame: where the plot area is, and the scales into it.
+pub(crate) struct Frame {
+    pub(crate) plot: Rect,
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
+    height: f64,
+    head: Markup,
+    axes: Markup,
+}
+
+impl Frame {
+    /// Lays out a frame for scales that were fitted to the data (their pixels are set here).
+    pub(crate) fn new(target: &Target, spec: &Spec, x: Scale, y: Scale) -> Self {
+        let (head, head_height) = header(target.width, spec.title, &spec.keys);
+        let plot_guess = target.width - 46.0 - spec.right;
+        let plot_height = match spec.aspect {
+            Some(aspect) => (plot_guess * aspect).min(360.0),
+            None => (plot_guess * 0.56).clamp(150.0, 320.0),
+        };
+        let (y_ticks, y_power) = y.ticks(if plot_height > 230.0 { 6 } else { 5 });
+        let widest = y_ticks.iter().map(|t| width(&t.1, TICK)).fold(0.0, f64::max);
+        let left = (widest + 9.0).max(24.0);
+        let top = head_height + 25.0;
+        let plot = Rect { left, top, right: target.width - spec.right.max(8.0), bottom: top + plot_height };
+        let (x, y) = (x.on(plot.left, plot.right), y.on(plot.bottom, plot.top));
+        let (x_ticks, x_power) = x.ticks(((plot.right - plot.left) / 62.0).round().clamp(3.0, 10.0) as usize);
+        let x_label = shorten_to(&spec.x.text(x_power), plot.right - plot.left);
+        let y_label = shorten_to(&spec.y.text(y_power), target.width);
+        let axes = html! {
+            @for (value, text) in &y_ticks {
+                @if let Some(py) = y.at(*value) {
+                    path class="gr" d={ "M" (c(plot.left)) " " (c(py)) "H" (c(plot.right)) } {}
+                    (label("mu en", plot.left - 6.0, py + 3.8, TICK, text))
+                }
+            }
+            @if let Some(py) = y.at(0.0).filter(|_| y.holds(0.0) && y.low < 0.0) {
+                path class="ze" d={ "M" (c(plot.left)) " " (c(py)) "H" (c(plot.right)) } {}
+            }
+            path class="ax" d={ "M" (c(plot.left)) " " (c(plot.bottom)) "H" (c(plot.right)) } {}
+            @for (value, text) in &thin_ticks(&x, &x_ticks, target.width) {
+                @if let Some(px) = x.at(*value) {
+                    path class="ax" d={ "M" (c(px)) " " (c(plot.bottom)) "v4" } {}
+                    (label(tick_anchor(px, text, target.width), px, plot.bottom + 16.0, TICK, text))
+                }
+            }
+            (label("mu", 0.0, top - 9.0, LABEL, &y_label))
+            (label("mu en", plot.right, plot.bottom + 33.0, LABEL, &x_label))
+        };
+        Self { plot, x, y, height: plot.bottom + 40.0, head, axes }
+    }
+
+    /// The pixel of a data point; none where it cannot be drawn.
+    pub(crate) fn at(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+        Some((self.x.at(x)?, self.y.at(y)?))
+    }
+
+    /// Horizontal reference lines, vertical event lines, and the labels that fit beside them.
+    pub(crate) fn guides(&self, references: &[Reference], events: &[Event]) -> (Markup, Markup) {
+        let plot = self.plot;
+        let shown: Vec<(f64, &Reference)> = (references.iter())
+            .filter(|r| self.y.holds(r.value))
+            .filter_map(|r| self.y.at(r.value).map(|y| (y, r)))
+            .collect();
+        let events: Vec<(f64, &Event)> = (events.iter())
+            .filter(|e| self.x.holds(e.at))
+            .filter_map(|e| self.x.at(e.at).map(|x| (x, e)))
+            .collect();
+        let marks = html! {
+            @for (y, _) in &shown { path class="rf" d={ "M" (c(plot.left)) " " (c(*y)) "H" (c(plot.right)) } {} }
+            @for (x, _) in &events { path class="ev" d={ "M" (c(*x)) " " (c(plot.top)) "V" (c(plot.bottom)) } {} }
+        };
+        let mut free_from = plot.left;
+        let mut event_labels = Vec::new();
+        for (x, event) in &events {
+            let end = x + 4.0 + width(&event.label, TICK);
+            if !event.label.is_empty() && *x >= free_from && end <= plot.right {
+                event_labels.push(label("mu ha", x + 4.0, plot.top + 10.0, TICK, &event.label));
+                free_from = end + 6.0;
+            }
+        }
+        let mut taken: Vec<f64> = Vec::new();
+        let mut reference_labels = Vec::new();
+        for (y, reference) in &shown {
+            let above = y - 5.0;
+            let base = if above - 10.0 < plot.top + 14.0 { y + 13.0 } else { above };
+            let fits = width(&reference.label, TICK) < plot.right - plot.left;
+            if !reference.label.is_empty() && fits && taken.iter().all(|t| (t - base).abs() > 13.0) {
+                reference_labels.push(label("en ha", plot.right - 3.0, base, TICK, &reference.label));
+                taken.push(base);
+            }
+        }
+        (marks, html! { @for l in event_labels.iter().chain(&reference_labels) { (l) } })
+    }
+
+    /// The finished figure: `marks` are clipped to the plot area, `labels` are not.
+    pub(crate) fn finish(
+        &self,
+        target: &Target,
+        title: &str,
+        description: &str,
+        marks: &Markup,
+        labels: &Markup,
+    ) -> Markup {
+        let p = self.plot;
+        // A nested viewport clips without needing an id that is unique in the page.
+        let (w, h) = (p.right - p.left, p.bottom - p.top);
+        let view = format!("{} {} {} {}", c(p.left), c(p.top), c(w), c(h));
+        let body = html! {
+            (self.head)
+            (self.axes)
+            svg class="plot" x=(c(p.left)) y=(c(p.top)) width=(c(w)) height=(c(h)) viewBox=(view) overflow="hidden" { (marks) }
+            (labels)
+        };
+        svg(target, self.height, title, description, &body)
+    }
+}
+
+fn shorten_to(text: &str, width_px: f64) -> String {
+    shorten(text, LABEL, width_px)
+}
+
+/// Keeps a tick label inside the figure at its right edge.
+fn tick_anchor(px: f64, text: &str, right: f64) -> &'static str {
+    if px + width(text, TICK) / 2.0 > right { "mu en" } else { "mu mi" }
+}
+
+/// Drops tick labels that would touch their neighbour.
+fn thin_ticks(x: &Scale, ticks: &[(f64, String)], right: f64) -> Vec<(f64, String)> {
+    let mut end = f64::NEG_INFINITY;
+    let mut kept = Vec::new();
+    for (value, text) in ticks {
+        let Some(px) = x.at(*value) else { continue };
+        let w = width(text, TICK);
+        let start = if px + w / 2.0 > right { px - w } else { px - w / 2.0 };
+        if start > end + 5.0 {
+            end = start + w;
+            kept.push((*value, text.clone()));
+        }
+    }
+    kept
+}

@@ -1,0 +1,9 @@
+//! The parts that every figure is drawn from: scales, ticks, paths, text, colours, the frame.
+
+pub(crate) mod frame;
+pub(crate) mod marker;
+pub(crate) mod palette;
+pub(crate) mod path;
+pub(crate) mod scale;
+pub(crate) mod text;
+pub(crate) mod ticks;

@@ -1,0 +1,169 @@
+//! From data values to pixels, linear or logarithmic, with ranges that are always usable.
+
+use super::{text, ticks};
+use crate::figure::{Axis, Scale as Kind};
+
+/// Larger magnitudes count as missing: their differences would overflow.
+const LARGEST: f64 = 1e150;
+
+/// Whether a value can be drawn at all.
+pub(crate) fn drawable(value: f64) -> bool {
+    value.is_finite() && value.abs() < LARGEST
+}
+
+/// Smallest and largest drawable value; none for no data.
+pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().filter(|v| drawable(*v)).fold(None, |range, v| match range {
+        None => Some((v, v)),
+        Some((low, high)) => Some((low.min(v), high.max(v))),
+    })
+}
+
+/// A map from a data range to a pixel range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    kind: Kind,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    start: f64,
+    end: f64,
+    integer: bool,
+}
+
+impl Scale {
+    /// The scale of `axis` for data in `extent`, padded by `pad` of the range unless the axis has its
+    /// own domain. None where nothing can be drawn: no data, or no positive data on a log axis.
+    pub(crate) fn fit(
+        axis: &Axis,
+        values: impl IntoIterator<Item = f64>,
+        pad: f64,
+        pixels: (f64, f64),
+    ) -> Option<Self> {
+        let log = axis.scale == Kind::Log;
+        let kept = values.into_iter().filter(|v| !log || *v > 0.0);
+        let (mut low, mut high) = extent(kept)?;
+        if axis.include_zero && !log {
+            (low, high) = (low.min(0.0), high.max(0.0));
+        }
+        if low == high && log {
+            (low, high) = (low / 2.0, high * 2.0);
+        } else if low == high {
+            let half = if low == 0.0 { 1.0 } else { low.abs() * 0.1 };
+            (low, high) = (low - half, high + half);
+        } else if log {
+            let margin = (high / low).powf(pad);
+            (low, high) = (low / margin, high * margin);
+        } else {
+            let margin = (high - low) * pad;
+            // A zero that is the natural end of the axis stays the end of the axis.
+            low = if low == 0.0 && axis.include_zero { 0.0 } else { low - margin };
+            high = if high == 0.0 && axis.include_zero { 0.0 } else { high + margin };
+        }
+        if let Some([a, b]) = axis.domain
+            && drawable(a)
+            && drawable(b)
+            && a < b
+            && (!log || a > 0.0)
+        {
+            (low, high) = (a, b);
+        }
+        Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1, integer: axis.integer })
+    }
+
+    /// The same data range on other pixels.
+    pub(crate) fn on(self, start: f64, end: f64) -> Self {
+        Self { start, end, ..self }
+    }
+
+    /// The pixel of `value`; none where it cannot be drawn. Values outside the range are held near
+    /// it, so that what the plot area clips never has huge coordinates.
+    pub(crate) fn at(&self, value: f64) -> Option<f64> {
+        if !drawable(value) || (self.kind == Kind::Log && value <= 0.0) {
+            return None;
+        }
+        let fraction = match self.kind {
+            Kind::Linear => (value - self.low) / (self.high - self.low),
+            Kind::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+        };
+        Some(self.start + fraction.clamp(-1.0, 2.0) * (self.end - self.start))
+    }
+
+    /// Whether `value` lies in the range.
+    pub(crate) fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    /// Ticks with their labels, and the power of ten taken out of all labels (0 for none).
+    pub(crate) fn ticks(&self, target: usize) -> (Vec<(f64, String)>, i32) {
+        match self.kind {
+            Kind::Linear => {
+                let whole = |at: &Vec<f64>| !self.integer || at.iter().all(|t| t.fract() == 0.0);
+                let at = (2..=target.max(2))
+                    .rev()
+                    .map(|target| ticks::linear(self.low, self.high, target))
+                    .find(whole)
+                    .unwrap_or_else(|| ticks::linear(self.low, self.high, target));
+                let power = common_power(self.low.abs().max(self.high.abs()));
+                let shown: Vec<f64> = at.iter().map(|t| t / 10f64.powi(power)).collect();
+                let decimals = ticks::decimals(&shown);
+                let labels = shown.iter().map(|t| text::fixed(*t, decimals));
+                (at.iter().copied().zip(labels).collect(), power)
+            }
+            Kind::Log => {
+                let at = ticks::logarithmic(self.low, self.high, target);
+                let plain = at.iter().all(|t| (0.0009..20_000.0).contains(t));
+                let label = |t: f64| {
+                    let mantissa = t / 10f64.powi(t.log10().floor() as i32);
+                    if plain {
+                        text::fixed(t, ticks::decimals(&[t]))
+                    } else if (mantissa - 1.0).abs() < 1e-6 || (mantissa - 10.0).abs() < 1e-6 {
+                        format!("10{}", text::superscript(t.log10().round() as i32))
+                    } else {
+                        text::significant(t, 1)
+                    }
+                };
+                (at.iter().map(|t| (*t, label(*t))).collect(), 0)
+            }
+        }
+    }
+}
+
+/// The power of ten, a multiple of three, that brings very small or very large labels near one.
+fn common_power(largest: f64) -> i32 {
+    if largest > 0.0 && !(0.01..1e6).contains(&largest) {
+        (largest.log10() / 3.0).floor() as i32 * 3
+    } else {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: whatever the data, a scale maps to finite pixels or says that there is nothing.
+    use super::*;
+
+    #[test]
+    fn no_constant_and_non_finite_data_are_handled() {
+        let axis = Axis::linear("height", "m");
+        assert!(Scale::fit(&axis, [f64::NAN, f64::INFINITY], 0.05, (0.0, 1.0)).is_none());
+        let constant = Scale::fit(&axis, [0.0, 0.0], 0.05, (0.0, 10.0)).expect("constant data have a scale");
+        assert_eq!(constant.at(0.0), Some(5.0));
+        assert_eq!(constant.at(f64::NAN), None);
+        assert!(Scale::fit(&Axis::log("loss", ""), [0.0, -1.0], 0.05, (0.0, 1.0)).is_none());
+    }
+
+    #[test]
+    fn far_outliers_do_not_get_huge_coordinates() {
+        let axis = Axis::linear("height", "m").with_domain(0.0, 1.0);
+        let scale = Scale::fit(&axis, [0.0, 1e9], 0.0, (0.0, 100.0)).expect("data");
+        assert_eq!(scale.at(1e9), Some(200.0));
+    }
+
+    #[test]
+    fn tiny_values_put_their_power_of_ten_into_the_label() {
+        let scale = Scale::fit(&Axis::linear("residual", "m"), [0.0, 4e-4], 0.0, (0.0, 1.0)).expect("data");
+        let (ticks, power) = scale.ticks(5);
+        assert_eq!(power, -6);
+        assert_eq!(ticks.last().map(|t| t.1.as_str()), Some("400"));
+    }
+}

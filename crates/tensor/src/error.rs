@@ -1,0 +1,74 @@
+//! Errors of the tensor crate.
+
+use crate::Shape;
+
+/// What can go wrong when an operation is recorded or differentiated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TensorError {
+    /// Two shapes do not fit together for this operation.
+    #[error("{op}: shapes {left} and {right} do not fit: {rule}")]
+    ShapeMismatch {
+        /// Name of the operation.
+        op: &'static str,
+        /// Shape of the first operand.
+        left: Shape,
+        /// Shape of the second operand.
+        right: Shape,
+        /// What the operation asks for.
+        rule: &'static str,
+    },
+    /// One shape is not what the operation asks for.
+    #[error("{op}: shape {shape} is not usable: {rule}")]
+    BadShape {
+        /// Name of the operation.
+        op: &'static str,
+        /// The offending shape.
+        shape: Shape,
+        /// What the operation asks for.
+        rule: &'static str,
+    },
+    /// The number of values given does not match the shape.
+    #[error("a tensor of shape {shape} holds {expected} values, but {found} were given")]
+    WrongLength {
+        /// Declared shape.
+        shape: Shape,
+        /// Number of elements of that shape.
+        expected: usize,
+        /// Number of values given.
+        found: usize,
+    },
+    /// More than [`crate::MAX_RANK`] axes.
+    #[error("tensors have at most {max} axes, but {found} were given")]
+    RankTooHigh {
+        /// Largest rank supported.
+        max: usize,
+        /// Rank given.
+        found: usize,
+    },
+    /// An axis or a range on it lies outside the tensor.
+    #[error("{op}: {start}..{end} on axis {axis} is outside shape {shape}")]
+    OutOfRange {
+        /// Name of the operation.
+        op: &'static str,
+        /// Shape of the operand.
+        shape: Shape,
+        /// Axis asked for.
+        axis: usize,
+        /// Start of the range.
+        start: usize,
+        /// End of the range, exclusive.
+        end: usize,
+    },
+    /// An operation made a value that is not finite (checked in debug builds, or on request).
+    #[error("{op} made {value} at flat index {index} of its output of shape {shape}")]
+    NotFinite {
+        /// Name of the operation that made the value.
+        op: &'static str,
+        /// `NaN`, `inf` or `-inf`.
+        value: &'static str,
+        /// Flat index in the output.
+        index: usize,
+        /// Shape of the output.
+        shape: Shape,
+    },
+}

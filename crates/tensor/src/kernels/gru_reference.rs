@@ -1,0 +1,114 @@
+//! The GRU layer as PyTorch defines it (`torch.nn.GRU`, Cho et al. 2014), in plain loops: the twin that
+//! the SIMD kernel is tested against, and what `f64` runs.
+//!
+//! With a = W_i x + b_i and c = W_h h + b_h split into the gates r, z, n:
+//! r = sigmoid(a_r + c_r), z = sigmoid(a_z + c_z), n = tanh(a_n + r * c_n), h' = (1 - z) * n + z * h.
+
+use super::{GruBackward, GruForward};
+use crate::Scalar;
+
+/// Scratch elements for layer extents `(input, hidden)`.
+pub fn scratch(_input: usize, hidden: usize) -> usize {
+    6 * hidden
+}
+
+/// Forward pass.
+pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
+    let (nt, ni, nh, nb) = (g.dims.time, g.dims.input, g.dims.hidden, g.dims.batch);
+    let w = g.weights;
+    let (h, next) = scratch[..2 * nh].split_at_mut(nh);
+    for b in 0..nb {
+        for (j, v) in h.iter_mut().enumerate() {
+            *v = if g.h0.is_empty() { T::ZERO } else { g.h0[j * nb + b] };
+        }
+        for t in 0..nt {
+            for j in 0..nh {
+                let mut a = [w.b_ih[j], w.b_ih[nh + j], w.b_ih[2 * nh + j]];
+                let mut c = [w.b_hh[j], w.b_hh[nh + j], w.b_hh[2 * nh + j]];
+                for gate in 0..3 {
+                    let row = gate * nh + j;
+                    for i in 0..ni {
+                        a[gate] += w.w_ih[row * ni + i] * g.x[(t * ni + i) * nb + b];
+                    }
+                    for (k, h) in h.iter().enumerate() {
+                        c[gate] += w.w_hh[row * nh + k] * *h;
+                    }
+                }
+                let r = (a[0] + c[0]).sigmoid();
+                let z = (a[1] + c[1]).sigmoid();
+                let n = (a[2] + r * c[2]).tanh();
+                next[j] = n + z * (h[j] - n);
+                g.y[(t * nh + j) * nb + b] = next[j];
+                if !g.saved.is_empty() {
+                    for (slot, v) in [r, z, n, c[2]].into_iter().enumerate() {
+                        g.saved[((t * 4 + slot) * nh + j) * nb + b] = v;
+                    }
+                }
+            }
+            h.copy_from_slice(next);
+        }
+    }
+}
+
+/// Vector-Jacobian product; accumulates into every output.
+pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
+    let (nt, ni, nh, nb) = (g.dims.time, g.dims.input, g.dims.hidden, g.dims.batch);
+    let w = g.weights;
+    let (dh, rest) = scratch[..6 * nh].split_at_mut(nh);
+    let (carry, gates) = rest.split_at_mut(nh);
+    for b in 0..nb {
+        carry.fill(T::ZERO);
+        for t in (0..nt).rev() {
+            for j in 0..nh {
+                dh[j] = carry[j] + g.dy[(t * nh + j) * nb + b];
+                let at = |slot: usize| g.saved[((t * 4 + slot) * nh + j) * nb + b];
+                let (r, z, n, c) = (at(0), at(1), at(2), at(3));
+                let before = previous(&g, t, j, b);
+                let dz = dh[j] * (before - n) * z * (T::ONE - z);
+                let dn = dh[j] * (T::ONE - z) * (T::ONE - n * n);
+                let dr = dn * c * r * (T::ONE - r);
+                // Gradients of the pre-activations: r, z (shared), n of the input part, n of the
+                // recurrent part.
+                for (slot, v) in [dr, dz, dn, dn * r].into_iter().enumerate() {
+                    gates[slot * nh + j] = v;
+                }
+                carry[j] = dh[j] * z;
+            }
+            for gate in 0..3 {
+                for j in 0..nh {
+                    let row = gate * nh + j;
+                    let d_input = gates[row];
+                    let d_hidden = if gate == 2 { gates[3 * nh + j] } else { d_input };
+                    g.db_ih[row] += d_input;
+                    g.db_hh[row] += d_hidden;
+                    for i in 0..ni {
+                        let at = (t * ni + i) * nb + b;
+                        g.dw_ih[row * ni + i] += d_input * g.x[at];
+                        if !g.dx.is_empty() {
+                            g.dx[at] += d_input * w.w_ih[row * ni + i];
+                        }
+                    }
+                    for (k, carry) in carry.iter_mut().enumerate() {
+                        g.dw_hh[row * nh + k] += d_hidden * previous(&g, t, k, b);
+                        *carry += d_hidden * w.w_hh[row * nh + k];
+                    }
+                }
+            }
+        }
+        if !g.dh0.is_empty() {
+            for (j, v) in carry.iter().enumerate() {
+                g.dh0[j * nb + b] += *v;
+            }
+        }
+    }
+}
+
+/// Hidden unit `j` of sequence `b` before step `t`.
+fn previous<T: Scalar>(g: &GruBackward<'_, T>, t: usize, j: usize, b: usize) -> T {
+    let (nh, nb) = (g.dims.hidden, g.dims.batch);
+    match t {
+        0 if g.h0.is_empty() => T::ZERO,
+        0 => g.h0[j * nb + b],
+        _ => g.y[((t - 1) * nh + j) * nb + b],
+    }
+}

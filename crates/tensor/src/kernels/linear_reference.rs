@@ -1,0 +1,40 @@
+//! Linear map over the feature axis of a sequence, in plain loops.
+
+use super::{LinearBackward, LinearForward};
+use crate::Scalar;
+
+/// `y[t, o, b] = sum_i w[o, i] x[t, i, b] + bias[o]`.
+pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
+    let d = g.dims;
+    for t in 0..d.time {
+        for o in 0..d.output {
+            for b in 0..d.batch {
+                let mut sum = g.b[o];
+                for i in 0..d.input {
+                    sum += g.w[o * d.input + i] * g.x[(t * d.input + i) * d.batch + b];
+                }
+                g.y[(t * d.output + o) * d.batch + b] = sum;
+            }
+        }
+    }
+}
+
+/// Vector-Jacobian product; accumulates into every output.
+pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
+    let d = g.dims;
+    for t in 0..d.time {
+        for o in 0..d.output {
+            for b in 0..d.batch {
+                let dy = g.dy[(t * d.output + o) * d.batch + b];
+                g.db[o] += dy;
+                for i in 0..d.input {
+                    let at = (t * d.input + i) * d.batch + b;
+                    g.dw[o * d.input + i] += dy * g.x[at];
+                    if !g.dx.is_empty() {
+                        g.dx[at] += dy * g.w[o * d.input + i];
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Dense matrix product, by faer on one thread (parallelism lives in the batch tiles above).
+
+use faer::linalg::matmul::matmul as faer_matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// Extents and layouts of `out (m x n) = a (m x k) b (k x n)`. `out` is row-major.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MatmulDims {
+    /// Rows of the result.
+    pub m: usize,
+    /// Inner extent.
+    pub k: usize,
+    /// Columns of the result.
+    pub n: usize,
+    /// `a` is stored as its transpose (k x m, row-major).
+    pub a_transposed: bool,
+    /// `b` is stored as its transpose (n x k, row-major).
+    pub b_transposed: bool,
+}
+
+/// `out = a b`, or `out += a b` if `accumulate`.
+pub fn matmul<T: faer::traits::ComplexField>(
+    d: MatmulDims,
+    a: &[T],
+    b: &[T],
+    out: &mut [T],
+    accumulate: bool,
+) {
+    let lhs = if d.a_transposed {
+        MatRef::from_row_major_slice(a, d.k, d.m).transpose()
+    } else {
+        MatRef::from_row_major_slice(a, d.m, d.k)
+    };
+    let rhs = if d.b_transposed {
+        MatRef::from_row_major_slice(b, d.n, d.k).transpose()
+    } else {
+        MatRef::from_row_major_slice(b, d.k, d.n)
+    };
+    let dst = MatMut::from_row_major_slice_mut(out, d.m, d.n);
+    let mode = if accumulate { Accum::Add } else { Accum::Replace };
+    faer_matmul(dst, mode, lhs, rhs, T::one_impl(), Par::Seq);
+}

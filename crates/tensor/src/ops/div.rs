@@ -1,0 +1,24 @@
+//! Quotient of two tensors, element by element, with broadcasting.
+
+use super::Op;
+use crate::{Scalar, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// Quotient of two tensors, element by element, with broadcasting.
+    ///
+    /// # Errors
+    /// [`TensorError::ShapeMismatch`] if the shapes do not broadcast.
+    pub fn div(&mut self, a: Var, b: Var) -> Result<Var, TensorError> {
+        self.zip(Op::Div, a, b, |x, y| x / y)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, b: Var, grad: &[T]) {
+    tape.map_vjp(a, b, grad, |y| T::ONE / y);
+    tape.accumulate(b, |db, tape| {
+        let (x, y) = (tape.value(a), tape.value(b));
+        for (((db, g), x), y) in db.iter_mut().zip(grad).zip(x).zip(y) {
+            *db -= *g * *x / (*y * *y);
+        }
+    });
+}

@@ -1,0 +1,65 @@
+//! Loops shared by the elementwise operations.
+
+use super::Op;
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+/// Runs a plain loop compiled for the best instruction set of this machine.
+#[inline(always)]
+pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(f)
+}
+
+impl<T: Scalar> Tape<T> {
+    /// Records `f` applied to every element.
+    pub(crate) fn map(&mut self, op: Op, a: Var, f: impl Fn(T) -> T) -> Result<Var, TensorError> {
+        let mut out = self.pool.take(self.shape(a).len());
+        let x = self.value(a);
+        vectorised(|| {
+            for (o, x) in out.iter_mut().zip(x) {
+                *o = f(*x);
+            }
+        });
+        self.push(op, self.shape(a), self.needs_grad(&[a]), out)
+    }
+
+    /// Records `f` applied to every pair of elements, after broadcasting both operands.
+    pub(crate) fn zip(
+        &mut self,
+        op: fn(Var, Var) -> Op,
+        a: Var,
+        b: Var,
+        f: impl Fn(T, T) -> T,
+    ) -> Result<Var, TensorError> {
+        let shape = Shape::broadcast(op(a, b).name(), self.shape(a), self.shape(b))?;
+        let a = self.broadcast_to(a, shape)?;
+        let b = self.broadcast_to(b, shape)?;
+        let mut out = self.pool.take(shape.len());
+        let (x, y) = (self.value(a), self.value(b));
+        vectorised(|| {
+            for ((o, x), y) in out.iter_mut().zip(x).zip(y) {
+                *o = f(*x, *y);
+            }
+        });
+        self.push(op(a, b), shape, self.needs_grad(&[a, b]), out)
+    }
+
+    /// Adds `grad * f(x)` to the gradient of `a`, where `x` holds the values of `at`.
+    pub(crate) fn map_vjp(&mut self, a: Var, at: Var, grad: &[T], f: impl Fn(T) -> T) {
+        self.accumulate(a, |da, tape| {
+            let x = tape.value(at);
+            vectorised(|| {
+                for ((da, g), x) in da.iter_mut().zip(grad).zip(x) {
+                    *da += *g * f(*x);
+                }
+            });
+        });
+    }
+}
+
+/// Same shape or an error that names both.
+pub(crate) fn same_shape(op: &'static str, left: Shape, right: Shape) -> Result<(), TensorError> {
+    if left == right {
+        return Ok(());
+    }
+    Err(TensorError::ShapeMismatch { op, left, right, rule: "the shapes must be equal" })
+}

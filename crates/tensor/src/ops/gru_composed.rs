@@ -1,0 +1,47 @@
+//! The GRU layer composed of elementary operations: the twin of [`Tape::gru_sequence`], for tests and
+//! for reading.
+
+use super::gru_sequence::GruVars;
+use crate::{Scalar, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// What [`Tape::gru_sequence`] computes, one elementary operation after another.
+    ///
+    /// # Errors
+    /// As [`Tape::gru_sequence`]; also [`TensorError::BadShape`] for a sequence without steps.
+    pub fn gru_composed(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {
+        let d = self.gru_dims(x, h0, w)?;
+        let mut h = match h0 {
+            Some(h) => h,
+            None => self.constant(&[d.hidden, d.batch], &vec![T::ZERO; d.hidden * d.batch])?,
+        };
+        let b_ih = self.reshape(w.b_ih, &[3 * d.hidden, 1])?;
+        let b_hh = self.reshape(w.b_hh, &[3 * d.hidden, 1])?;
+        let one = self.constant(&[1, 1], &[T::ONE])?;
+        let mut steps = Vec::with_capacity(d.time);
+        for t in 0..d.time {
+            let x_t = self.slice(x, 0, t, t + 1)?;
+            let x_t = self.reshape(x_t, &[d.input, d.batch])?;
+            let a = self.matmul(w.w_ih, x_t)?;
+            let a = self.add(a, b_ih)?;
+            let c = self.matmul(w.w_hh, h)?;
+            let c = self.add(c, b_hh)?;
+            let gate = |tape: &mut Self, v: Var, k: usize| tape.slice(v, 0, k * d.hidden, (k + 1) * d.hidden);
+            let (a_r, a_z, a_n) = (gate(self, a, 0)?, gate(self, a, 1)?, gate(self, a, 2)?);
+            let (c_r, c_z, c_n) = (gate(self, c, 0)?, gate(self, c, 1)?, gate(self, c, 2)?);
+            let r = self.add(a_r, c_r)?;
+            let r = self.sigmoid(r)?;
+            let z = self.add(a_z, c_z)?;
+            let z = self.sigmoid(z)?;
+            let n = self.mul(r, c_n)?;
+            let n = self.add(a_n, n)?;
+            let n = self.tanh(n)?;
+            let not_z = self.sub(one, z)?;
+            let fresh = self.mul(not_z, n)?;
+            let kept = self.mul(z, h)?;
+            h = self.add(fresh, kept)?;
+            steps.push(h);
+        }
+        self.stack_time(&steps)
+    }
+}

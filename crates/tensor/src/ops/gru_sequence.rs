@@ -1,0 +1,123 @@
+//! One GRU layer over a whole sequence, fused, with a hand-written VJP.
+//! Twin composed of elementary operations: [`Tape::gru_composed`].
+
+use super::Op;
+use crate::kernels::{GruBackward, GruDims, GruForward, GruWeights};
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+/// Weights of one GRU layer in PyTorch's layout (`torch.nn.GRU`): rows are the gates r, z, n.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GruVars {
+    /// `[3H, I]`.
+    pub w_ih: Var,
+    /// `[3H, H]`.
+    pub w_hh: Var,
+    /// `[3H]`.
+    pub b_ih: Var,
+    /// `[3H]`.
+    pub b_hh: Var,
+}
+
+impl GruVars {
+    fn all(self) -> [Var; 4] {
+        [self.w_ih, self.w_hh, self.b_ih, self.b_hh]
+    }
+}
+
+impl<T: Scalar> Tape<T> {
+    /// Hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]` and
+    /// initial state `h0 [hidden, batch]` (zero if absent):
+    /// r = sigmoid(W_ir x + b_ir + W_hr h + b_hr), z likewise,
+    /// n = tanh(W_in x + b_in + r (W_hn h + b_hn)), h' = (1 - z) n + z h.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`] naming the shapes that do not fit.
+    pub fn gru_sequence(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {
+        let dims = self.gru_dims(x, h0, w)?;
+        let (time, hidden, batch) = (dims.time, dims.hidden, dims.batch);
+        let needs = self.needs_grad(&[x]) || self.needs_grad(&w.all()) || self.needs_grad(h0.as_slice());
+        let mut y = self.pool.take(time * hidden * batch);
+        let mut saved = self.pool.take(if needs { 4 * time * hidden * batch } else { 0 });
+        let mut scratch = self.pool.take(T::gru_scratch(dims.input, hidden));
+        let args = GruForward {
+            dims,
+            weights: self.gru_weights(w),
+            x: self.value(x),
+            h0: h0.map_or(&[], |h| self.value(h)),
+            y: &mut y,
+            saved: &mut saved,
+        };
+        T::gru_forward(args, &mut scratch);
+        self.pool.give(scratch);
+        let out = self.push(Op::Gru { x, h0, w }, Shape::new(&[time, hidden, batch])?, needs, y)?;
+        self.save(out, saved);
+        Ok(out)
+    }
+
+    fn gru_weights(&self, w: GruVars) -> GruWeights<'_, T> {
+        let [w_ih, w_hh, b_ih, b_hh] = w.all().map(|v| self.value(v));
+        GruWeights { w_ih, w_hh, b_ih, b_hh }
+    }
+
+    /// Checks the shapes of a GRU layer's operands.
+    pub(super) fn gru_dims(&self, x: Var, h0: Option<Var>, w: GruVars) -> Result<GruDims, TensorError> {
+        let op = "gru_sequence";
+        let sx = self.shape(x);
+        let (time, input, batch) = sx.sequence(op)?;
+        let [w_ih, w_hh, b_ih, b_hh] = w.all().map(|v| self.shape(v));
+        let fail = |left, right, rule| Err(TensorError::ShapeMismatch { op, left, right, rule });
+        let &[rows, w_in] = w_ih.dims() else {
+            return fail(sx, w_ih, "w_ih must be [3 hidden, input] for x [time, input, batch]");
+        };
+        if w_in != input || rows % 3 != 0 {
+            return fail(sx, w_ih, "w_ih must be [3 hidden, input] for x [time, input, batch]");
+        }
+        let hidden = rows / 3;
+        if w_hh.dims() != [rows, hidden] {
+            return fail(w_ih, w_hh, "w_hh must be [3 hidden, hidden] for w_ih [3 hidden, input]");
+        }
+        for b in [b_ih, b_hh] {
+            if b.dims() != [rows] {
+                return fail(w_ih, b, "biases must be [3 hidden] for w_ih [3 hidden, input]");
+            }
+        }
+        if let Some(h) = h0.map(|h| self.shape(h))
+            && h.dims() != [hidden, batch]
+        {
+            return fail(sx, h, "h0 must be [hidden, batch] for x [time, input, batch]");
+        }
+        Ok(GruDims { time, input, hidden, batch })
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: GruVars, out: Var, grad: &[T]) {
+    let Ok(dims) = tape.gru_dims(x, h0, w) else { return };
+    let mut scratch = tape.pool.take(T::gru_scratch(dims.input, dims.hidden));
+    let mut dx = tape.take_grad(x);
+    let mut dh0 = h0.map_or(Vec::new(), |h| tape.take_grad(h));
+    let [mut dw_ih, mut dw_hh, mut db_ih, mut db_hh] = w.all().map(|v| tape.take_grad_or_scratch(v));
+    let args = GruBackward {
+        dims,
+        weights: tape.gru_weights(w),
+        x: tape.value(x),
+        h0: h0.map_or(&[], |h| tape.value(h)),
+        y: tape.value(out),
+        saved: tape.saved(out),
+        dy: grad,
+        dx: &mut dx,
+        dh0: &mut dh0,
+        dw_ih: &mut dw_ih.0,
+        dw_hh: &mut dw_hh.0,
+        db_ih: &mut db_ih.0,
+        db_hh: &mut db_hh.0,
+    };
+    T::gru_backward(args, &mut scratch);
+    tape.pool.give(scratch);
+    tape.put_grad(x, dx);
+    if let Some(h) = h0 {
+        tape.put_grad(h, dh0);
+    }
+    for (v, (grad, wanted)) in w.all().into_iter().zip([dw_ih, dw_hh, db_ih, db_hh]) {
+        tape.put_grad_or_scratch(v, grad, wanted);
+    }
+}

@@ -1,0 +1,58 @@
+//! Linear map over the feature axis of a sequence.
+
+use super::Op;
+use crate::kernels::{LinearBackward, LinearDims, LinearForward};
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// `w [out, in]` and bias `b [out]` applied to `x [time, in, batch]` at each time and for each
+    /// sequence: `[time, out, batch]`.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`].
+    pub fn linear(&mut self, x: Var, w: Var, b: Var) -> Result<Var, TensorError> {
+        let (sx, sw, sb) = (self.shape(x), self.shape(w), self.shape(b));
+        let (time, input, batch) = sx.sequence("linear")?;
+        let rule = "w must be [out, in] for x [time, in, batch]";
+        let &[output, w_in] = sw.dims() else {
+            return Err(TensorError::ShapeMismatch { op: "linear", left: sx, right: sw, rule });
+        };
+        if w_in != input {
+            return Err(TensorError::ShapeMismatch { op: "linear", left: sx, right: sw, rule });
+        }
+        if sb.dims() != [output] {
+            let rule = "the bias must be [out] for w [out, in]";
+            return Err(TensorError::ShapeMismatch { op: "linear", left: sw, right: sb, rule });
+        }
+        let dims = LinearDims { time, input, output, batch };
+        let mut y = self.pool.take(time * output * batch);
+        let mut scratch = self.pool.take(T::linear_scratch(input, output));
+        let args = LinearForward { dims, w: self.value(w), b: self.value(b), x: self.value(x), y: &mut y };
+        T::linear_forward(args, &mut scratch);
+        self.pool.give(scratch);
+        self.push(Op::Linear { x, w, b }, Shape::new(&[time, output, batch])?, self.needs_grad(&[x, w, b]), y)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &[T]) {
+    let (&[time, input, batch], &[output, _]) = (tape.shape(x).dims(), tape.shape(w).dims()) else { return };
+    let dims = LinearDims { time, input, output, batch };
+    let mut scratch = tape.pool.take(T::linear_scratch(input, output));
+    let mut dx = tape.take_grad(x);
+    let (mut dw, dw_wanted) = tape.take_grad_or_scratch(w);
+    let (mut db, db_wanted) = tape.take_grad_or_scratch(b);
+    let args = LinearBackward {
+        dims,
+        w: tape.value(w),
+        x: tape.value(x),
+        dy: grad,
+        dx: &mut dx,
+        dw: &mut dw,
+        db: &mut db,
+    };
+    T::linear_backward(args, &mut scratch);
+    tape.pool.give(scratch);
+    tape.put_grad(x, dx);
+    tape.put_grad_or_scratch(w, dw, dw_wanted);
+    tape.put_grad_or_scratch(b, db, db_wanted);
+}

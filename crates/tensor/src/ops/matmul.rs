@@ -1,0 +1,35 @@
+//! Matrix product.
+
+use super::Op;
+use crate::kernels::MatmulDims;
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// `a [m, k]` times `b [k, n]`.
+    ///
+    /// # Errors
+    /// [`TensorError::ShapeMismatch`] unless both are matrices with a common inner extent.
+    pub fn matmul(&mut self, a: Var, b: Var) -> Result<Var, TensorError> {
+        let (left, right) = (self.shape(a), self.shape(b));
+        let (&[m, k], &[k2, n]) = (left.dims(), right.dims()) else {
+            let rule = "both operands must be matrices";
+            return Err(TensorError::ShapeMismatch { op: "matmul", left, right, rule });
+        };
+        if k != k2 {
+            let rule = "columns of the first must equal rows of the second";
+            return Err(TensorError::ShapeMismatch { op: "matmul", left, right, rule });
+        }
+        let mut out = self.pool.take_zeroed(m * n);
+        let dims = MatmulDims { m, k, n, a_transposed: false, b_transposed: false };
+        T::matmul(dims, self.value(a), self.value(b), &mut out, false);
+        self.push(Op::Matmul(a, b), Shape::new(&[m, n])?, self.needs_grad(&[a, b]), out)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, b: Var, grad: &[T]) {
+    let (&[m, k], &[_, n]) = (tape.shape(a).dims(), tape.shape(b).dims()) else { return };
+    let dims = MatmulDims { m, k: n, n: k, a_transposed: false, b_transposed: true };
+    tape.accumulate(a, |da, tape| T::matmul(dims, grad, tape.value(b), da, true));
+    let dims = MatmulDims { m: k, k: m, n, a_transposed: true, b_transposed: false };
+    tape.accumulate(b, |db, tape| T::matmul(dims, tape.value(a), grad, db, true));
+}

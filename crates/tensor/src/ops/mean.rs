@@ -1,0 +1,47 @@
+//! Means: over one axis (which is kept with extent 1) and over everything.
+
+use super::{Op, sum};
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+/// The mean of nothing is not a number; asking for it is an error.
+const RULE: &str = "the mean of no elements does not exist";
+
+impl<T: Scalar> Tape<T> {
+    /// Mean over `axis`, which stays with extent 1.
+    ///
+    /// # Errors
+    /// [`TensorError::OutOfRange`] if there is no such axis, [`TensorError::BadShape`] if it is empty.
+    pub fn mean(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
+        let shape = self.shape(a);
+        let extent = shape.dims().get(axis).copied().unwrap_or(1);
+        if extent == 0 {
+            return Err(TensorError::BadShape { op: "mean", shape, rule: RULE });
+        }
+        self.sum_axis(Op::Mean(a, axis), a, axis, T::ONE / T::of(extent as f64))
+    }
+
+    /// Mean of all elements: a scalar.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] if there are no elements.
+    pub fn mean_all(&mut self, a: Var) -> Result<Var, TensorError> {
+        let shape = self.shape(a);
+        if shape.is_empty() {
+            return Err(TensorError::BadShape { op: "mean_all", shape, rule: RULE });
+        }
+        let mean = self.total(a) / T::of(shape.len() as f64);
+        let mut out = self.pool.take(1);
+        out[0] = mean;
+        self.push(Op::MeanAll(a), Shape::SCALAR, self.needs_grad(&[a]), out)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]) {
+    let extent = tape.shape(a).dims()[axis];
+    sum::spread(tape, a, axis, grad, T::ONE / T::of(extent as f64));
+}
+
+pub(super) fn vjp_all<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
+    let g = grad[0] / T::of(tape.shape(a).len() as f64);
+    tape.accumulate(a, |da, _| da.iter_mut().for_each(|d| *d += g));
+}

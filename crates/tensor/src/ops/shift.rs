@@ -1,0 +1,19 @@
+//! Addition of a constant number.
+
+use super::Op;
+use crate::{Scalar, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// `a + offset`.
+    ///
+    /// # Errors
+    /// [`TensorError::NotFinite`] when the check is on.
+    pub fn shift(&mut self, a: Var, offset: f64) -> Result<Var, TensorError> {
+        let k = T::of(offset);
+        self.map(Op::Shift(a), a, |x| x + k)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
+    tape.map_vjp(a, a, grad, |_| T::ONE);
+}

@@ -1,0 +1,18 @@
+//! Logistic function 1 / (1 + exp(-x)), element by element.
+
+use super::Op;
+use crate::{Scalar, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// Logistic function 1 / (1 + exp(-x)), element by element.
+    ///
+    /// # Errors
+    /// [`TensorError::NotFinite`] when the check is on.
+    pub fn sigmoid(&mut self, a: Var) -> Result<Var, TensorError> {
+        self.map(Op::Sigmoid(a), a, |x| x.sigmoid())
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, out: Var, grad: &[T]) {
+    tape.map_vjp(a, out, grad, |y| y * (T::ONE - y));
+}

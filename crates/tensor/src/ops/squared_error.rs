@@ -1,0 +1,31 @@
+//! Half the squared difference, element by element: the negative log-likelihood of a Gaussian of
+//! standard deviation 1, less the constant ln(2 pi) / 2.
+
+use super::Op;
+use super::elementwise::{same_shape, vectorised};
+use crate::{Scalar, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// `(x - mean)^2 / 2`, element by element.
+    ///
+    /// # Errors
+    /// [`TensorError::ShapeMismatch`] unless the shapes are equal.
+    pub fn squared_error(&mut self, x: Var, mean: Var) -> Result<Var, TensorError> {
+        same_shape("squared_error", self.shape(x), self.shape(mean))?;
+        let half = T::of(0.5);
+        self.zip(Op::SquaredError, x, mean, |x, m| half * (x - m) * (x - m))
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, mean: Var, grad: &[T]) {
+    for (of, sign) in [(x, T::ONE), (mean, -T::ONE)] {
+        tape.accumulate(of, |d, tape| {
+            let (x, m) = (tape.value(x), tape.value(mean));
+            vectorised(|| {
+                for (((d, g), x), m) in d.iter_mut().zip(grad).zip(x).zip(m) {
+                    *d += sign * *g * (*x - *m);
+                }
+            });
+        });
+    }
+}

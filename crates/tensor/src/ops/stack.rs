@@ -1,0 +1,46 @@
+//! Stacking equal tensors along a new first axis: time.
+
+use super::Op;
+use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// Stacks steps of shape `[feature, batch]` (or any other equal shapes) to `[time, feature, batch]`.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] for no steps, [`TensorError::ShapeMismatch`] for unequal ones,
+    /// [`TensorError::RankTooHigh`] if the steps have [`MAX_RANK`] axes already.
+    pub fn stack_time(&mut self, steps: &[Var]) -> Result<Var, TensorError> {
+        let Some(&head) = steps.first() else {
+            let rule = "there must be at least one step";
+            return Err(TensorError::BadShape { op: "stack_time", shape: Shape::SCALAR, rule });
+        };
+        let step = self.shape(head);
+        let mut dims = [0; MAX_RANK + 1];
+        dims[0] = steps.len();
+        dims[1..=step.rank()].copy_from_slice(step.dims());
+        let shape = Shape::new(&dims[..=step.rank()])?;
+        for &s in steps {
+            super::elementwise::same_shape("stack_time", step, self.shape(s))?;
+        }
+        let width = step.len();
+        let mut out = self.pool.take(shape.len());
+        for (i, &s) in steps.iter().enumerate() {
+            out[i * width..][..width].copy_from_slice(self.value(s));
+        }
+        let first = self.args.len();
+        self.args.extend_from_slice(steps);
+        self.push(Op::Stack { first, count: steps.len() }, shape, self.needs_grad(steps), out)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, first: usize, count: usize, grad: &[T]) {
+    for i in 0..count {
+        let step = tape.args[first + i];
+        let width = tape.shape(step).len();
+        tape.accumulate(step, |d, _| {
+            for (d, g) in d.iter_mut().zip(&grad[i * width..][..width]) {
+                *d += *g;
+            }
+        });
+    }
+}

@@ -1,0 +1,75 @@
+//! Sums: over one axis (which is kept with extent 1) and over everything.
+
+use super::Op;
+use super::elementwise::vectorised;
+use crate::{Scalar, Shape, Tape, TensorError, Var};
+
+impl<T: Scalar> Tape<T> {
+    /// Sum over `axis`, which stays with extent 1.
+    ///
+    /// # Errors
+    /// [`TensorError::OutOfRange`] if there is no such axis.
+    pub fn sum(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
+        self.sum_axis(Op::Sum(a, axis), a, axis, T::ONE)
+    }
+
+    /// Sum of all elements: a scalar.
+    ///
+    /// # Errors
+    /// [`TensorError::NotFinite`] when the check is on.
+    pub fn sum_all(&mut self, a: Var) -> Result<Var, TensorError> {
+        let total = self.total(a);
+        let mut out = self.pool.take(1);
+        out[0] = total;
+        self.push(Op::SumAll(a), Shape::SCALAR, self.needs_grad(&[a]), out)
+    }
+
+    /// Sum over rows of the innermost lanes first, so that rounding grows slowly.
+    pub(super) fn total(&self, a: Var) -> T {
+        self.value(a).chunks(64).map(|c| c.iter().copied().sum::<T>()).sum()
+    }
+
+    pub(super) fn sum_axis(&mut self, op: Op, a: Var, axis: usize, k: T) -> Result<Var, TensorError> {
+        let shape = self.shape(a);
+        if axis >= shape.rank() {
+            return Err(TensorError::OutOfRange { op: op.name(), shape, axis, start: 0, end: 0 });
+        }
+        let (outer, extent, inner) = shape.around(axis);
+        let mut out = self.pool.take_zeroed(outer * inner);
+        let x = self.value(a);
+        vectorised(|| {
+            for (o, row) in (0..outer).flat_map(|o| (0..extent).map(move |i| (o, o * extent + i))) {
+                let (to, from) = (&mut out[o * inner..][..inner], &x[row * inner..][..inner]);
+                for (t, f) in to.iter_mut().zip(from) {
+                    *t += *f;
+                }
+            }
+            for v in out.iter_mut() {
+                *v *= k;
+            }
+        });
+        self.push(op, shape.with(axis, 1), self.needs_grad(&[a]), out)
+    }
+}
+
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]) {
+    spread(tape, a, axis, grad, T::ONE);
+}
+
+/// Adds `k * grad` to every element that went into each sum.
+pub(super) fn spread<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T], k: T) {
+    let (outer, extent, inner) = tape.shape(a).around(axis);
+    tape.accumulate(a, |da, _| {
+        for (o, row) in (0..outer).flat_map(|o| (0..extent).map(move |i| (o, o * extent + i))) {
+            let (to, from) = (&mut da[row * inner..][..inner], &grad[o * inner..][..inner]);
+            for (t, f) in to.iter_mut().zip(from) {
+                *t += *f * k;
+            }
+        }
+    });
+}
+
+pub(super) fn vjp_all<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
+    let g = grad[0];
+    tape.accumulate(a, |da, _| da.iter_mut().for_each(|d| *d += g));
+}

@@ -1,0 +1,177 @@
+//! The two element types, and what differs between them.
+
+use crate::kernels::{self, GruBackward, GruForward, LinearBackward, LinearForward};
+use std::fmt::{Debug, Display};
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// Element type of a tensor: `f32` for training, `f64` for gradient checks.
+///
+/// `f64` runs the plain reference kernels and the standard library's functions; `f32` runs the SIMD
+/// kernels and the branch-free approximations of [`crate::kernels::activation`].
+pub trait Scalar:
+    Copy
+    + Default
+    + PartialOrd
+    + Debug
+    + Display
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + Sum
+{
+    /// Additive identity.
+    const ZERO: Self;
+    /// Multiplicative identity.
+    const ONE: Self;
+    /// Nearest value to `x`.
+    fn of(x: f64) -> Self;
+    /// The value in double precision.
+    fn to_f64(self) -> f64;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+    /// e to the power of the value.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Logistic function 1 / (1 + exp(-x)).
+    fn sigmoid(self) -> Self;
+    /// ln(1 + exp(x)), without overflow.
+    fn softplus(self) -> Self;
+    /// `out (m x n) = a (m x k) b (k x n)`, plus `out` itself if `accumulate`; strides in elements
+    /// `(row, column)` for each operand.
+    fn matmul(dims: kernels::MatmulDims, a: &[Self], b: &[Self], out: &mut [Self], accumulate: bool);
+    /// One GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or its SIMD twin.
+    fn gru_forward(args: GruForward<'_, Self>, scratch: &mut [Self]);
+    /// VJP of [`Scalar::gru_forward`].
+    fn gru_backward(args: GruBackward<'_, Self>, scratch: &mut [Self]);
+    /// Scratch elements that the two GRU kernels need for layer extents `(input, hidden)`.
+    fn gru_scratch(input: usize, hidden: usize) -> usize;
+    /// Linear map over the feature axis of a sequence.
+    fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
+    /// VJP of [`Scalar::linear_forward`].
+    fn linear_backward(args: LinearBackward<'_, Self>, scratch: &mut [Self]);
+    /// Scratch elements that the two linear kernels need for extents `(input, output)`.
+    fn linear_scratch(input: usize, output: usize) -> usize;
+}
+
+impl Scalar for f64 {
+    const ZERO: f64 = 0.0;
+    const ONE: f64 = 1.0;
+    fn of(x: f64) -> f64 {
+        x
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+    fn exp(self) -> f64 {
+        f64::exp(self)
+    }
+    fn ln(self) -> f64 {
+        f64::ln(self)
+    }
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
+    }
+    fn tanh(self) -> f64 {
+        f64::tanh(self)
+    }
+    fn sigmoid(self) -> f64 {
+        1.0 / (1.0 + f64::exp(-self))
+    }
+    fn softplus(self) -> f64 {
+        self.max(0.0) + (-self.abs()).exp().ln_1p()
+    }
+    fn matmul(dims: kernels::MatmulDims, a: &[f64], b: &[f64], out: &mut [f64], accumulate: bool) {
+        kernels::matmul(dims, a, b, out, accumulate);
+    }
+    fn gru_forward(args: GruForward<'_, f64>, scratch: &mut [f64]) {
+        kernels::gru_reference::forward(args, scratch);
+    }
+    fn gru_backward(args: GruBackward<'_, f64>, scratch: &mut [f64]) {
+        kernels::gru_reference::backward(args, scratch);
+    }
+    fn gru_scratch(input: usize, hidden: usize) -> usize {
+        kernels::gru_reference::scratch(input, hidden)
+    }
+    fn linear_forward(args: LinearForward<'_, f64>, _: &mut [f64]) {
+        kernels::linear_reference::forward(args);
+    }
+    fn linear_backward(args: LinearBackward<'_, f64>, _: &mut [f64]) {
+        kernels::linear_reference::backward(args);
+    }
+    fn linear_scratch(_: usize, _: usize) -> usize {
+        0
+    }
+}
+
+impl Scalar for f32 {
+    const ZERO: f32 = 0.0;
+    const ONE: f32 = 1.0;
+    fn of(x: f64) -> f32 {
+        x as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+    fn exp(self) -> f32 {
+        f32::exp(self)
+    }
+    fn ln(self) -> f32 {
+        f32::ln(self)
+    }
+    fn sqrt(self) -> f32 {
+        f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> f32 {
+        kernels::activation::tanh(self)
+    }
+    #[inline(always)]
+    fn sigmoid(self) -> f32 {
+        kernels::activation::sigmoid(self)
+    }
+    #[inline(always)]
+    fn softplus(self) -> f32 {
+        kernels::activation::softplus(self)
+    }
+    fn matmul(dims: kernels::MatmulDims, a: &[f32], b: &[f32], out: &mut [f32], accumulate: bool) {
+        kernels::matmul(dims, a, b, out, accumulate);
+    }
+    fn gru_forward(args: GruForward<'_, f32>, scratch: &mut [f32]) {
+        kernels::gru_simd::forward(args, scratch);
+    }
+    fn gru_backward(args: GruBackward<'_, f32>, scratch: &mut [f32]) {
+        kernels::gru_simd::backward(args, scratch);
+    }
+    fn gru_scratch(input: usize, hidden: usize) -> usize {
+        kernels::gru_simd::scratch(input, hidden)
+    }
+    fn linear_forward(args: LinearForward<'_, f32>, scratch: &mut [f32]) {
+        kernels::linear_simd::forward(args, scratch);
+    }
+    fn linear_backward(args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
+        kernels::linear_simd::backward(args, scratch);
+    }
+    fn linear_scratch(input: usize, output: usize) -> usize {
+        kernels::linear_simd::scratch(input, output)
+    }
+}

@@ -1,0 +1,229 @@
+//! The reverse-mode tape.
+
+use crate::ops::{self, Op};
+use crate::pool::Pool;
+use crate::{Scalar, Shape, TensorError};
+
+/// A tensor recorded on a [`Tape`]; only meaningful for the tape that made it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Var(u32);
+
+impl Var {
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    shape: Shape,
+    op: Op,
+    needs_grad: bool,
+}
+
+/// Records operations and differentiates a scalar with respect to every variable (reverse mode).
+///
+/// Buffers come from a pool inside the tape and go back to it on [`Tape::reset`].
+#[derive(Debug)]
+pub struct Tape<T> {
+    nodes: Vec<Node>,
+    values: Vec<Vec<T>>,
+    grads: Vec<Vec<T>>,
+    saved: Vec<Vec<T>>,
+    /// Operands of the operations that take any number of them.
+    pub(crate) args: Vec<Var>,
+    pub(crate) pool: Pool<T>,
+    check_finite: bool,
+}
+
+impl<T: Scalar> Default for Tape<T> {
+    fn default() -> Self {
+        Tape {
+            nodes: Vec::new(),
+            values: Vec::new(),
+            grads: Vec::new(),
+            saved: Vec::new(),
+            args: Vec::new(),
+            pool: Pool::default(),
+            check_finite: cfg!(debug_assertions),
+        }
+    }
+}
+
+impl<T: Scalar> Tape<T> {
+    /// An empty tape. In debug builds every operation checks that its output is finite.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Turns the check for NaN and infinity after every operation on or off.
+    pub fn check_finite(&mut self, on: bool) {
+        self.check_finite = on;
+    }
+
+    /// Forgets everything recorded and keeps the memory.
+    pub fn reset(&mut self) {
+        self.nodes.clear();
+        self.args.clear();
+        for buffers in [&mut self.values, &mut self.grads, &mut self.saved] {
+            for buffer in buffers.drain(..) {
+                self.pool.give(buffer);
+            }
+        }
+    }
+
+    /// Records a constant: no gradient is computed for it.
+    ///
+    /// # Errors
+    /// [`TensorError::WrongLength`] or [`TensorError::RankTooHigh`].
+    pub fn constant(&mut self, dims: &[usize], values: &[T]) -> Result<Var, TensorError> {
+        self.leaf(dims, values, false)
+    }
+
+    /// Records a variable: [`Tape::backward`] computes its gradient.
+    ///
+    /// # Errors
+    /// [`TensorError::WrongLength`] or [`TensorError::RankTooHigh`].
+    pub fn variable(&mut self, dims: &[usize], values: &[T]) -> Result<Var, TensorError> {
+        self.leaf(dims, values, true)
+    }
+
+    fn leaf(&mut self, dims: &[usize], values: &[T], needs_grad: bool) -> Result<Var, TensorError> {
+        let shape = Shape::new(dims)?;
+        if shape.len() != values.len() {
+            let (expected, found) = (shape.len(), values.len());
+            return Err(TensorError::WrongLength { shape, expected, found });
+        }
+        let mut buffer = self.pool.take(values.len());
+        buffer.copy_from_slice(values);
+        self.push(Op::Leaf, shape, needs_grad, buffer)
+    }
+
+    /// Shape of a recorded tensor.
+    pub fn shape(&self, v: Var) -> Shape {
+        self.nodes[v.index()].shape
+    }
+
+    /// Values of a recorded tensor, row-major.
+    pub fn value(&self, v: Var) -> &[T] {
+        &self.values[v.index()]
+    }
+
+    /// Gradient of a variable after [`Tape::backward`], row-major; empty for constants and before it.
+    pub fn grad(&self, v: Var) -> &[T] {
+        &self.grads[v.index()]
+    }
+
+    /// Differentiates `loss`, which must have one element, with respect to every variable. Gradients of
+    /// intermediate results are recycled; those of variables stay until [`Tape::reset`].
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
+    pub fn backward(&mut self, loss: Var) -> Result<(), TensorError> {
+        let shape = self.shape(loss);
+        if shape.len() != 1 {
+            let rule = "only a tensor of one element can be differentiated";
+            return Err(TensorError::BadShape { op: "backward", shape, rule });
+        }
+        for (node, grad) in self.nodes.iter().zip(&mut self.grads) {
+            if node.needs_grad && matches!(node.op, Op::Leaf) && grad.is_empty() {
+                *grad = self.pool.take_zeroed(node.shape.len());
+            } else {
+                grad.fill(T::ZERO);
+            }
+        }
+        self.accumulate(loss, |grad, _| grad[0] += T::ONE);
+        for i in (0..=loss.index()).rev() {
+            if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
+                continue;
+            }
+            let grad = std::mem::take(&mut self.grads[i]);
+            ops::vjp(self, self.nodes[i].op, Var(i as u32), &grad);
+            self.pool.give(grad);
+        }
+        Ok(())
+    }
+
+    /// Appends a node. The buffer becomes its value.
+    pub(crate) fn push(
+        &mut self,
+        op: Op,
+        shape: Shape,
+        needs_grad: bool,
+        value: Vec<T>,
+    ) -> Result<Var, TensorError> {
+        if self.check_finite
+            && let Some(index) = value.iter().position(|v| !v.is_finite())
+        {
+            let v = value[index].to_f64();
+            let value = match v {
+                _ if v.is_nan() => "NaN",
+                _ if v > 0.0 => "inf",
+                _ => "-inf",
+            };
+            return Err(TensorError::NotFinite { op: op.name(), value, index, shape });
+        }
+        self.nodes.push(Node { shape, op, needs_grad });
+        self.values.push(value);
+        self.grads.push(Vec::new());
+        self.saved.push(Vec::new());
+        Ok(Var((self.nodes.len() - 1) as u32))
+    }
+
+    /// Keeps a buffer beside a node for its VJP.
+    pub(crate) fn save(&mut self, v: Var, buffer: Vec<T>) {
+        self.saved[v.index()] = buffer;
+    }
+
+    /// The buffer kept by [`Tape::save`].
+    pub(crate) fn saved(&self, v: Var) -> &[T] {
+        &self.saved[v.index()]
+    }
+
+    /// Whether any of the operands leads to a variable.
+    pub(crate) fn needs_grad(&self, vars: &[Var]) -> bool {
+        vars.iter().any(|v| self.nodes[v.index()].needs_grad)
+    }
+
+    /// Takes the gradient buffer of `v` out for accumulation: zeros at first, empty if not wanted.
+    pub(crate) fn take_grad(&mut self, v: Var) -> Vec<T> {
+        let i = v.index();
+        if !self.nodes[i].needs_grad {
+            return Vec::new();
+        }
+        let grad = std::mem::take(&mut self.grads[i]);
+        if grad.is_empty() { self.pool.take_zeroed(self.nodes[i].shape.len()) } else { grad }
+    }
+
+    /// Puts a gradient buffer back.
+    pub(crate) fn put_grad(&mut self, v: Var, grad: Vec<T>) {
+        self.grads[v.index()] = grad;
+    }
+
+    /// Adds to the gradient of `v`, if it is wanted: `f(gradient of v, tape)`.
+    pub(crate) fn accumulate(&mut self, v: Var, f: impl FnOnce(&mut [T], &Tape<T>)) {
+        if self.nodes[v.index()].needs_grad {
+            let mut grad = self.take_grad(v);
+            f(&mut grad, self);
+            self.put_grad(v, grad);
+        }
+    }
+}
+
+impl<T: Scalar> Tape<T> {
+    /// As [`Tape::take_grad`], but a buffer of zeros to throw away when the gradient is not wanted.
+    pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Vec<T>, bool) {
+        let wanted = self.nodes[v.index()].needs_grad;
+        let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
+        (grad, wanted)
+    }
+
+    /// Puts a buffer of [`Tape::take_grad_or_scratch`] back.
+    pub(crate) fn put_grad_or_scratch(&mut self, v: Var, grad: Vec<T>, wanted: bool) {
+        if wanted {
+            self.put_grad(v, grad);
+        } else {
+            self.pool.give(grad);
+        }
+    }
+}

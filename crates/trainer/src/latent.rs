@@ -1,0 +1,117 @@
+//! The law of the trajectory latent over the training set (ex-post density estimation, Ghosh et al. 2020).
+
+use crate::TrainerError;
+use crate::nets::Stepwise;
+use crate::prepare::Prepared;
+use augsim_nn::{Bound, Params};
+use augsim_tensor::Tape;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// A Gaussian fitted to what the encoder gave on the training set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LatentLaw {
+    /// Mean, `[L]`.
+    pub mean: Vec<f64>,
+    /// Lower Cholesky factor of the covariance, `[L, L]`, row-major.
+    pub factor: Vec<f64>,
+}
+
+impl LatentLaw {
+    /// Matches mean and covariance of the mixture of all posteriors.
+    pub(crate) fn fit(
+        net: &Stepwise,
+        params: &Params<f32>,
+        train: &[Prepared],
+    ) -> Result<Self, TrainerError> {
+        let l = net.sizes().latent;
+        let posteriors =
+            train.par_iter().map(|p| infer(net, params, p)).collect::<Result<Vec<_>, TrainerError>>()?;
+        let n = posteriors.len() as f64;
+        let mean: Vec<f64> = (0..l).map(|i| posteriors.iter().map(|p| p.0[i]).sum::<f64>() / n).collect();
+        let mut covariance = vec![0.0; l * l];
+        for (m, sd) in &posteriors {
+            for i in 0..l {
+                for j in 0..l {
+                    covariance[i * l + j] += (m[i] - mean[i]) * (m[j] - mean[j]) / n;
+                }
+                covariance[i * l + i] += sd[i] * sd[i] / n;
+            }
+        }
+        Ok(LatentLaw { mean, factor: cholesky(&covariance, l) })
+    }
+
+    /// Latents `[L, samples]` for standard normal `draws [L, samples]`.
+    pub(crate) fn draw(&self, draws: &[f32], samples: usize) -> Vec<f32> {
+        let l = self.mean.len();
+        let mut w = vec![0.0; l * samples];
+        for (i, row) in w.chunks_exact_mut(samples).enumerate() {
+            for (sample, w) in row.iter_mut().enumerate() {
+                let shift: f64 =
+                    (0..=i).map(|j| self.factor[i * l + j] * f64::from(draws[j * samples + sample])).sum();
+                *w = (self.mean[i] + shift) as f32;
+            }
+        }
+        w
+    }
+}
+
+/// Posterior mean and deviation of the latent of one trajectory, `[L]` each.
+pub(crate) fn infer(
+    net: &Stepwise,
+    params: &Params<f32>,
+    p: &Prepared,
+) -> Result<(Vec<f64>, Vec<f64>), TrainerError> {
+    let (mut tape, mut bound) = (Tape::new(), Bound::default());
+    params.bind_frozen(&mut tape, &mut bound)?;
+    let x = tape.constant(&[p.time, p.x_width, 1], &p.x)?;
+    let u = tape.constant(&[p.time, p.u_width, 1], &p.u)?;
+    let g = net.infer(&mut tape, &bound, x, u, None)?;
+    let wide = |v| tape.value(v).iter().map(|v| f64::from(*v)).collect();
+    Ok((wide(g.mean), wide(g.sd)))
+}
+
+/// Lower Cholesky factor of a small positive semi-definite matrix, row-major; a direction without variance
+/// gets none.
+fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
+    let mut l = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+            let rest = a[i * n + j] - dot;
+            l[i * n + j] = if i == j {
+                rest.max(0.0).sqrt()
+            } else if l[j * n + j] > 0.0 {
+                rest / l[j * n + j]
+            } else {
+                0.0
+            };
+        }
+    }
+    l
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: draws have the fitted mean and covariance, also where one direction has no variance.
+    use super::*;
+
+    #[test]
+    fn the_factor_reproduces_the_covariance() {
+        for a in [[4.0, 1.2, 1.2, 2.0], [1.0, 2.0, 2.0, 4.0], [0.0, 0.0, 0.0, 3.0]] {
+            let l = cholesky(&a, 2);
+            for i in 0..2 {
+                for j in 0..2 {
+                    let back: f64 = (0..2).map(|k| l[i * 2 + k] * l[j * 2 + k]).sum();
+                    assert!((back - a[i * 2 + j]).abs() < 1e-12, "{a:?}: {l:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn draws_are_shifted_and_mixed() {
+        let law = LatentLaw { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
+        assert_eq!(law.draw(&[1.0, 0.0, 0.0, 1.0], 2), [3.0, 1.0, -0.5, 2.0]);
+    }
+}

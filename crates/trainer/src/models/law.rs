@@ -1,0 +1,35 @@
+//! The true law of the generated data, as a predictor: no forecast from s_0 can be better calibrated.
+
+use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+use augsim_data::random_stream;
+use augsim_physics::ball::bullet::BulletBall;
+use augsim_physics::ball::paper_law::PaperLaw;
+
+/// Exact samples of the paper's data law given the drop height.
+#[derive(Debug, Clone, Copy)]
+pub struct Law {
+    /// The law.
+    pub law: PaperLaw,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
+impl Forecaster for Law {
+    fn name(&self) -> &str {
+        "Exact law"
+    }
+
+    fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+        let s = task.start.len();
+        let mut values = vec![0.0; task.time * s * samples];
+        let mut rng = random_stream(self.seed, "exact-law", task.index);
+        for sample in 0..samples {
+            let ball = BulletBall { restitution: self.law.draw_restitution(&mut rng), ..self.law.ball };
+            let path = EngineSpec::PybulletBall(ball).rollout(task.start, task.time);
+            for (slot, v) in values[sample..].iter_mut().step_by(samples).zip(path) {
+                *slot = v as f32;
+            }
+        }
+        Ok(Samples { count: samples, values })
+    }
+}

@@ -1,0 +1,11 @@
+//! The model classes behind [`crate::Forecaster`].
+
+mod law;
+mod net;
+mod physics;
+mod zero;
+
+pub use law::Law;
+pub use net::NetModel;
+pub use physics::Physics;
+pub use zero::Zero;

@@ -1,0 +1,171 @@
+//! A trained net as a predictor.
+
+use crate::latent::infer;
+use crate::nets::{Dcvrnn, Net, Stepwise};
+use crate::prepare::{conditions, prepare};
+use crate::sequences::Sequence;
+use crate::training::{TrainingState, net_of};
+use crate::{Engine, Forecaster, Samples, Task, TrainerError};
+use augsim_data::random_stream;
+use augsim_nn::{Bound, Params};
+use augsim_tensor::Tape;
+use rand_distr::{Distribution, StandardNormal};
+
+/// A trained net with everything that a forecast needs.
+#[derive(Debug)]
+pub struct NetModel {
+    state: TrainingState,
+    net: Net,
+    params: Params<f32>,
+}
+
+impl NetModel {
+    /// The net of a saved state.
+    ///
+    /// # Errors
+    /// [`TrainerError::Foreign`] if the state is inconsistent.
+    pub fn new(state: TrainingState) -> Result<Self, TrainerError> {
+        let (net, params) = net_of(&state)?;
+        Ok(NetModel { state, net, params })
+    }
+
+    /// The saved state that the model was made of.
+    pub fn state(&self) -> &TrainingState {
+        &self.state
+    }
+
+    /// Reconstructions `[time, S, sample]` of a trajectory that the encoder sees. Not a prediction.
+    ///
+    /// # Errors
+    /// [`TrainerError`] if the net cannot be run.
+    pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
+        let prepared =
+            prepare(self.state.settings.recipe, &self.state.settings.engine, &self.state.scales, q);
+        match &self.net {
+            Net::Dcvrnn(net) => {
+                let (mut tape, bound) = self.frozen()?;
+                let wide = |v: &[f32]| -> Vec<f32> {
+                    v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
+                };
+                let x = tape.constant(&[q.time, prepared.x_width, samples], &wide(&prepared.x))?;
+                let u = tape.constant(&[q.time, prepared.u_width, samples], &wide(&prepared.u))?;
+                let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
+                let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
+                let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
+                Ok(Samples { count: samples, values: tape.value(passed.mean_x).to_vec() })
+            }
+            Net::Stepwise(net) => {
+                let (mean, sd) = infer(net, &self.params, &prepared)?;
+                let draws = self.noise("reconstruction", index, mean.len() * samples);
+                let mut w = draws;
+                for (i, w) in w.iter_mut().enumerate() {
+                    let l = i / samples;
+                    *w = (mean[l] + sd[l] * f64::from(*w)) as f32;
+                }
+                self.roll(net, q.state(0), q.time, index, &w, samples)
+            }
+        }
+    }
+
+    fn frozen(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
+        let (mut tape, mut bound) = (Tape::new(), Bound::default());
+        self.params.bind_frozen(&mut tape, &mut bound)?;
+        Ok((tape, bound))
+    }
+
+    fn noise(&self, purpose: &str, index: u64, n: usize) -> Vec<f32> {
+        let mut rng = random_stream(self.state.settings.seed, purpose, index);
+        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+    }
+
+    /// Rolls the net and the physics out together for latents `w [L, samples]`.
+    fn roll(
+        &self,
+        net: &Stepwise,
+        start: &[f64],
+        time: usize,
+        index: u64,
+        w: &[f32],
+        samples: usize,
+    ) -> Result<Samples, TrainerError> {
+        let (s, sizes, scales) = (start.len(), net.sizes(), &self.state.scales);
+        let engine = &self.state.settings.engine;
+        let mut tape = Tape::new();
+        let mut bound = Bound::default();
+        let mut rng = random_stream(self.state.settings.seed, "step-noise", index);
+        let mut values = vec![0.0_f32; time * s * samples];
+        let mut now: Vec<f64> = start.repeat(samples);
+        let mut next = now.clone();
+        let mut moved = vec![0.0; s];
+        let mut row = vec![0.0_f32; sizes.condition];
+        let mut u = vec![0.0_f32; sizes.condition * samples];
+        for t in 0..time {
+            for sample in 0..samples {
+                for j in 0..s {
+                    values[(t * s + j) * samples + sample] = now[sample * s + j] as f32;
+                }
+            }
+            if t + 1 == time {
+                break;
+            }
+            for sample in 0..samples {
+                let (from, to) = (&now[sample * s..][..s], &mut next[sample * s..][..s]);
+                engine.step(from, to);
+                scales.write_features(from, to, &mut row);
+                for (slot, v) in u[sample..].iter_mut().step_by(samples).zip(&row) {
+                    *slot = *v;
+                }
+            }
+            tape.reset();
+            self.params.bind_frozen(&mut tape, &mut bound)?;
+            let u = tape.constant(&[1, sizes.condition, samples], &u)?;
+            let w = tape.constant(&[1, sizes.latent, samples], w)?;
+            let g = net.correct(&mut tape, &bound, u, w)?;
+            let (mean, sd) = (tape.value(g.mean), tape.value(g.sd));
+            for sample in 0..samples {
+                for j in 0..s {
+                    let at = j * samples + sample;
+                    let draw: f64 = StandardNormal.sample(&mut rng);
+                    let correction = f64::from(mean[at]) + f64::from(sd[at]) * draw;
+                    let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
+                    moved[j] = to[j] + scales.unit(j, from, to) * correction;
+                }
+                now[sample * s..][..s].copy_from_slice(&moved);
+            }
+        }
+        Ok(Samples { count: samples, values })
+    }
+
+    fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+        let settings = &self.state.settings;
+        let u = conditions(settings.recipe, &settings.engine, task.start, task.time);
+        let u: Vec<f32> = u.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect();
+        let (mut tape, bound) = self.frozen()?;
+        let sizes = net.sizes();
+        let u = tape.constant(&[task.time, sizes.condition, samples], &u)?;
+        let eps = self.noise("forecast", task.index, task.time * sizes.latent * samples);
+        let eps = tape.constant(&[task.time, sizes.latent, samples], &eps)?;
+        let (mean, _) = net.generate(&mut tape, &bound, u, eps)?;
+        Ok(Samples { count: samples, values: tape.value(mean).to_vec() })
+    }
+}
+
+impl Forecaster for NetModel {
+    fn name(&self) -> &str {
+        self.state.settings.recipe.label()
+    }
+
+    fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+        match &self.net {
+            Net::Dcvrnn(net) => self.generate(net, task, samples),
+            Net::Stepwise(net) => {
+                let Some(law) = &self.state.latent else {
+                    let what = "its training has not ended, so the law of its latent is not fitted yet";
+                    return Err(TrainerError::Foreign { what: what.into() });
+                };
+                let w = law.draw(&self.noise("forecast", task.index, net.sizes().latent * samples), samples);
+                self.roll(net, task.start, task.time, task.index, &w, samples)
+            }
+        }
+    }
+}

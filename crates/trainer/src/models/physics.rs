@@ -1,0 +1,25 @@
+//! The analytical model alone.
+
+use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+
+/// Rolls the engine out from the first state.
+#[derive(Debug, Clone, Copy)]
+pub struct Physics(
+    /// The engine.
+    pub EngineSpec,
+);
+
+impl Forecaster for Physics {
+    fn name(&self) -> &str {
+        "Physics"
+    }
+
+    fn is_deterministic(&self) -> bool {
+        true
+    }
+
+    fn forecast(&self, task: Task<'_>, _: usize) -> Result<Samples, TrainerError> {
+        let path = self.0.rollout(task.start, task.time);
+        Ok(Samples { count: 1, values: path.into_iter().map(|v| v as f32).collect() })
+    }
+}

@@ -1,0 +1,208 @@
+//! The decoupled conditional variational recurrent net (paper, section III): three recurrent nets that
+//! whole sequences run through without waiting for one another.
+//!
+//! - encoder: GRU(x_t, u_t, eps_t) gives mu_z, sigma_z; z_t = mu_z + eps_t sigma_z
+//! - prior: GRU(u_t, eps_t) gives mu_0, sigma_0; in prediction z_t = mu_0 + eps_t sigma_0
+//! - decoder: GRU(z_t) gives mu_x (and sigma_x, if it is learned)
+//!
+//! Loss: sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln P(x_t | z_t), less constants. The same
+//! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
+//! does not bound what z carries. What follows from that for forecasts is in the README.
+
+use super::{LossVars, Tile, mask_of, masked_sum};
+use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// How the decoder's standard deviation is had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decoder {
+    /// Fixed to 1 (bouncing ball).
+    Fixed,
+    /// Learned, through softplus (pushing).
+    Learned,
+}
+
+/// Extents of a [`Dcvrnn`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DcvrnnSizes {
+    /// State columns: width of x_t.
+    pub state: usize,
+    /// Width of the condition u_t.
+    pub condition: usize,
+    /// Width of the latent z_t.
+    pub latent: usize,
+    /// Units of each GRU layer.
+    pub hidden: usize,
+    /// GRU layers.
+    pub layers: usize,
+    /// Added to learned standard deviations.
+    pub sd_floor: f64,
+    /// The decoder's standard deviation.
+    pub decoder: Decoder,
+}
+
+/// The net: ids of its parameters, named `enc.gru.weight_ih_l0`, `enc.mean.weight` and so on.
+#[derive(Debug, Clone)]
+pub struct Dcvrnn {
+    sizes: DcvrnnSizes,
+    encoder: (Gru, GaussianHead),
+    prior: (Gru, GaussianHead),
+    decoder: Gru,
+    decoder_mean: Linear,
+    decoder_std: Option<Linear>,
+}
+
+/// The distributions that a forward pass gives, all `[time, feature, lane]`.
+#[derive(Debug, Clone, Copy)]
+pub struct Passed {
+    /// Posterior of z.
+    pub posterior: Gaussian,
+    /// Prior of z.
+    pub prior: Gaussian,
+    /// z drawn from the posterior.
+    pub z: Var,
+    /// Mean of x given z.
+    pub mean_x: Var,
+    /// Standard deviation of x given z; absent where it is 1.
+    pub sd_x: Option<Var>,
+}
+
+impl Dcvrnn {
+    /// Registers the parameters.
+    pub fn new<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes) -> Self {
+        let net = |params: &mut Params<T>, name: &str, inputs: usize| {
+            let gru = Gru::new(params, &format!("{name}.gru"), inputs, s.hidden, s.layers);
+            (gru, GaussianHead::new(params, name, s.hidden, s.latent, s.sd_floor))
+        };
+        Dcvrnn {
+            sizes: s,
+            encoder: net(params, "enc", s.state + s.condition + s.latent),
+            prior: net(params, "prior", s.condition + s.latent),
+            decoder: Gru::new(params, "dec.gru", s.latent, s.hidden, s.layers),
+            decoder_mean: Linear::new(params, "dec.mean", s.hidden, s.state),
+            decoder_std: matches!(s.decoder, Decoder::Learned)
+                .then(|| Linear::new(params, "dec.std", s.hidden, s.state)),
+        }
+    }
+
+    /// Extents.
+    pub fn sizes(&self) -> DcvrnnSizes {
+        self.sizes
+    }
+
+    /// Posterior, prior and decoder for `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the extents do not fit.
+    pub fn pass<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        [x, u, eps]: [Var; 3],
+    ) -> Result<Passed, TensorError> {
+        let seen = tape.concat(&[x, u, eps], 1)?;
+        let posterior = run(tape, p, &self.encoder, seen)?;
+        let prior = self.prior(tape, p, u, eps)?;
+        let z = draw(tape, posterior, eps)?;
+        let (mean_x, sd_x) = self.decode(tape, p, z)?;
+        Ok(Passed { posterior, prior, z, mean_x, sd_x })
+    }
+
+    /// Loss of a tile: sums over time and lanes.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the tile does not have the net's extents.
+    pub fn loss<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+    ) -> Result<LossVars, TensorError> {
+        let s = self.sizes;
+        let x = tape.constant(&[tile.time, s.state, tile.lanes], tile.x)?;
+        let u = tape.constant(&[tile.time, s.condition, tile.lanes], tile.u)?;
+        let eps = tape.constant(&[tile.time, s.latent, tile.lanes], tile.eps)?;
+        let mask = mask_of(tape, &tile)?;
+        let passed = self.pass(tape, p, [x, u, eps])?;
+        let (kl, misfit) = self.parts(tape, x, passed)?;
+        let kl = masked_sum(tape, kl, mask)?;
+        let misfit = masked_sum(tape, misfit, mask)?;
+        Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+    }
+
+    /// Divergence `[time, L, lanes]` and negative log-likelihood `[time, S, lanes]`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the extents do not fit.
+    pub fn parts<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        x: Var,
+        passed: Passed,
+    ) -> Result<(Var, Var), TensorError> {
+        let (q, prior) = (passed.posterior, passed.prior);
+        let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
+        let misfit = match passed.sd_x {
+            None => tape.squared_error(x, passed.mean_x)?,
+            Some(sd) => tape.gaussian_nll(x, passed.mean_x, sd)?,
+        };
+        Ok((kl, misfit))
+    }
+
+    /// Mean (and deviation) of x for latents drawn from the prior: a forecast, from `u` alone.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the extents do not fit.
+    pub fn generate<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        u: Var,
+        eps: Var,
+    ) -> Result<(Var, Option<Var>), TensorError> {
+        let prior = self.prior(tape, p, u, eps)?;
+        let z = draw(tape, prior, eps)?;
+        self.decode(tape, p, z)
+    }
+
+    fn prior<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        u: Var,
+        eps: Var,
+    ) -> Result<Gaussian, TensorError> {
+        let seen = tape.concat(&[u, eps], 1)?;
+        run(tape, p, &self.prior, seen)
+    }
+
+    fn decode<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        z: Var,
+    ) -> Result<(Var, Option<Var>), TensorError> {
+        let h = self.decoder.forward(tape, p, z, &[])?;
+        let mean = self.decoder_mean.forward(tape, p, h)?;
+        let Some(std) = self.decoder_std else { return Ok((mean, None)) };
+        let raw = std.forward(tape, p, h)?;
+        let sd = tape.softplus(raw)?;
+        Ok((mean, Some(tape.shift(sd, self.sizes.sd_floor)?)))
+    }
+}
+
+fn run<T: Scalar>(
+    tape: &mut Tape<T>,
+    p: &Bound,
+    (gru, head): &(Gru, GaussianHead),
+    x: Var,
+) -> Result<Gaussian, TensorError> {
+    let h = gru.forward(tape, p, x, &[])?;
+    head.forward(tape, p, h)
+}
+
+/// mean + eps * sd.
+fn draw<T: Scalar>(tape: &mut Tape<T>, g: Gaussian, eps: Var) -> Result<Var, TensorError> {
+    let noise = tape.mul(eps, g.sd)?;
+    tape.add(g.mean, noise)
+}

@@ -1,0 +1,126 @@
+//! The nets: what is recorded on a tape for one tile of a batch.
+
+mod dcvrnn;
+mod stepwise;
+
+pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder};
+pub use stepwise::{Stepwise, StepwiseSizes};
+
+use crate::prepare::Scales;
+use crate::settings::{Recipe, Settings};
+use augsim_nn::{Bound, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// A tile of a batch: up to [`crate::TILE`] trajectories, `[time, feature, lane]`.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile<'a, T> {
+    /// Time steps (of the longest trajectory).
+    pub time: usize,
+    /// Trajectories.
+    pub lanes: usize,
+    /// Targets `[time, X, lanes]`.
+    pub x: &'a [T],
+    /// Conditions `[time, U, lanes]`.
+    pub u: &'a [T],
+    /// Standard normal draws `[rows, L, lanes]`, rows as [`Net::noise_rows`] says.
+    pub eps: &'a [T],
+    /// 1 where a sample exists and 0 beyond the end of a shorter trajectory, `[time, 1, lanes]`; empty
+    /// if all have the same length.
+    pub mask: &'a [T],
+}
+
+/// Loss of a tile and its two parts, each a scalar: sums over the tile's trajectories.
+#[derive(Debug, Clone, Copy)]
+pub struct LossVars {
+    /// Divergence plus misfit.
+    pub total: Var,
+    /// Kullback-Leibler part.
+    pub kl: Var,
+    /// Negative log-likelihood part (less constants).
+    pub misfit: Var,
+}
+
+/// The net of a [`Recipe`].
+#[derive(Debug, Clone)]
+pub enum Net {
+    /// Neural and Hybrid.
+    Dcvrnn(Dcvrnn),
+    /// Hybrid+.
+    Stepwise(Stepwise),
+}
+
+impl Net {
+    /// Registers the net of `settings` for states of `state` columns.
+    pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
+        let net = settings.net;
+        let condition = match settings.recipe {
+            Recipe::Neural => state,
+            Recipe::Hybrid => 2 * state,
+            Recipe::HybridPlus => {
+                let sizes = StepwiseSizes {
+                    state,
+                    condition: Scales::features(state),
+                    latent: net.latent,
+                    hidden: net.hidden,
+                    sd_floor: net.sd_floor,
+                };
+                return Net::Stepwise(Stepwise::new(params, sizes));
+            }
+        };
+        Net::Dcvrnn(Dcvrnn::new(
+            params,
+            DcvrnnSizes {
+                state,
+                condition,
+                latent: net.latent,
+                hidden: net.hidden,
+                layers: net.layers,
+                sd_floor: net.sd_floor,
+                decoder: Decoder::Fixed,
+            },
+        ))
+    }
+
+    /// Rows of noise that a sequence of `time` steps takes, and values per row.
+    pub fn noise_rows(&self, time: usize) -> (usize, usize) {
+        match self {
+            Net::Dcvrnn(net) => (time, net.sizes().latent),
+            Net::Stepwise(net) => (1, net.sizes().latent),
+        }
+    }
+
+    /// Records the loss of a tile.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the tile does not have the net's extents.
+    pub fn loss<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+    ) -> Result<LossVars, TensorError> {
+        match self {
+            Net::Dcvrnn(net) => net.loss(tape, p, tile),
+            Net::Stepwise(net) => net.loss(tape, p, tile),
+        }
+    }
+}
+
+/// Sum over all elements of `v [time, F, lanes]`, without those that the mask hides.
+fn masked_sum<T: Scalar>(tape: &mut Tape<T>, v: Var, mask: Option<Var>) -> Result<Var, TensorError> {
+    match mask {
+        None => tape.sum_all(v),
+        Some(mask) => {
+            let visible = tape.mul(v, mask)?;
+            tape.sum_all(visible)
+        }
+    }
+}
+
+/// Records the tile's mask, if it has one.
+fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Result<Option<Var>, TensorError> {
+    if tile.mask.is_empty() {
+        return Ok(None);
+    }
+    tape.constant(&[tile.time, 1, tile.lanes], tile.mask).map(Some)
+}

@@ -1,0 +1,135 @@
+//! Settings of a training run, with the paper's values as defaults.
+
+use crate::{EngineSpec, TrainerError};
+use augsim_nn::{Adam, StepDecay};
+use serde::{Deserialize, Serialize};
+
+/// Which net is trained, and on what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Recipe {
+    /// The paper's DCVRNN without physics: the condition is s_0.
+    Neural,
+    /// The paper's DCVRNN: the condition is s_0 and the physics roll-out from it.
+    Hybrid,
+    /// Ours: physics step by step, one latent per trajectory, learned deviations.
+    HybridPlus,
+}
+
+impl Recipe {
+    /// Name in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            Recipe::Neural => "Neural",
+            Recipe::Hybrid => "Hybrid",
+            Recipe::HybridPlus => "Hybrid+",
+        }
+    }
+}
+
+/// Sizes of a net.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NetSettings {
+    /// Units of every GRU layer.
+    pub hidden: usize,
+    /// GRU layers.
+    pub layers: usize,
+    /// Latent size: per time step for the DCVRNN, per trajectory for Hybrid+.
+    pub latent: usize,
+    /// Added to every learned standard deviation, in the net's units.
+    pub sd_floor: f64,
+}
+
+/// Everything that decides a training run, besides its data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Net and data flow.
+    pub recipe: Recipe,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Iterations.
+    pub iterations: u64,
+    /// Trajectories per iteration.
+    pub batch: usize,
+    /// Largest norm of the gradient; longer ones are shortened to it. Absent: no limit.
+    pub clip_norm: Option<f64>,
+    /// Learning rate.
+    pub learning_rate: StepDecay,
+    /// Optimiser.
+    pub adam: Adam,
+    /// Net.
+    pub net: NetSettings,
+    /// Physics.
+    pub engine: EngineSpec,
+}
+
+impl Settings {
+    /// The settings for the bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of
+    /// the 10,000 iterations, batch 100, two GRU layers of 16 units, latent 4. `iterations` scales the
+    /// schedule with it.
+    pub fn ball(recipe: Recipe, iterations: u64, seed: u64, engine: EngineSpec) -> Self {
+        let paper = Settings {
+            recipe,
+            seed,
+            iterations,
+            batch: 100,
+            clip_norm: None,
+            learning_rate: StepDecay { initial: 1e-3, factor: 0.5, every: iterations.div_ceil(4).max(1) },
+            adam: Adam::default(),
+            net: NetSettings { hidden: 16, layers: 2, latent: 4, sd_floor: 1e-6 },
+            engine,
+        };
+        match recipe {
+            Recipe::Neural | Recipe::Hybrid => paper,
+            Recipe::HybridPlus => Settings {
+                clip_norm: Some(100.0),
+                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
+                net: NetSettings { hidden: 32, layers: 1, latent: 2, sd_floor: 1e-2 },
+                ..paper
+            },
+        }
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`TrainerError::Setting`], naming the key.
+    pub fn check(&self) -> Result<(), TrainerError> {
+        let at_least_one = [
+            ("iterations", self.iterations as usize),
+            ("batch", self.batch),
+            ("net.hidden", self.net.hidden),
+            ("net.layers", self.net.layers),
+            ("net.latent", self.net.latent),
+        ];
+        for (key, value) in at_least_one {
+            if value == 0 {
+                return Err(TrainerError::Setting {
+                    key,
+                    value: value.to_string(),
+                    rule: "must be at least 1",
+                });
+            }
+        }
+        let positive = [
+            ("learning_rate.initial", self.learning_rate.initial),
+            ("learning_rate.factor", self.learning_rate.factor),
+            ("clip_norm", self.clip_norm.unwrap_or(1.0)),
+        ];
+        for (key, value) in positive {
+            if value <= 0.0 || !value.is_finite() {
+                let rule = "must be a positive number";
+                return Err(TrainerError::Setting { key, value: value.to_string(), rule });
+            }
+        }
+        let rule = "must not be negative";
+        for (key, value) in
+            [("adam.weight_decay", self.adam.weight_decay), ("net.sd_floor", self.net.sd_floor)]
+        {
+            if value < 0.0 || !value.is_finite() {
+                return Err(TrainerError::Setting { key, value: value.to_string(), rule });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! Batch tiles: the unit of parallel work. Tiles are fixed by the batch, not by the threads, and their
+//! gradients are added in tile order, so that a run gives the same bytes on any number of threads.
+
+use crate::nets::{Net, Tile};
+use crate::prepare::Prepared;
+use crate::{TILE, TrainerError};
+use augsim_data::random_stream;
+use augsim_nn::{Bound, Params};
+use augsim_tensor::Tape;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Sums over the trajectories of one tile.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct TileLoss {
+    pub kl: f64,
+    pub misfit: f64,
+}
+
+/// One tile's memory, kept from iteration to iteration.
+#[derive(Debug, Default)]
+pub(crate) struct TileWorker {
+    tape: Tape<f32>,
+    bound: Bound,
+    x: Vec<f32>,
+    u: Vec<f32>,
+    eps: Vec<f32>,
+    mask: Vec<f32>,
+    pub grads: Vec<f32>,
+    pub loss: TileLoss,
+}
+
+/// Which noise a tile draws: one stream per (seed, iteration, place in the batch).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoiseKey {
+    pub seed: u64,
+    pub first: u64,
+}
+
+impl TileWorker {
+    /// Loss and gradient of `scale` times the sum over the trajectories `items` of `all`.
+    pub fn run(
+        &mut self,
+        net: &Net,
+        params: &Params<f32>,
+        all: &[Prepared],
+        items: &[usize],
+        noise: NoiseKey,
+        scale: f64,
+    ) -> Result<(), TrainerError> {
+        let lanes = items.len();
+        debug_assert!(lanes <= TILE);
+        let time = items.iter().map(|&i| all[i].time).max().unwrap_or(0);
+        self.fill(net, all, items, time, noise);
+        self.grads.resize(params.values().len(), 0.0);
+        self.tape.reset();
+        params.bind(&mut self.tape, &mut self.bound)?;
+        let tile = Tile { time, lanes, x: &self.x, u: &self.u, eps: &self.eps, mask: &self.mask };
+        let loss = net.loss(&mut self.tape, &self.bound, tile)?;
+        let scaled = self.tape.scale(loss.total, scale)?;
+        self.tape.backward(scaled)?;
+        params.gather_grads(&self.tape, &self.bound, &mut self.grads);
+        let value = |v| f64::from(self.tape.value(v)[0]);
+        self.loss = TileLoss { kl: value(loss.kl), misfit: value(loss.misfit) };
+        Ok(())
+    }
+
+    fn fill(&mut self, net: &Net, all: &[Prepared], items: &[usize], time: usize, noise: NoiseKey) {
+        let lanes = items.len();
+        let (x_width, u_width) = items.first().map_or((0, 0), |&i| (all[i].x_width, all[i].u_width));
+        let (rows, latent) = net.noise_rows(time);
+        let equal = items.iter().all(|&i| all[i].time == time);
+        for (buffer, n) in [
+            (&mut self.x, time * x_width),
+            (&mut self.u, time * u_width),
+            (&mut self.eps, rows * latent),
+            (&mut self.mask, if equal { 0 } else { time }),
+        ] {
+            buffer.clear();
+            buffer.resize(n * lanes, 0.0);
+        }
+        for (lane, &i) in items.iter().enumerate() {
+            let item = &all[i];
+            for (to, from) in [(&mut self.x, &item.x), (&mut self.u, &item.u)] {
+                for (slot, v) in to[lane..].iter_mut().step_by(lanes).zip(from) {
+                    *slot = *v;
+                }
+            }
+            let mut rng = random_stream(noise.seed, "noise", noise.first + lane as u64);
+            for slot in self.eps[lane..].iter_mut().step_by(lanes) {
+                *slot = StandardNormal.sample(&mut rng);
+            }
+            if !equal {
+                for slot in self.mask[lane..].iter_mut().step_by(lanes).take(item.time) {
+                    *slot = 1.0;
+                }
+            }
+        }
+    }
+}

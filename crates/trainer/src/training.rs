@@ -1,0 +1,237 @@
+//! The training loop.
+
+use crate::latent::LatentLaw;
+use crate::nets::Net;
+use crate::prepare::{Prepared, Scales, prepare};
+use crate::sequences::Sequences;
+use crate::settings::Settings;
+use crate::tiles::{NoiseKey, TileWorker};
+use crate::{Engine, TILE, TrainerError};
+use augsim_data::random_stream;
+use augsim_nn::{AdamState, Params};
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Means over the batch of one iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Losses {
+    /// Iteration, from 1.
+    pub iteration: u64,
+    /// Divergence plus misfit, nats per trajectory.
+    pub loss: f64,
+    /// Kullback-Leibler part.
+    pub kl: f64,
+    /// Negative log-likelihood part, less constants.
+    pub misfit: f64,
+    /// Learning rate.
+    pub learning_rate: f64,
+}
+
+/// Everything needed to go on as if never stopped: what a checkpoint holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingState {
+    /// Settings of the run.
+    pub settings: Settings,
+    /// Names of the state columns.
+    pub columns: Vec<String>,
+    /// Scales fitted on the training set.
+    pub scales: Scales,
+    /// Fingerprint of the training set (CRC-32 of its values), so that a run is not resumed on other data.
+    pub data: u32,
+    /// Iterations done.
+    pub iteration: u64,
+    /// Values of all parameters.
+    pub params: Vec<f32>,
+    /// Optimiser.
+    pub adam: AdamState<f32>,
+    /// Law of the trajectory latent, fitted when training has ended (Hybrid+ only).
+    pub latent: Option<LatentLaw>,
+}
+
+/// A training run in memory.
+#[derive(Debug)]
+pub struct Training {
+    state: TrainingState,
+    net: Net,
+    params: Params<f32>,
+    prepared: Vec<Prepared>,
+    order: Vec<usize>,
+    order_epoch: Option<u64>,
+    tiles: Vec<TileWorker>,
+    grads: Vec<f32>,
+}
+
+impl Training {
+    /// A new run on `train`. The batch is at most the whole training set.
+    ///
+    /// # Errors
+    /// A setting out of range, or columns that are not the engine's.
+    pub fn new(settings: Settings, train: &Sequences) -> Result<Self, TrainerError> {
+        settings.check()?;
+        let scales = Scales::fit(&settings.engine, train);
+        let mut params = Params::new(random_stream(settings.seed, "init", 0));
+        Net::new(&settings, train.state_dim(), &mut params);
+        let n = params.values().len();
+        let state = TrainingState {
+            columns: train.columns.clone(),
+            data: fingerprint(train),
+            iteration: 0,
+            params: params.values().to_vec(),
+            adam: AdamState::new(n),
+            latent: None,
+            scales,
+            settings,
+        };
+        Self::assemble(state, train)
+    }
+
+    /// The run that `state` was taken from, to go on bit for bit as if never stopped.
+    ///
+    /// # Errors
+    /// [`TrainerError::Foreign`] if `train` is not the data of that run or the state is inconsistent.
+    pub fn resume(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
+        state.settings.check()?;
+        let foreign = |what: &str| Err(TrainerError::Foreign { what: what.to_owned() });
+        if state.columns != train.columns {
+            return foreign("its state columns are others");
+        }
+        if state.data != fingerprint(train) {
+            return foreign("it was trained on other data");
+        }
+        Self::assemble(state, train)
+    }
+
+    fn assemble(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
+        if state.columns != state.settings.engine.columns() {
+            let wanted = state.settings.engine.columns().join(", ");
+            let what =
+                format!("the engine's states are {wanted}, the data's are {}", state.columns.join(", "));
+            return Err(TrainerError::Foreign { what });
+        }
+        let (net, params) = net_of(&state)?;
+        let prepared: Vec<Prepared> = train
+            .items
+            .par_iter()
+            .map(|q| prepare(state.settings.recipe, &state.settings.engine, &state.scales, q))
+            .collect();
+        let batch = state.settings.batch.min(prepared.len());
+        Ok(Training {
+            order: (0..prepared.len()).collect(),
+            order_epoch: None,
+            tiles: (0..batch.div_ceil(TILE)).map(|_| TileWorker::default()).collect(),
+            grads: vec![0.0; params.values().len()],
+            state,
+            net,
+            params,
+            prepared,
+        })
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.state.iteration
+    }
+
+    /// Settings of the run.
+    pub fn settings(&self) -> &Settings {
+        &self.state.settings
+    }
+
+    /// What a checkpoint holds.
+    pub fn state(&mut self) -> &TrainingState {
+        self.state.params.copy_from_slice(self.params.values());
+        &self.state
+    }
+
+    /// Ends training: fits what forecasts need besides the parameters.
+    ///
+    /// # Errors
+    /// [`TrainerError::Tensor`] if the encoder cannot be run.
+    pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
+        if let Net::Stepwise(net) = &self.net {
+            self.state.latent = Some(LatentLaw::fit(net, &self.params, &self.prepared)?);
+        }
+        Ok(self.state())
+    }
+
+    /// The trained parameters, under PyTorch's names.
+    pub fn params(&self) -> &Params<f32> {
+        &self.params
+    }
+
+    /// One iteration: loss and gradient of a batch, one step of the optimiser.
+    ///
+    /// # Errors
+    /// [`TrainerError::Diverged`] if the loss is not finite; the parameters are as before then.
+    pub fn step(&mut self) -> Result<Losses, TrainerError> {
+        let settings = &self.state.settings;
+        let iteration = self.state.iteration;
+        let learning_rate = settings.learning_rate.at(iteration);
+        let batch = settings.batch.min(self.prepared.len());
+        let per_epoch = (self.prepared.len() / batch) as u64;
+        let epoch = iteration / per_epoch;
+        if self.order_epoch != Some(epoch) {
+            self.order.sort_unstable();
+            self.order.shuffle(&mut random_stream(settings.seed, "shuffle", epoch));
+            self.order_epoch = Some(epoch);
+        }
+        let start = (iteration % per_epoch) as usize * batch;
+        let chosen = &self.order[start..start + batch];
+        let (net, params, prepared, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
+        let scale = 1.0 / batch as f64;
+        self.tiles.par_iter_mut().zip(chosen.par_chunks(TILE)).enumerate().try_for_each(
+            |(i, (tile, items))| {
+                let noise = NoiseKey { seed, first: iteration * batch as u64 + (i * TILE) as u64 };
+                tile.run(net, params, prepared, items, noise, scale)
+            },
+        )?;
+        self.grads.fill(0.0);
+        let (mut kl, mut misfit) = (0.0, 0.0);
+        for tile in &self.tiles {
+            self.grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
+            kl += tile.loss.kl * scale;
+            misfit += tile.loss.misfit * scale;
+        }
+        let loss = kl + misfit;
+        let norm = self.grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+        if !loss.is_finite() || !norm.is_finite() {
+            return Err(TrainerError::Diverged { iteration: iteration + 1, loss, rate: learning_rate });
+        }
+        if let Some(limit) = settings.clip_norm
+            && norm > limit
+        {
+            let factor = (limit / norm) as f32;
+            self.grads.iter_mut().for_each(|g| *g *= factor);
+        }
+        settings.adam.step(&mut self.state.adam, self.params.values_mut(), &self.grads, learning_rate);
+        self.state.iteration += 1;
+        Ok(Losses { iteration: self.state.iteration, loss, kl, misfit, learning_rate })
+    }
+}
+
+/// The net and parameters of a saved state.
+///
+/// # Errors
+/// [`TrainerError::Foreign`] if the number of parameters does not fit the settings.
+pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
+    let mut params = Params::new(random_stream(state.settings.seed, "init", 0));
+    let net = Net::new(&state.settings, state.columns.len(), &mut params);
+    let (expected, found) = (params.values().len(), state.params.len());
+    if expected != found || state.adam.len() != found {
+        let what = format!("its settings make {expected} parameters, but it holds {found}");
+        return Err(TrainerError::Foreign { what });
+    }
+    params.values_mut().copy_from_slice(&state.params);
+    Ok((net, params))
+}
+
+/// CRC-32 over all lengths and values.
+fn fingerprint(data: &Sequences) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for q in &data.items {
+        hasher.update(&(q.time as u64).to_le_bytes());
+        q.states.iter().for_each(|v| hasher.update(&v.to_le_bytes()));
+    }
+    hasher.finalize()
+}

@@ -1,0 +1,54 @@
+//! Golden values from independent implementations, and where measured data lies.
+
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// A file under `fixtures/`.
+pub fn fixture(path: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures")).join(path)
+}
+
+/// A golden JSON file under `fixtures/golden`.
+///
+/// # Panics
+/// If it is missing or malformed: it is part of the repository.
+pub fn golden(name: &str) -> Value {
+    let path = fixture("golden").join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Numbers of a nested array, row-major.
+pub fn flat(v: &Value) -> Vec<f64> {
+    match v {
+        Value::Array(items) => items.iter().flat_map(flat).collect(),
+        other => vec![other.as_f64().unwrap_or(f64::NAN)],
+    }
+}
+
+/// Extents of a nested array.
+pub fn dims(v: &Value) -> Vec<usize> {
+    let mut out = Vec::new();
+    let mut at = v;
+    while let Value::Array(items) = at {
+        out.push(items.len());
+        match items.first() {
+            Some(first) => at = first,
+            None => break,
+        }
+    }
+    out
+}
+
+/// A `[batch, time, feature]` array as `[time, feature, batch]`.
+pub fn batch_last(v: &Value) -> Vec<f64> {
+    let (d, x) = (dims(v), flat(v));
+    let (b, t, f) = (d[0], d[1], d[2]);
+    let mut out = Vec::with_capacity(x.len());
+    for ti in 0..t {
+        for fi in 0..f {
+            out.extend((0..b).map(|bi| x[(bi * t + ti) * f + fi]));
+        }
+    }
+    out
+}

@@ -1,0 +1,28 @@
+//! Where tests find data that is not committed. Included by path into the test files of every crate.
+
+use std::path::{Path, PathBuf};
+
+/// Root of the workspace.
+pub fn workspace() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = here.ancestors().find(|folder| folder.join("Cargo.lock").exists());
+    root.expect("a crate inside the workspace").to_owned()
+}
+
+/// `relative` below `AUGSIM_DATA` or, without it, `../shared/data` seen from the workspace.
+///
+/// Where it is missing the test is skipped, loudly; with `AUGSIM_REQUIRE_DATA=1` it fails.
+#[allow(dead_code, reason = "not every test file that includes this needs shared data")]
+#[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
+pub fn shared_data(relative: &str) -> Option<PathBuf> {
+    let root =
+        std::env::var_os("AUGSIM_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
+    let path = root.join(relative);
+    if path.exists() {
+        return Some(path);
+    }
+    let required = std::env::var("AUGSIM_REQUIRE_DATA").is_ok_and(|value| value == "1");
+    assert!(!required, "AUGSIM_REQUIRE_DATA=1, but {} is missing", path.display());
+    eprintln!("SKIPPED: {} is missing; set AUGSIM_DATA to the folder of data", path.display());
+    None
+}

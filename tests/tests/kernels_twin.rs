@@ -1,0 +1,155 @@
+//! Contract: the SIMD kernels compute what their plain twins compute, on random shapes that include
+//! tails in the batch and in the features, empty extents and single elements, with and without an
+//! initial state. The twin runs in f64, so the tolerance is single-precision rounding times the length
+//! of the longest sum (about eps * sqrt(T * B) * values of order 1).
+
+use augsim_tensor::kernels::*;
+use augsim_tests::random::normals_f32;
+
+fn wide(x: &[f32]) -> Vec<f64> {
+    x.iter().map(|v| f64::from(*v)).collect()
+}
+
+fn assert_close(what: &str, got: &[f32], want: &[f64], tolerance: f64) {
+    assert_eq!(got.len(), want.len());
+    for (i, (g, w)) in got.iter().zip(want).enumerate() {
+        let bound = tolerance * w.abs().max(1.0);
+        assert!((f64::from(*g) - w).abs() <= bound, "{what}[{i}]: SIMD {g}, twin {w}");
+    }
+}
+
+fn check_gru(dims: GruDims, seed: u64, initial: bool) {
+    let GruDims { time, input, hidden, batch } = dims;
+    let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
+        normals_f32(seed * 100 + k, n).into_iter().map(|v| v * scale).collect()
+    };
+    let (w_ih, w_hh) = (draw(1, 3 * hidden * input, 0.4), draw(2, 3 * hidden * hidden, 0.4));
+    let (b_ih, b_hh) = (draw(3, 3 * hidden, 0.4), draw(4, 3 * hidden, 0.4));
+    let x = draw(5, time * input * batch, 1.0);
+    let h0 = if initial { draw(6, hidden * batch, 1.0) } else { Vec::new() };
+    let dy = draw(7, time * hidden * batch, 1.0);
+    let (n_y, n_saved) = (time * hidden * batch, 4 * time * hidden * batch);
+
+    let (mut y, mut saved) = (vec![0.0; n_y], vec![0.0; n_saved]);
+    let mut scratch = vec![f32::NAN; gru_simd::scratch(input, hidden)];
+    let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b_ih, b_hh: &b_hh };
+    let args = GruForward { dims, weights, x: &x, h0: &h0, y: &mut y, saved: &mut saved };
+    gru_simd::forward(args, &mut scratch);
+    let mut grads: Vec<Vec<f32>> =
+        [x.len(), h0.len(), w_ih.len(), w_hh.len(), b_ih.len(), b_hh.len()].map(|n| vec![0.5; n]).into();
+    let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut grads[..] else { unreachable!() };
+    scratch.fill(f32::NAN);
+    gru_simd::backward(
+        GruBackward {
+            dims,
+            weights,
+            x: &x,
+            h0: &h0,
+            y: &y,
+            saved: &saved,
+            dy: &dy,
+            dx,
+            dh0,
+            dw_ih,
+            dw_hh,
+            db_ih,
+            db_hh,
+        },
+        &mut scratch,
+    );
+
+    let [wi, wh, bi, bh, x, h0, dy] = [&w_ih, &w_hh, &b_ih, &b_hh, &x, &h0, &dy].map(|v| wide(v));
+    let (mut y64, mut saved64) = (vec![0.0; n_y], vec![0.0; n_saved]);
+    let mut scratch = vec![f64::NAN; gru_reference::scratch(input, hidden)];
+    let weights = GruWeights { w_ih: &wi, w_hh: &wh, b_ih: &bi, b_hh: &bh };
+    let args = GruForward { dims, weights, x: &x, h0: &h0, y: &mut y64, saved: &mut saved64 };
+    gru_reference::forward(args, &mut scratch);
+    let mut want: Vec<Vec<f64>> = grads.iter().map(|g| vec![0.5; g.len()]).collect();
+    let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut want[..] else { unreachable!() };
+    gru_reference::backward(
+        GruBackward {
+            dims,
+            weights,
+            x: &x,
+            h0: &h0,
+            y: &y64,
+            saved: &saved64,
+            dy: &dy,
+            dx,
+            dh0,
+            dw_ih,
+            dw_hh,
+            db_ih,
+            db_hh,
+        },
+        &mut scratch,
+    );
+
+    let label = format!("{dims:?} h0 {initial}");
+    assert_close(&format!("{label} y"), &y, &y64, 5e-6);
+    assert_close(&format!("{label} saved"), &saved, &saved64, 2e-5);
+    for ((name, got), want) in ["dx", "dh0", "dw_ih", "dw_hh", "db_ih", "db_hh"].iter().zip(&grads).zip(&want)
+    {
+        assert_close(&format!("{label} {name}"), got, want, 1e-4);
+    }
+}
+
+#[test]
+fn gru_simd_equals_its_twin() {
+    let shapes = [
+        (7, 3, 4, 5),
+        (1, 1, 1, 1),
+        (9, 10, 16, 16),
+        (20, 8, 16, 100),
+        (17, 5, 7, 33),
+        (33, 16, 32, 17),
+        (12, 2, 3, 64),
+        (8, 13, 9, 1),
+        (0, 3, 4, 5),
+        (4, 0, 5, 6),
+        (4, 3, 5, 0),
+    ];
+    for (i, (time, input, hidden, batch)) in shapes.into_iter().enumerate() {
+        for initial in [false, true] {
+            check_gru(GruDims { time, input, hidden, batch }, i as u64 + 1, initial);
+        }
+    }
+}
+
+#[test]
+fn linear_simd_equals_its_twin() {
+    let shapes = [
+        (7, 3, 4, 5),
+        (1, 1, 1, 1),
+        (40, 16, 8, 100),
+        (17, 13, 9, 33),
+        (3, 4, 2, 0),
+        (0, 2, 2, 3),
+        (5, 0, 3, 4),
+    ];
+    for (seed, (time, input, output, batch)) in shapes.into_iter().enumerate() {
+        let dims = LinearDims { time, input, output, batch };
+        let draw = |k: u64, n: usize| normals_f32(seed as u64 * 10 + k, n);
+        let (w, b) = (draw(1, output * input), draw(2, output));
+        let (x, dy) = (draw(3, time * input * batch), draw(4, time * output * batch));
+        let mut scratch = vec![f32::NAN; linear_simd::scratch(input, output)];
+        let mut y = vec![0.0; dy.len()];
+        linear_simd::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
+        let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
+        scratch.fill(f32::NAN);
+        let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx, dw: &mut dw, db: &mut db };
+        linear_simd::backward(args, &mut scratch);
+
+        let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
+        let mut y64 = vec![0.0; dy.len()];
+        linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
+        let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
+        let args =
+            LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx64, dw: &mut dw64, db: &mut db64 };
+        linear_reference::backward(args);
+        for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)]
+        {
+            assert_close(&format!("{dims:?} {name}"), got, want, 1e-4);
+        }
+    }
+}
