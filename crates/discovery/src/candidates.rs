@@ -32,7 +32,7 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         if possible && !declared && !known {
             out.push(Addition::Kind(spec.kind, Per::All));
             if data.groups.len() > 1
-                && data.groups.len() * 2 <= data.records.len()
+                && data.groups.len() < data.records.len()
                 && !matches!(spec.needs, Needs::Effect(_))
             {
                 out.push(Addition::Kind(spec.kind, Per::Group));

@@ -66,7 +66,7 @@ pub fn discover(
     if !tests.ok() || best.additions().len() > 3 {
         progress(Progress::Unlisted);
         severe = tests.severe();
-        if let Some(wider) = widen(&search, &found, &base, &best) {
+        if let Some(wider) = widen(&search, &base, &best) {
             let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
             if better {
                 let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));
@@ -146,11 +146,10 @@ fn check_calibration(
     })
 }
 
-/// Looks for tables from the base, the best single effect and the best library model.
-fn widen(search: &Search<'_>, found: &Found, base: &Judged, best: &Judged) -> Option<Judged> {
+/// Looks for tables from the base and from the best library model.
+fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
     let mut starts = vec![base.clone()];
-    starts.extend(found.tried.iter().find(|j| j.additions().len() == 1).cloned());
-    if !best.additions().is_empty() && starts.iter().all(|s| s.additions() != best.additions()) {
+    if !best.additions().is_empty() {
         starts.push(best.clone());
     }
     let mut wider = unlisted(search, base, &starts)?;

@@ -3,7 +3,7 @@
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::record::Record;
-use augsim_physics::ball::{ImpactRecord, Offsets, RADIUS, Run, State, Throw, World, simulate};
+use augsim_physics::ball::{ImpactRecord, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use augsim_physics::effects::ScatterPer;
 use augsim_physics::model::{Per, Release};
 use augsim_physics::{Dual, Scalar};
@@ -77,7 +77,10 @@ impl Lanes {
     pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
         let (p, v) = record.start;
         let mut n: Vec<f64> = self.start.iter().map(|&i| if i < 3 { p[i] } else { v[i - 3] }).collect();
-        n.extend(self.own.iter().map(|&i| h.values[i]));
+        n.extend(self.own.iter().map(|&i| {
+            let rough = crate::statistics::median(&mut record.ratios.clone());
+            if i == RESTITUTION && rough > 0.0 { rough } else { h.values[i] }
+        }));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
         n
     }

@@ -7,6 +7,10 @@ use crate::record::{Measured, Record};
 use augsim_physics::ball::ImpactRecord;
 use rayon::prelude::*;
 
+/// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
+/// a valley whose floor is flat to the precision that matters.
+const MOST_ASSEMBLIES: usize = 60;
+
 /// What fits are made on.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample<'a> {
@@ -167,7 +171,7 @@ fn fit_with(
         })
         .collect();
     let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
-    for _ in 0..30 {
+    for _ in 0..12 {
         state = minimise(sample, &h, &lanes, state, move_theta);
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
@@ -222,8 +226,8 @@ fn minimise(
     move_theta: bool,
 ) -> State {
     let bounds = h.bounds();
-    let (mut lambda, mut small_steps) = (1e-3, 0);
-    for _ in 0..60 {
+    let (mut lambda, mut small_steps, mut work) = (1e-3, 0, 0);
+    while work < MOST_ASSEMBLIES {
         let mut accepted = false;
         for _ in 0..8 {
             let step = if move_theta {
@@ -239,6 +243,7 @@ fn minimise(
                 .map(|((l, normal), n)| nuisance_step(l, normal, n, &step, lambda))
                 .collect();
             let mut trial = assemble(sample, h, lanes, theta, nuisance);
+            work += 1;
             // A step that raises the cost is judged only after the nuisances have followed it: without this, strongly
             // coupled nuisances make the path a curved valley that is crawled along.
             for _ in 0..4 {
@@ -254,6 +259,7 @@ fn minimise(
                     .map(|((l, normal), n)| nuisance_step(l, normal, n, &zero, 1e-6))
                     .collect();
                 trial = assemble(sample, h, lanes, trial.theta, nuisance);
+                work += 1;
                 if trial.q > before * 0.9999 {
                     break;
                 }

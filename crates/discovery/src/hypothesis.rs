@@ -186,6 +186,18 @@ impl Hypothesis {
         if first == usize::MAX { at..at } else { first..last }
     }
 
+    /// First entry of theta of the free world parameter `index`; `None` if it is frozen or each trajectory's own.
+    pub fn theta_of(&self, index: usize) -> Option<usize> {
+        let mut at = 0;
+        for f in &self.free {
+            if f.index == index {
+                return (self.width(f) > 0).then_some(at);
+            }
+            at += self.width(f);
+        }
+        None
+    }
+
     /// Entries of theta that belong to the declared model: they come first.
     pub fn range_of_declared(&self) -> usize {
         self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()

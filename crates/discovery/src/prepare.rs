@@ -31,7 +31,9 @@ pub(crate) fn prepare(
     let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
     let sigma = median(&mut rough);
     let g = model.parameters[GRAVITY].nominal.max(0.1);
-    data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma));
+    // A model that declares no restitution is one of flight.
+    let bounces = model.declared.iter().any(|p| p == "restitution");
+    data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma, bounces));
     data.records.retain(|r| r.times.len() >= FEWEST && !r.arcs.is_empty());
     let found = data.records.len();
     if found < 2 {

@@ -10,7 +10,7 @@ use crate::result::*;
 use crate::search::{Found, Judged, Search, labels};
 use augsim_physics::ball::BASE_PARAMETERS;
 use augsim_physics::effects::{Table, spec_of};
-use augsim_physics::model::Model;
+use augsim_physics::model::{Model, Per};
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
@@ -139,7 +139,7 @@ pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     let mut k: Vec<String> = additions
         .iter()
         .map(|a| match a {
-            Addition::Law(_) => a.label(),
+            Addition::Law(_) | Addition::Kind(_, Per::Group) => a.label(),
             _ => a.kind().to_string(),
         })
         .collect();

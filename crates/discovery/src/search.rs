@@ -15,7 +15,7 @@ const ALPHA: f64 = 0.01;
 /// Hypotheses kept from level to level.
 const BEAM: usize = 3;
 /// Most effects in a hypothesis.
-pub(crate) const MOST_EFFECTS: usize = 4;
+pub(crate) const MOST_EFFECTS: usize = 6;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -118,8 +118,7 @@ impl<'a> Search<'a> {
         if same {
             return from.nuisance.clone();
         }
-        let restitution =
-            h.free.iter().position(|f| f.index == RESTITUTION).map_or(h.values[RESTITUTION], |i| theta[i]);
+        let restitution = h.theta_of(RESTITUTION).map_or(h.values[RESTITUTION], |i| theta[i]);
         self.train
             .records()
             .zip(&from.nuisance)
@@ -150,7 +149,7 @@ impl<'a> Search<'a> {
 
     /// Whether the restitution differs from trajectory to trajectory by more than noise.
     pub fn restitution_varies(&self, fit: &Fit, p: f64) -> bool {
-        let Some(i) = fit.hypothesis.free.iter().position(|f| f.index == RESTITUTION) else {
+        let Some(i) = fit.hypothesis.theta_of(RESTITUTION) else {
             return false;
         };
         let (q, df) = heterogeneity(&self.train, fit)[i];

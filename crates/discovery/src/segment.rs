@@ -61,8 +61,8 @@ fn ballistic(
     (n >= 3.0 && det > 0.0).then(|| ((stt * sy - st * sty) / det, (n * sty - st * sy) / det))
 }
 
-/// Finds impacts and arcs of a record, cuts what follows the last usable arc, and sets the rough start.
-pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) {
+/// Finds impacts (if the model knows of any) and arcs of a record, cuts what follows the last usable arc, and sets the rough start.
+pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, bounces: bool) {
     let times = record.times.clone();
     let z = without_spikes(&record.y[vertical], sigma);
     let n = times.len();
@@ -77,7 +77,7 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64) 
     };
     let mut peaks: Vec<usize> = Vec::new();
     let mut k = m;
-    while k + m < n {
+    while bounces && k + m < n {
         if jump(k) > threshold {
             let mut best = k;
             while k + m < n && jump(k) > threshold {

@@ -26,11 +26,11 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
         list.sort_by(|a, b| (b.statistic - b.rank).total_cmp(&(a.statistic - a.rank)));
-        // The score is a quadratic forecast: the best three are fitted and compared.
+        // The score is a quadratic forecast: the best two are fitted and compared.
         let trials: Vec<Judged> = list
             .into_iter()
             .filter(|s| s.statistic - s.rank > 6.0)
-            .take(3)
+            .take(2)
             .collect::<Vec<_>>()
             .into_par_iter()
             .map(|s| {
