@@ -85,7 +85,13 @@ pub fn discover(
     let error = error_table(&search, model, &base, &best, options);
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = on(&everything);
-    let full = |j: &Judged| fit(&all, &j.fit.hypothesis, &j.fit.theta, &[]);
+    let full = |j: &Judged| {
+        let held = search.heldout(&j.fit);
+        let mut nuisance = vec![Vec::new(); everything.len()];
+        let parts = train.iter().zip(&j.fit.nuisance).chain(test.iter().zip(&held.nuisance));
+        parts.for_each(|(&record, n)| nuisance[record] = n.clone());
+        fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
+    };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     Ok(report(Parts {

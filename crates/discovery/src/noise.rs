@@ -12,6 +12,8 @@ use rayon::prelude::*;
 const ENOUGH: f64 = 16.0;
 /// Residuals beyond this many standard deviations are masked.
 const OUTLIER: f64 = 5.5;
+/// Ratio of declared to estimated noise from which the declared one is a tolerance.
+const TOLERANCE: f64 = 20.0;
 /// Samples that are enough to estimate the correlation: more cost time and change nothing.
 const MOST_SAMPLES: usize = 8000;
 
@@ -268,8 +270,15 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         // Data without noise: six printed digits of metres are the finest that anything is judged by.
         *sd = sd.max(1e-6);
     }
+    // Data made by a program have next to no noise. A declared deviation far above what they show is a tolerance: how
+    // closely the model is asked to agree.
+    let tolerance = declared_sd_m.filter(|d| sd.iter().all(|s| s * TOLERANCE < *d));
+    if let Some(declared) = tolerance {
+        sd.fill(declared);
+        (rho, growth) = (0.0, 0.0);
+    }
     let mut findings = Vec::new();
-    if let Some(declared) = declared_sd_m {
+    if let Some(declared) = declared_sd_m.filter(|_| tolerance.is_none()) {
         let ratio = (sd.iter().map(|s| s * s).sum::<f64>() / channels as f64).sqrt() / declared;
         if ratio.ln().abs() > 0.03 && ratio.ln().abs() * (2.0 * freedom).sqrt() > 4.0 {
             findings.push("noise-scale");

@@ -148,7 +148,8 @@ pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
 }
 
 fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
-    if parts.verdict != Verdict::Explained {
+    let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Law(_)));
+    if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
     }
     let best = parts.best;

@@ -123,10 +123,10 @@ impl<'a> Search<'a> {
             .records()
             .zip(&from.nuisance)
             .map(|(record, n)| {
-                let mut n = n.clone();
-                let keep =
-                    n.len() - crate::evaluate::Lanes::new(&from.hypothesis, record, &[]).offsets.min(n.len());
-                n.truncate(keep);
+                // A fit without scatter bends the starts to make up for it: they begin anew.
+                let plain = crate::evaluate::Lanes::new(h, record, &[]);
+                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, record) } else { n.clone() };
+                n.truncate(plain.fixed_nuisances());
                 let rough = |r: f64| (r - restitution).clamp(-0.3, 0.3);
                 match h.scatter.map(|s| s.per) {
                     None => {}

@@ -12,6 +12,21 @@ fn main() {
         println!("usage: discover_measured FOLDER-OF-SETS NAME");
         return;
     };
+    if name == "pybullet-ball" {
+        let model = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.8, frozen = true }\nrestitution = 0.65\n[sensor]\nposition_sd_m = 0.03\n[release]\nkind = \"rest\"\n[[effect]]\nkind = \"linear-drag\"\nc_per_s = 0.04\n[[effect]]\nkind = \"quadratic-drag\"\nk_per_m = 0.04\n";
+        let path = Path::new(root).join(name).join("test.csv.gz");
+        match (Model::parse(model, "model.toml"), augsim_data::read_legacy_ball(&path)) {
+            (Ok(model), Ok(data)) => match discover(&model, &data, &Options::default(), &mut |_| {}) {
+                Ok(d) => println!(
+                    "{}\n{:#?}\n{:#?}\n{:#?}\n{:?} {:?} {:.2} s",
+                    d.sentence, d.effects, d.parameters, d.error, d.tests, d.alternatives, d.seconds
+                ),
+                Err(e) => println!("{e}"),
+            },
+            (Err(e), _) => println!("{e}"),
+            (_, Err(e)) => println!("{e}"),
+        }
+    }
     for (set, convert) in CONVERTERS.iter().filter(|(set, _)| set == name) {
         let converted = match convert(&Path::new(root).join(set)) {
             Ok(c) => c,

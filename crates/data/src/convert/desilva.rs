@@ -9,6 +9,9 @@ use std::path::Path;
 
 const LAYOUT: &str = "the drops have `ball,drop,t_s,height_m`";
 
+/// A drop is used from here below its highest point, m: before, the ball may still be in the hand.
+const CLEAR_M: f64 = 1.0;
+
 /// Gravity alone; the release instant is uncertain, so position and velocity at the first sample are fitted.
 const MODEL: &str = "\
 scenario = \"ball\"
@@ -43,7 +46,13 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     }
     let trajectories = drops
         .into_iter()
-        .map(|(id, ball, t, z)| Trajectory::new(id, t, vec![z])?.with_group(ball))
+        .map(|(id, ball, mut t, mut z)| {
+            let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let begin = z.iter().rposition(|&h| h > top - CLEAR_M).map_or(0, |k| k + 1).min(z.len() - 1);
+            t.drain(..begin);
+            z.drain(..begin);
+            Trajectory::new(id, t, vec![z])?.with_group(ball)
+        })
         .collect::<Result<Vec<_>, _>>()?;
     Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
 }
