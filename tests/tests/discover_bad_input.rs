@@ -72,8 +72,7 @@ fn a_model_that_cannot_be_calibrated() {
     let mut model = Model::plain(9.81, 0.7);
     model.declared.retain(|p| p != "restitution");
     model.parameters[1].frozen = true;
-    let options = Options { hopeless: 200.0, ..Options::default() };
     let data = Dataset::from_names(&["height_m"], big).expect("well formed").with_path("drops.csv");
-    let text = discover(&model, &data, &options, &mut |_| {}).expect_err("refused").to_string();
+    let text = discover(&model, &data, &Options::default(), &mut |_| {}).expect_err("refused").to_string();
     assert!(text.contains("cannot be calibrated to drops.csv") && text.contains("check units"), "{text}");
 }

@@ -13,12 +13,16 @@ use crate::statistics::median;
 use crate::unlisted::unlisted;
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
-use augsim_physics::ball::RESTITUTION;
+use augsim_physics::ball::{GRAVITY, RESTITUTION};
 use augsim_physics::model::{Model, Per};
 use std::time::Instant;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
 const MARGIN: f64 = 10.0;
+
+/// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
+/// terminal speed, below the quarter that wrong units leave.
+const HOPELESS: f64 = 0.2;
 
 /// Finds what `model` lacks to explain `data`.
 ///
@@ -41,8 +45,8 @@ pub fn discover(
     let search = Search::new(model, on(train), on(test));
 
     progress(Progress::Calibration);
+    check_calibration(model, &search.train)?;
     let base = calibrate(model, &search.train);
-    check_calibration(model, &search.train, &base, options)?;
 
     progress(Progress::Search);
     let found = search.run(base);
@@ -111,9 +115,14 @@ pub fn discover(
     }))
 }
 
-/// The declared model fitted: restitution begins at the median of the rough speed ratios.
+/// The declared model fitted.
 pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
     let h = Hypothesis::new(model, train.data, &[]);
+    fit(train, &h, &calibration_start(train, &h), &[])
+}
+
+/// Nominal values, with the restitution at the median of the rough speed ratios.
+pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
     let mut ratios: Vec<f64> = train.records().flat_map(|r| r.ratios.iter().copied()).collect();
     let rough = median(&mut ratios);
@@ -125,30 +134,42 @@ pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
         }
         at += width;
     }
-    fit(train, &h, &theta, &[])
+    theta
 }
 
-fn check_calibration(
-    model: &Model,
-    train: &Sample<'_>,
-    base: &Fit,
-    options: &Options,
-) -> Result<(), DiscoveryError> {
-    let samples: f64 =
-        train.records().map(|r| r.weight.iter().flatten().filter(|w| **w > 0.0).count() as f64).sum();
-    let ratio = (base.q / samples.max(1.0)).sqrt();
-    if ratio.is_finite() && ratio < options.hopeless {
+/// A model that does not even follow the first flight is in other units or upside down.
+fn check_calibration(model: &Model, train: &Sample<'_>) -> Result<(), DiscoveryError> {
+    let vertical = train.data.axes.count() - 1;
+    let mut shares = Vec::new();
+    let (mut misfits, mut noises) = (Vec::new(), Vec::new());
+    for r in train.records() {
+        let (Some(arc), (p, v)) = (r.arcs.first(), r.start) else { continue };
+        let (mut n, mut sum, mut square, mut misfit, mut noise) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for k in arc.clone().filter(|&k| r.weight[vertical][k] > 0.0) {
+            let (y, t) = (r.y[vertical][k], r.times[k] - r.times[0]);
+            let g = model.parameters[GRAVITY].nominal;
+            n += 1.0;
+            sum += y;
+            square += y * y;
+            misfit += (y - p[2] - v[2] * t + 0.5 * g * t * t).powi(2);
+            noise += r.weight[vertical][k].powi(-2);
+        }
+        let spread = (square - sum * sum / n).max(0.0);
+        let visible = misfit > 100.0 * noise;
+        shares.push(if visible { (misfit / spread.max(1e-300)).sqrt() } else { 0.0 });
+        misfits.push((misfit / f64::max(n, 1.0)).sqrt());
+        noises.push((noise / f64::max(n, 1.0)).sqrt());
+    }
+    if median(&mut shares) < HOPELESS {
         return Ok(());
     }
-    let mut weights: Vec<f64> =
-        train.records().flat_map(|r| r.weight.iter().flatten().copied()).filter(|w| *w > 0.0).collect();
-    let sd = 1.0 / median(&mut weights).max(1e-12);
+    let (rmse, sd) = (median(&mut misfits), median(&mut noises));
     Err(DiscoveryError::NotCalibrated {
         model: model.file.clone(),
         data: train.data.name.clone(),
-        rmse_m: format!("{:.3}", ratio * sd),
+        rmse_m: format!("{rmse:.3}"),
         sd_m: format!("{sd:.2e}"),
-        ratio: format!("{ratio:.0}"),
+        ratio: format!("{:.0}", rmse / sd),
     })
 }
 

@@ -45,7 +45,7 @@ pub enum DiscoveryError {
     },
     /// The declared model cannot be brought near the data.
     #[error(
-        "{model} cannot be calibrated to {data}: the best fit leaves {rmse_m} m, {ratio} times the sensor's noise of {sd_m} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)"
+        "{model} cannot be calibrated to {data}: gravity with a free start leaves {rmse_m} m in the first flights, {ratio} times the sensor's noise of {sd_m} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)"
     )]
     NotCalibrated {
         /// The model.

@@ -7,13 +7,11 @@ pub struct Options {
     pub seed: u64,
     /// Share of the trajectories that fits may see.
     pub train_share: f64,
-    /// Largest residual, in units of the noise, at which a calibration still counts as one.
-    pub hopeless: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, train_share: 0.7, hopeless: 2000.0 }
+        Self { seed: 0, train_share: 0.7 }
     }
 }
 

@@ -88,7 +88,12 @@ impl<'a> Search<'a> {
         let old = &from.hypothesis;
         let base = old.range_of_declared();
         let mut theta = h.theta_start(0.2);
-        theta[..base].copy_from_slice(&from.theta[..base]);
+        if h.scatter.map(|s| s.per) == old.scatter.map(|s| s.per) {
+            theta[..base].copy_from_slice(&from.theta[..base]);
+        } else {
+            // A fit without scatter can sit far off when the scatter is large: the declared part begins anew as well.
+            theta[..base].copy_from_slice(&crate::discover::calibration_start(&self.train, &h)[..base]);
+        }
         for (number, addition) in additions.iter().enumerate() {
             let place = h.range_of(number);
             if let Some(k) = old.additions.iter().position(|a| a == addition) {
