@@ -9,6 +9,7 @@
 mod assemble;
 pub mod atomic_file;
 mod column;
+pub mod convert;
 mod csv_long;
 mod csv_source;
 mod dataset;

@@ -1,1 +1,41 @@
 //! Calibration, residuals, structure tests and the search for missing effects.
+//!
+//! [`discover`] takes a declared model and measured trajectories and says what the model lacks: nothing, effects of the
+//! library, or something that the library does not know. Noise is estimated from the data alone; parameters are fitted
+//! through the simulator by Levenberg-Marquardt with exact sensitivities and eliminated initial states (Golub and Pereyra
+//! 1973); candidates are found by score tests (Rao 1948), chosen by penalised likelihood on training trajectories and
+//! confirmed on held-out ones; what is left is tested in families of fixed level; random restitution is integrated out by
+//! Laplace's approximation with MacKay's fixed point for its scale.
+
+mod adequacy;
+mod anatomy;
+mod assess;
+mod candidates;
+mod discover;
+mod error;
+mod evaluate;
+mod experiment;
+mod fit;
+mod forecast;
+mod hypothesis;
+mod linear;
+mod noise;
+mod options;
+mod prepare;
+mod record;
+mod report;
+mod result;
+mod score;
+mod search;
+mod segment;
+mod statistics;
+mod unlisted;
+
+pub use assess::{Assessment, assess};
+pub use discover::discover;
+pub use error::DiscoveryError;
+pub use options::{Options, Progress};
+pub use result::{
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, NoiseFound, Rmse, SCHEMA, Tests,
+    Unexplained, Verdict,
+};

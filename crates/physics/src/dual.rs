@@ -26,53 +26,61 @@ impl<const N: usize> Dual<N> {
     }
 
     /// A function of one variable: its value and its derivative at `self.value`.
-    #[inline]
-    fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, d: std::array::from_fn(|i| slope * self.d[i]) }
+    #[inline(always)]
+    fn chain(mut self, value: f64, slope: f64) -> Self {
+        self.value = value;
+        self.d.iter_mut().for_each(|d| *d *= slope);
+        self
     }
 }
 
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
-    #[inline]
-    fn add(self, o: Self) -> Self {
-        Self { value: self.value + o.value, d: std::array::from_fn(|i| self.d[i] + o.d[i]) }
+    #[inline(always)]
+    fn add(mut self, o: Self) -> Self {
+        self.value += o.value;
+        self.d.iter_mut().zip(&o.d).for_each(|(a, b)| *a += b);
+        self
     }
 }
 
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
-    #[inline]
-    fn sub(self, o: Self) -> Self {
-        Self { value: self.value - o.value, d: std::array::from_fn(|i| self.d[i] - o.d[i]) }
+    #[inline(always)]
+    fn sub(mut self, o: Self) -> Self {
+        self.value -= o.value;
+        self.d.iter_mut().zip(&o.d).for_each(|(a, b)| *a -= b);
+        self
     }
 }
 
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
-    fn mul(self, o: Self) -> Self {
-        Self {
-            value: self.value * o.value,
-            d: std::array::from_fn(|i| self.d[i] * o.value + self.value * o.d[i]),
-        }
+    fn mul(mut self, o: Self) -> Self {
+        let (a, b) = (self.value, o.value);
+        self.d.iter_mut().zip(&o.d).for_each(|(x, y)| *x = *x * b + a * y);
+        self.value = a * b;
+        self
     }
 }
 
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
-    #[inline]
-    fn div(self, o: Self) -> Self {
+    #[inline(always)]
+    fn div(mut self, o: Self) -> Self {
         let r = 1.0 / o.value;
-        let value = self.value * r;
-        Self { value, d: std::array::from_fn(|i| (self.d[i] - value * o.d[i]) * r) }
+        self.value *= r;
+        let v = self.value;
+        self.d.iter_mut().zip(&o.d).for_each(|(x, y)| *x = (*x - v * y) * r);
+        self
     }
 }
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
@@ -80,39 +88,43 @@ impl<const N: usize> Neg for Dual<N> {
 
 impl<const N: usize> Add<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
-    fn add(self, o: f64) -> Self {
-        Self { value: self.value + o, d: self.d }
+    #[inline(always)]
+    fn add(mut self, o: f64) -> Self {
+        self.value += o;
+        self
     }
 }
 
 impl<const N: usize> Sub<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
-    fn sub(self, o: f64) -> Self {
-        Self { value: self.value - o, d: self.d }
+    #[inline(always)]
+    fn sub(mut self, o: f64) -> Self {
+        self.value -= o;
+        self
     }
 }
 
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, o: f64) -> Self {
         self.chain(self.value * o, o)
     }
 }
 
 impl<const N: usize> AddAssign for Dual<N> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, o: Self) {
-        *self = *self + o;
+        self.value += o.value;
+        self.d.iter_mut().zip(&o.d).for_each(|(a, b)| *a += b);
     }
 }
 
 impl<const N: usize> SubAssign for Dual<N> {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
-        *self = *self - o;
+        self.value -= o.value;
+        self.d.iter_mut().zip(&o.d).for_each(|(a, b)| *a -= b);
     }
 }
 

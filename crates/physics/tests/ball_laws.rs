@@ -11,8 +11,14 @@ fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -
     let mut p = vec![G, e, 0.02, 0.4];
     p.extend(extra);
     let mut run = Run::default();
-    let throw =
-        Throw { world, parameters: &p, start, covariates: &Covariates::default(), offsets: Offsets::None };
+    let throw = Throw {
+        world,
+        parameters: &p,
+        start,
+        covariates: &Covariates::default(),
+        offsets: Offsets::None,
+        velocities: true,
+    };
     simulate(&throw, times, &mut run);
     run
 }
@@ -31,7 +37,7 @@ fn rebound_matches_e_squared() {
     for e in [0.3, 0.65, 0.9] {
         let fall = (2.0 * 10.0 / G).sqrt();
         let apex = fall * (1.0 + e);
-        let height = drop_from(10.0, e, &[apex]).samples[0].position[2];
+        let height = drop_from(10.0, e, &[apex]).positions[0][2];
         assert!((height - e * e * 10.0).abs() < 10.0 * EXACT, "{height}");
     }
 }
@@ -46,14 +52,14 @@ fn bouncing_ends_at_the_zeno_limit() {
     let run = drop_from(1.0, e, &[10.0]);
     let rest = run.rest_time.expect("comes to rest");
     assert!(rest <= limit && limit - rest < 2e-4 / (G * (1.0 - e)), "{rest} {limit}");
-    assert_eq!(run.samples[0].position[2].abs(), 0.0);
-    assert_eq!(run.samples[0].velocity[2], 0.0);
+    assert_eq!(run.positions[0][2].abs(), 0.0);
+    assert_eq!(run.velocities[0][2], 0.0);
 }
 
 #[test]
 fn elastic_ball_returns_for_ever() {
     let fall = (2.0 / G).sqrt();
-    let height = drop_from(1.0, 1.0, &[200.0 * fall]).samples[0].position[2];
+    let height = drop_from(1.0, 1.0, &[200.0 * fall]).positions[0][2];
     assert!((height - 1.0).abs() < 1e-9, "{height}");
 }
 
@@ -66,9 +72,9 @@ fn drag_in_fall_matches_the_closed_form() {
     let terminal = (G / k).sqrt();
     let times = grid(1.1, 50);
     let run = run(&world, &[k], 0.7, State::at_rest(h), &times);
-    for (t, s) in times.iter().zip(&run.samples) {
+    for (t, s) in times.iter().zip(&run.positions) {
         let exact = h - (G * t / terminal).cosh().ln() / k;
-        assert!((s.position[2] - exact).abs() < 1e-6, "{t} {}", s.position[2] - exact);
+        assert!((s[2] - exact).abs() < 1e-6, "{t} {}", s[2] - exact);
     }
 }
 
@@ -91,8 +97,8 @@ fn contact_of_zero_duration_is_the_instantaneous_bounce() {
     let times = grid(2.0, 200);
     let soft = run(&world, &[0.0], 0.7, State::at_rest(1.0), &times);
     let hard = drop_from(1.0, 0.7, &times);
-    for (a, b) in soft.samples.iter().zip(&hard.samples) {
-        assert!((a.position[2] - b.position[2]).abs() < EXACT);
+    for (a, b) in soft.positions.iter().zip(&hard.positions) {
+        assert!((a[2] - b[2]).abs() < EXACT);
     }
 }
 
@@ -101,7 +107,7 @@ fn soft_contact_goes_below_the_ground_and_leaves_slower() {
     let mut world = World::new(Axes::Vertical);
     world.add_kind("contact-duration").expect("in the library");
     let soft = run(&world, &[0.02], 0.7, State::at_rest(1.0), &grid(2.0, 2000));
-    let deepest = soft.samples.iter().map(|s| s.position[2]).fold(0.0, f64::min);
+    let deepest = soft.positions.iter().map(|s| s[2]).fold(0.0, f64::min);
     let record = soft.impacts[0];
     assert!(deepest < -0.005 && deepest > -record.speed_in * 0.02, "{deepest}");
     assert!(record.speed_out < 0.7 * record.speed_in && record.speed_out > 0.66 * record.speed_in);
@@ -129,7 +135,7 @@ fn tilted_ground_reflects_about_its_normal() {
     let (alpha, e) = (0.1f64, 0.8);
     let run = run(&world, &[alpha], e, State::at_rest(1.0), &[0.46]);
     let s = (2.0 * G).sqrt();
-    let after = run.samples[0].velocity;
+    let after = run.velocities[0];
     let vx = s * (1.0 + e) * alpha.sin() * alpha.cos();
     assert!((after[0] + vx).abs() < 1e-10, "{} {vx}", after[0]);
 }
@@ -158,8 +164,8 @@ proptest! {
         let mut world = World::new(Axes::Vertical);
         world.add_kind("quadratic-drag").expect("in the library");
         let run = run(&world, &[k], e, State::at_rest(h), &grid(5.0, 333));
-        for s in run.samples {
-            prop_assert!(s.position[2] > -1e-9, "{}", s.position[2]);
+        for s in run.positions {
+            prop_assert!(s[2] > -1e-9, "{}", s[2]);
         }
     }
 
@@ -167,8 +173,8 @@ proptest! {
     fn height_continuous_in_start_height(h in 0.2f64..5.0, e in 0.3f64..0.9, t in 0.0f64..4.0) {
         // Through any number of bounces a change of 1e-9 m at the start changes the height by no more than the sum of
         // the sensitivities of the bounces before Zeno's limit, which is below 1e5 here.
-        let a = drop_from(h, e, &[t]).samples[0].position[2];
-        let b = drop_from(h + 1e-9, e, &[t]).samples[0].position[2];
+        let a = drop_from(h, e, &[t]).positions[0][2];
+        let b = drop_from(h + 1e-9, e, &[t]).positions[0][2];
         prop_assert!((a - b).abs() < 1e-5, "{}", a - b);
     }
 }

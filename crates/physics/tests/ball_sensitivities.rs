@@ -2,7 +2,7 @@
 //! agree: dual numbers, closed forms, central differences of the plain simulation. Differences with step 1e-6 of smooth
 //! functions are good to about 1e-8 of their scale; through five bounces sensitivities reach 1e2, hence 1e-6 relative.
 
-use augsim_physics::ball::{Axes, Covariates, Offsets, Run, Sample, State, Throw, World, simulate};
+use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
 use augsim_physics::effects::all;
 use augsim_physics::{Dual, Scalar};
 
@@ -31,20 +31,21 @@ impl Scene {
         Scene { world, parameters, start }
     }
 
-    fn sample<S: Scalar>(&self, parameters: &[S], start: State<S>, t: f64) -> (Sample<S>, Run<S>) {
-        let mut run = Run { samples: vec![], impacts: vec![], rest_time: None };
+    fn sample<S: Scalar>(&self, parameters: &[S], start: State<S>, t: f64) -> ([S; 3], Run<S>) {
+        let mut run = Run { positions: vec![], velocities: vec![], impacts: vec![], rest_time: None };
         let throw = Throw {
             world: &self.world,
             parameters,
             start,
             covariates: &Covariates { clock_s: 7.0, spin_rad_s: [0.0; 3] },
             offsets: Offsets::None,
+            velocities: true,
         };
         simulate(&throw, &[t], &mut run);
-        (run.samples[0], run)
+        (run.positions[0], run)
     }
 
-    fn at<S: Scalar>(&self, parameters: &[S], height: S, t: f64) -> (Sample<S>, Run<S>) {
+    fn at<S: Scalar>(&self, parameters: &[S], height: S, t: f64) -> ([S; 3], Run<S>) {
         let s = &self.start;
         let c = S::constant;
         let start = State {
@@ -71,12 +72,12 @@ impl Scene {
                 } else {
                     z += sign * h
                 }
-                self.at(&p, z, t).0.position
+                self.at(&p, z, t).0
             };
             let (high, low) = (value(1.0), value(-1.0));
             for axis in [0, 2] {
                 let difference = (high[axis] - low[axis]) / (2.0 * h);
-                let d = exact.position[axis].d[lane];
+                let d = exact[axis].d[lane];
                 assert!(
                     (d - difference).abs() < 1e-6 * (1.0 + d.abs()),
                     "{label}, t = {t}, {} impacts, lane {lane}, axis {axis}: dual {d}, difference {difference}",
@@ -111,7 +112,7 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
         let by_e = speed * f64::from(bounces) * e.powi(bounces - 1) * s - rate * arrival_e;
         // with respect to h: dt0/dh = t0/2h scales T_n, dv/dh = v/2h
         let by_h = speed / (2.0 * h) * e.powi(bounces) * s - rate * arrival / (2.0 * h);
-        let z = sample.position[2];
+        let z = sample[2];
         assert!((z.d[1] - by_e).abs() < 1e-10 * (1.0 + by_e.abs()), "{bounces}: {} {by_e}", z.d[1]);
         assert!((z.d[4] - by_h).abs() < 1e-10 * (1.0 + by_h.abs()), "{bounces}: {} {by_h}", z.d[4]);
         arrival += hop;
@@ -169,11 +170,11 @@ fn contact_duration_has_its_derivative_at_zero() {
     let scene = Scene::new(Axes::Vertical, &[("contact-duration", 0.0)]);
     let dual: Vec<_> = (0..5).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
     let t = 1.2;
-    let exact = scene.at(&dual, Dual::constant(1.2), t).0.position[2].d[4];
+    let exact = scene.at(&dual, Dual::constant(1.2), t).0[2].d[4];
     let at = |tau: f64| {
         let mut p = scene.parameters.clone();
         p[4] = tau;
-        scene.at(&p, 1.2, t).0.position[2]
+        scene.at(&p, 1.2, t).0[2]
     };
     // Second-order one-sided difference.
     let h = 1e-5;
@@ -188,8 +189,8 @@ fn effects_vanish_at_their_null_values() {
         let kind = effect.spec().kind;
         let scene = Scene::new(Axes::Plane, &[(kind, 0.0)]);
         for t in [0.2, 0.9, 1.8] {
-            let a = scene.at(&scene.parameters, 1.2, t).0.position;
-            let b = plain.at(&plain.parameters, 1.2, t).0.position;
+            let a = scene.at(&scene.parameters, 1.2, t).0;
+            let b = plain.at(&plain.parameters, 1.2, t).0;
             // Flight with a force is integrated: 1e-9 m is far above its rounding and below its error with a force.
             assert!((a[0] - b[0]).abs() < 1e-9 && (a[2] - b[2]).abs() < 1e-9, "{kind} at {t}");
         }

@@ -43,22 +43,17 @@ pub struct Throw<'a, S> {
     pub covariates: &'a Covariates,
     /// Offsets of the restitution.
     pub offsets: Offsets<'a, S>,
-}
-
-/// One sample: the position as measured and the true velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<S> {
-    /// Position as the sensor reports it, m.
-    pub position: [S; 3],
-    /// Velocity, m/s.
-    pub velocity: [S; 3],
+    /// Whether velocities are sampled too: flights cost less without.
+    pub velocities: bool,
 }
 
 /// What a simulation gives. Reuse one for many runs: its buffers are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// One sample per requested time.
-    pub samples: Vec<Sample<S>>,
+    /// Position as the sensor reports it, m, at each requested time.
+    pub positions: Vec<[S; 3]>,
+    /// True velocity, m/s, at each requested time, if velocities were asked for.
+    pub velocities: Vec<[S; 3]>,
     /// Impacts up to the last requested time.
     pub impacts: Vec<ImpactRecord<S>>,
     /// When the ball came to rest, if it did, s.
@@ -67,7 +62,8 @@ pub struct Run<S> {
 
 /// Simulates a throw and samples it at `times` (s since the release, not decreasing), into `run`.
 pub fn simulate<S: Scalar>(throw: &Throw<'_, S>, times: &[f64], run: &mut Run<S>) {
-    run.samples.clear();
+    run.positions.clear();
+    run.velocities.clear();
     run.impacts.clear();
     run.rest_time = None;
     Engine::new(throw, times, run).go();
@@ -82,6 +78,9 @@ struct Engine<'a, S> {
     constant: [S; 3],
     air: [S; 3],
     closed_form: bool,
+    velocities: bool,
+    observes: bool,
+    active: &'static [usize],
     contact: Option<S>,
     delay: S,
     throw: &'a Throw<'a, S>,
@@ -107,6 +106,9 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
         Self {
             closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
+            velocities: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
+            observes: laws.iter().any(|(law, _)| law.changes_sight()),
+            active: throw.world.axes.indices(),
             laws,
             restitution: base(RESTITUTION),
             radius: base(RADIUS),
@@ -125,7 +127,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     fn go(&mut self) {
         let mut state = self.throw.start;
         let held = state;
-        self.emit(state.time, |_| (held.position, held.velocity));
+        self.emit(state.time, |_| held.position, |_| held.velocity);
         if self.gap(&state.position).value() <= 0.0 && self.rate(&state.velocity).value() <= 0.0 {
             // Released on or under the ground: it rests, or hits at once.
             match self.bounce(&state) {
@@ -149,7 +151,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     }
 
     fn done(&self) -> bool {
-        self.run.samples.len() >= self.times.len()
+        self.run.positions.len() >= self.times.len()
     }
 
     fn horizon(&self) -> f64 {
@@ -164,20 +166,41 @@ impl<'a, S: Scalar> Engine<'a, S> {
         dot(&self.normal, velocity)
     }
 
-    /// Samples all requested times before `until`; `at` gives position and velocity at a time.
-    fn emit(&mut self, until: S, at: impl Fn(S) -> ([S; 3], [S; 3])) {
-        while let Some(&t) = self.times.get(self.run.samples.len()) {
+    /// Samples all requested times before `until`; `at` and `rate` give position and velocity at a time.
+    fn emit(&mut self, until: S, at: impl Fn(S) -> [S; 3], rate: impl Fn(S) -> [S; 3]) {
+        while let Some(&t) = self.times.get(self.run.positions.len()) {
             let time = -self.delay + t;
             if time.value() >= until.value() {
                 return;
             }
-            let (truth, velocity) = at(time);
-            let mut sight = Sight { position: truth, truth, velocity };
-            for (law, p) in &self.laws {
-                law.observe(p, &mut sight);
+            let truth = at(time);
+            let velocity = if self.velocities { Some(rate(time)) } else { None };
+            if self.observes {
+                let mut sight =
+                    Sight { position: truth, truth, velocity: velocity.unwrap_or([S::zero(); 3]) };
+                for (law, p) in &self.laws {
+                    law.observe(p, &mut sight);
+                }
+                self.run.positions.push(sight.position);
+            } else {
+                self.run.positions.push(truth);
             }
-            self.run.samples.push(Sample { position: sight.position, velocity });
+            self.run.velocities.extend(velocity);
         }
+    }
+
+    fn emit_parabola(&mut self, until: S, state: &State<S>, a: &[S; 3]) {
+        let active = self.active;
+        self.emit(
+            until,
+            |t| parabola(state, a, t - state.time, active),
+            |t| axpy(&state.velocity, a, t - state.time),
+        );
+    }
+
+    fn emit_step(&mut self, until: S, step: &Step<S>) {
+        let (active, t0) = (self.active, step.start.time);
+        self.emit(until, |t| step.position(t - t0, active), |t| step.velocity(t - t0));
     }
 
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
@@ -185,13 +208,17 @@ impl<'a, S: Scalar> Engine<'a, S> {
         let duration =
             time_to_contact(self.gap(&state.position), self.rate(&state.velocity), dot(&self.normal, &a));
         let until = duration.map_or(S::constant(f64::INFINITY), |d| state.time + d);
-        self.emit(until, |t| parabola(state, &a, t - state.time));
+        self.emit_parabola(until, state, &a);
         let duration = duration?;
         if until.value() > self.horizon() {
             return None;
         }
-        let (position, velocity) = parabola(state, &a, duration);
-        Some(State { time: until, position, velocity, spin: state.spin })
+        Some(State {
+            time: until,
+            position: parabola(state, &a, duration, self.active),
+            velocity: axpy(&state.velocity, &a, duration),
+            spin: state.spin,
+        })
     }
 
     fn acceleration(
@@ -229,7 +256,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             let step = {
                 let this = &*self;
                 let acceleration = |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
-                let step = Step::rk4(&state, length, &acceleration);
+                let step = Step::rk4(&state, length, this.active, &acceleration);
                 if !resting && this.gap(&step.end.position).value() < 0.0 {
                     let arrival = this.locate(&step, &acceleration);
                     Err((step, arrival))
@@ -239,15 +266,13 @@ impl<'a, S: Scalar> Engine<'a, S> {
             };
             match step {
                 Ok(step) => {
-                    let t0 = state.time;
-                    self.emit(step.end.time, |t| step.at(t - t0));
+                    self.emit_step(step.end.time, &step);
                     state = step.end;
                 }
                 Err((step, arrival)) => {
-                    let t0 = state.time;
-                    let short = Step { start: step.start, end: arrival, length: arrival.time - t0 };
-                    let _ = step;
-                    self.emit(arrival.time, |t| short.at(t - t0));
+                    let short =
+                        Step { start: step.start, end: arrival, length: arrival.time - step.start.time };
+                    self.emit_step(arrival.time, &short);
                     return (arrival.time.value() <= self.horizon()).then_some(arrival);
                 }
             }
@@ -262,21 +287,23 @@ impl<'a, S: Scalar> Engine<'a, S> {
         // After a bounce the gap is zero at s = 0 too: the bracket starts at the top of the hop.
         let mut low = if rate0 > 0.0 { length * rate0 / (rate0 - rate1) } else { 0.0 };
         let mut high = length;
+        let (values, normal) = (step.values(), self.normal.map(S::value));
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            if self.gap(&step.at(S::constant(middle)).0).value() > 0.0 {
+            if dot(&normal, &values.position(middle, self.active)) > 0.0 {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        // Newton on the integration step itself. The first iterations find the value; the last one, in S, the derivative.
+        // Newton on the integration step itself, which the cubic follows to micrometres: one iteration for the value, one,
+        // in S, for the derivative.
         let mut s = S::constant(high);
-        for _ in 0..3 {
-            let end = Step::rk4(&step.start, S::constant(s.value()), acceleration).end;
+        for _ in 0..2 {
+            let end = Step::rk4(&step.start, S::constant(s.value()), self.active, acceleration).end;
             s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
         }
-        Step::rk4(&step.start, s, acceleration).end
+        Step::rk4(&step.start, s, self.active, acceleration).end
     }
 
     /// The state after the contact that begins at `arrival`; `None` if the ball stays.
@@ -344,12 +371,14 @@ impl<'a, S: Scalar> Engine<'a, S> {
         let time = arrival.time + duration;
         if let Some(Some(c)) = &contact {
             let normal = self.normal;
-            self.emit(time, |t| {
-                let s = t - arrival.time;
-                let (depth, rate) = c.at(s);
-                let along = axpy(&arrival.position, &drift, s);
-                (axpy(&along, &normal, depth), axpy(&drift, &normal, rate))
-            });
+            self.emit(
+                time,
+                |t| {
+                    let s = t - arrival.time;
+                    axpy(&axpy(&arrival.position, &drift, s), &normal, c.at(s).0)
+                },
+                |t| axpy(&drift, &normal, c.at(t - arrival.time).1),
+            );
         }
         let spin = if self.radius.value() > 0.0 {
             axpy(
@@ -377,7 +406,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         state.velocity = axpy(&state.velocity, &self.normal, -self.rate(&state.velocity));
         if self.closed_form {
             let a = axpy(&self.constant, &self.normal, -dot(&self.normal, &self.constant));
-            self.emit(S::constant(f64::INFINITY), |t| parabola(&state, &a, t - state.time));
+            self.emit_parabola(S::constant(f64::INFINITY), &state, &a);
         } else {
             self.fly_steps(&state, true);
         }

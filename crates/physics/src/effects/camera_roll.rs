@@ -20,6 +20,9 @@ static SPEC: EffectSpec = EffectSpec {
 };
 
 impl<S: Scalar> Law<S> for CameraRoll {
+    fn changes_sight(&self) -> bool {
+        true
+    }
     fn observe(&self, p: &[S], sight: &mut Sight<S>) {
         let (sin, cos) = (p[0].sin(), p[0].cos());
         let [x, y, z] = sight.position;

@@ -20,6 +20,9 @@ static SPEC: EffectSpec = EffectSpec {
 };
 
 impl<S: Scalar> Law<S> for HeightOffset {
+    fn changes_sight(&self) -> bool {
+        true
+    }
     fn observe(&self, p: &[S], sight: &mut Sight<S>) {
         sight.position[2] += p[0];
     }

@@ -65,6 +65,14 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn delay(&self, _p: &[S]) -> Option<S> {
         None
     }
+    /// Whether [`observe`](Law::observe) does anything.
+    fn changes_sight(&self) -> bool {
+        false
+    }
+    /// Whether [`observe`](Law::observe) uses the velocity.
+    fn sees_velocity(&self) -> bool {
+        false
+    }
     /// Change of the measured position.
     fn observe(&self, _p: &[S], _sight: &mut Sight<S>) {}
 }

@@ -207,6 +207,13 @@ impl<S: Scalar> Law<S> for Table {
             j[0] += self.interpolate(p, self.at_impact(impact));
         }
     }
+    fn changes_sight(&self) -> bool {
+        self.target.location() == Location::Sensor
+    }
+    fn sees_velocity(&self) -> bool {
+        let velocity = [Against::VelocityX, Against::VelocityZ, Against::Speed];
+        self.target.location() == Location::Sensor && velocity.contains(&self.against)
+    }
     fn observe(&self, p: &[S], sight: &mut Sight<S>) {
         match self.target {
             Target::SensorX => sight.position[0] += self.interpolate(p, self.in_sight(sight)),

@@ -1,0 +1,58 @@
+//! `desilva-ball-drops`: balls dropped from a bridge (de Silva et al., Frontiers in AI 2020).
+
+use super::{Converted, required};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::trajectory::Trajectory;
+use std::path::Path;
+
+const LAYOUT: &str = "the drops have `ball,drop,t_s,height_m`";
+
+/// A drop is used from here below its highest point, m: before, the ball may still be in the hand.
+const CLEAR_M: f64 = 1.0;
+
+/// Gravity alone; the release instant is uncertain, so position and velocity at the first sample are fitted.
+const MODEL: &str = "\
+scenario = \"ball\"
+
+[parameters]
+gravity_m_s2 = { nominal = 9.81, frozen = true }
+
+[release]
+kind = \"free\"
+";
+
+/// Reads `drops.csv`: one trajectory a drop, `group` the ball, `height_m` alone (the velocities in the file are derived from
+/// the heights).
+pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
+    let mut source = CsvSource::open(&folder.join("drops.csv"))?;
+    let mut cells = Vec::new();
+    for name in ["ball", "drop", "t_s", "height_m"] {
+        cells.push(source.require(name, LAYOUT)?);
+    }
+    let mut drops: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
+    while source.next_row()? {
+        let (ball, drop) = (source.text(cells[0])?.to_owned(), source.text(cells[1])?.to_owned());
+        let (t, height) = (required(&source, cells[2])?, required(&source, cells[3])?);
+        let id = format!("{ball}-{drop}");
+        if drops.last().is_none_or(|d| d.0 != id) {
+            drops.push((id, ball, Vec::new(), Vec::new()));
+        }
+        if let Some(last) = drops.last_mut() {
+            last.2.push(t);
+            last.3.push(height);
+        }
+    }
+    let trajectories = drops
+        .into_iter()
+        .map(|(id, ball, mut t, mut z)| {
+            let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let begin = z.iter().rposition(|&h| h > top - CLEAR_M).map_or(0, |k| k + 1).min(z.len() - 1);
+            t.drain(..begin);
+            z.drain(..begin);
+            Trajectory::new(id, t, vec![z])?.with_group(ball)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
+}

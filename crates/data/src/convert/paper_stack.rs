@@ -1,0 +1,99 @@
+//! `paper-stack-bounces`: marbles on stacks of paper, high-speed video in pixels.
+
+use super::{Converted, required};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::trajectory::Trajectory;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const INDEX: &str =
+    "the index has `series,file,sheets,usable_impacts,accel_px_per_frame2,t_imp1_frame,v_in1_px_per_frame`";
+const DROPS: &str = "the drops have `series,file,frame,x_px,y_px`";
+const FRAMES_PER_S: f64 = 200.0;
+const GRAVITY: f64 = 9.81;
+
+/// Constant restitution for each series and kind of drop; each drop has its own scale (a gravity of its own, in metres of a
+/// scale that is only roughly known) and its own floor.
+const MODEL: &str = "\
+scenario = \"ball\"
+
+[parameters]
+gravity_m_s2 = { nominal = 9.81, min = 8.0, max = 12.0, per = \"trajectory\" }
+restitution = { nominal = 0.5, min = 0.0, max = 1.0, per = \"trajectory\" }
+
+[release]
+kind = \"free\"
+
+[[effect]]
+kind = \"height-offset\"
+b_m = { nominal = 0.0, per = \"trajectory\" }
+";
+
+/// Reads `index.csv` and `drops.csv`: drops with usable impacts, from after the release (the tracks begin while the ball is
+/// held), in metres by each drop's own free-flight acceleration, heights above the first contact. Restitution depends on
+/// the stack, so it is a parameter of each drop; what is asked is whether it is constant within a drop.
+pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
+    let mut index = CsvSource::open(&folder.join("index.csv"))?;
+    let mut cells = Vec::new();
+    for name in [
+        "series",
+        "file",
+        "usable_impacts",
+        "accel_px_per_frame2",
+        "t_imp1_frame",
+        "v_in1_px_per_frame",
+        "note",
+    ] {
+        cells.push(index.require(name, INDEX)?);
+    }
+    let mut wanted = BTreeMap::new();
+    while index.next_row()? {
+        let key = (index.text(cells[0])?.to_owned(), index.text(cells[1])?.to_owned());
+        let numbers = [
+            index.number(cells[3])?,
+            index.number(cells[4])?,
+            index.number(cells[5])?,
+            index.number(cells[2])?,
+        ];
+        let noted = !index.text(cells[6])?.is_empty();
+        if let [Some(accel), Some(impact), Some(speed), Some(impacts)] = numbers
+            && impacts >= 2.0
+            && !noted
+        {
+            wanted.insert(key, (accel, impact, speed));
+        }
+    }
+    let mut source = CsvSource::open(&folder.join("drops.csv"))?;
+    let mut cells = Vec::new();
+    for name in ["series", "file", "frame", "y_px"] {
+        cells.push(source.require(name, DROPS)?);
+    }
+    let mut tracks: BTreeMap<(String, String), Vec<(f64, f64)>> = BTreeMap::new();
+    while source.next_row()? {
+        let key = (source.text(cells[0])?.to_owned(), source.text(cells[1])?.to_owned());
+        if wanted.contains_key(&key) {
+            let sample = (required(&source, cells[2])?, required(&source, cells[3])?);
+            tracks.entry(key).or_default().push(sample);
+        }
+    }
+    let mut trajectories = Vec::new();
+    for ((series, file), track) in tracks {
+        let Some(&(accel, impact, speed)) = wanted.get(&(series.clone(), file.clone())) else { continue };
+        let metres = GRAVITY / (accel * FRAMES_PER_S * FRAMES_PER_S);
+        // The fall lasted speed / accel frames; its first fifth may still be in the hand.
+        let begin = impact - 0.8 * speed / accel;
+        let track: Vec<_> = track.into_iter().filter(|s| s.0 >= begin).collect();
+        let increasing = track.windows(2).all(|w| w[1].0 > w[0].0);
+        let floor =
+            track.iter().filter(|s| (s.0 - impact).abs() <= 2.0).map(|s| s.1).fold(f64::NAN, f64::max);
+        if track.len() < 20 || !increasing || !floor.is_finite() {
+            continue;
+        }
+        let times = track.iter().map(|s| (s.0 - begin) / FRAMES_PER_S).collect();
+        let heights = track.iter().map(|s| (floor - s.1) * metres).collect();
+        trajectories.push(Trajectory::new(format!("{series}/{file}"), times, vec![heights])?);
+    }
+    Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
+}

@@ -1,0 +1,98 @@
+//! `spindoe-table-tennis`: ball flights with measured spin (Gossard et al., SpinDOE, 2023).
+
+use super::{Converted, required};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::trajectory::Trajectory;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+const LAYOUT: &str = "the index has `traj_file,x_spin,y_spin,z_spin`";
+/// Height of the ball's lowest point above the table when the centre reads this: the ball's radius minus the offset that
+/// the set's description states (contact shows at -3 mm).
+const CONTACT_CENTRE_M: f64 = -0.003;
+/// Half length and half width of the table, m: beyond, the ball does not meet it.
+const HALF_TABLE_M: (f64, f64) = (1.52, 0.86);
+/// Spins above this are outliers of the spin measurement, rad/s.
+const LARGEST_SPIN: f64 = 900.0;
+
+/// Gravity and constant restitution, with the recorded spin.
+const MODEL: &str = "\
+scenario = \"ball\"
+
+[parameters]
+gravity_m_s2 = { nominal = 9.81, frozen = true }
+restitution = { nominal = 0.9, min = 0.0, max = 1.0 }
+radius_m = 0.02
+inertia_ratio = 0.6667
+
+[release]
+kind = \"free\"
+";
+
+/// Reads `index.csv` and the flights `NNN.csv` (`t;x;y;z`, no header). Flights without a plausible spin or with times that
+/// do not increase are left out; a flight ends where the ball leaves the table below its surface.
+pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
+    let mut index = CsvSource::open(&folder.join("index.csv"))?;
+    let mut cells = Vec::new();
+    for name in ["traj_file", "x_spin", "y_spin", "z_spin"] {
+        cells.push(index.require(name, LAYOUT)?);
+    }
+    let mut spins = BTreeMap::new();
+    while index.next_row()? {
+        let number = required(&index, cells[0])? as u32;
+        let spin = [required(&index, cells[1])?, required(&index, cells[2])?, required(&index, cells[3])?];
+        spins.insert(number, spin);
+    }
+    let mut trajectories = Vec::new();
+    for (number, spin) in spins {
+        let name = format!("{number:03}");
+        let path = folder.join(format!("{name}.csv"));
+        let plausible = spin.iter().map(|w| w * w).sum::<f64>().sqrt() < LARGEST_SPIN;
+        if !path.exists() || !plausible {
+            continue;
+        }
+        let text =
+            fs::read_to_string(&path).map_err(|cause| DataError::Unreadable { path: path.clone(), cause })?;
+        let mut columns: [Vec<f64>; 4] = Default::default();
+        for (line, row) in text.lines().enumerate() {
+            let cells: Vec<&str> = row.split(';').map(str::trim).collect();
+            if cells.len() != 4 {
+                let (found, expected) = (cells.len(), 4);
+                let (line, first_column) = (line as u64 + 1, "t".into());
+                return Err(DataError::RaggedRow { path, line, found, expected, first_column });
+            }
+            for (cell, column) in cells.iter().zip(&mut columns) {
+                match cell.parse::<f64>() {
+                    Ok(v) if v.is_finite() => column.push(v),
+                    _ => {
+                        let (line, cell) = (line as u64 + 1, (*cell).to_owned());
+                        return Err(DataError::BadNumber { path, line, column: "t;x;y;z".into(), cell });
+                    }
+                }
+            }
+        }
+        let [t, x, y, z] = columns;
+        let z: Vec<f64> = z.iter().map(|v| v - CONTACT_CENTRE_M).collect();
+        let over = |k: usize| x[k].abs() < HALF_TABLE_M.1 && y[k].abs() < HALF_TABLE_M.0;
+        let end = (0..t.len()).find(|&k| z[k] < -0.03 || (z[k] < 0.08 && !over(k))).unwrap_or(t.len());
+        let ordered = t.windows(2).take(end.saturating_sub(1)).all(|w| w[1] > w[0]);
+        if end < 15 || !ordered {
+            continue;
+        }
+        let constant = |v: f64| vec![v; end];
+        let values = vec![
+            x[..end].to_vec(),
+            y[..end].to_vec(),
+            z[..end].to_vec(),
+            constant(spin[0]),
+            constant(spin[1]),
+            constant(spin[2]),
+        ];
+        trajectories.push(Trajectory::new(name, t[..end].to_vec(), values)?);
+    }
+    let names = ["x_m", "y_m", "z_m", "spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"];
+    Ok(Converted { data: Dataset::from_names(&names, trajectories)?, model_toml: MODEL })
+}

@@ -1,0 +1,201 @@
+//! Is the chosen model enough? Tests for what it leaves, each family with its own level.
+
+use crate::candidates::laws;
+use crate::evaluate::{Lanes, Point};
+use crate::fit::{Fit, Sample};
+use crate::linear::Square;
+use crate::score::{Score, heterogeneity, scores};
+use crate::search::{Judged, Search};
+use crate::statistics::chi2_tail;
+use augsim_physics::effects::ScatterPer;
+use rayon::prelude::*;
+
+/// P-values of the families of tests, each multiplied by the number of tests in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Adequacy {
+    /// Low-order shapes left in the arcs.
+    pub lack_of_fit: f64,
+    /// Library effects that are not in the model.
+    pub library: f64,
+    /// Laws of one feature.
+    pub laws: f64,
+    /// Parameters that differ from trajectory to trajectory.
+    pub heterogeneity: f64,
+    /// Periodicity of the scatter on the clock.
+    pub periodicity: f64,
+    /// Gain in -2 ln likelihood if the restitution may scatter.
+    pub scatter_gain: f64,
+    /// The model has scatter, which can absorb a law that depends on a feature of the trajectory.
+    pub scatters: bool,
+    /// Scores of the one-feature laws.
+    pub law_scores: Vec<Score>,
+}
+
+impl Adequacy {
+    /// Nothing is left that the tests can see.
+    pub fn ok(&self) -> bool {
+        self.lack_of_fit > 1e-4
+            && self.library > 1e-3
+            && self.laws > if self.scatters { 0.02 } else { 1e-4 }
+            && self.heterogeneity > 1e-4
+            && self.periodicity > 1e-3
+            && self.scatter_gain < 15.8
+    }
+
+    /// So much is left that the model cannot be called an explanation, even without a better one.
+    pub fn severe(&self) -> bool {
+        let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity, self.periodicity];
+        p.iter().any(|p| *p < 1e-6) || self.scatter_gain > 42.0
+    }
+}
+
+/// Tests what a fit leaves on the training part.
+pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
+    let (sample, fit) = (&search.train, &judged.fit);
+    let bonferroni = |list: &[Score]| {
+        let worst =
+            list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
+        (worst * list.len() as f64).min(1.0)
+    };
+    let candidates = laws(search.model, sample.data, &fit.impacts);
+    let law_scores = scores(sample, fit, &candidates);
+    let library = search.library_scores(fit);
+    let varied = heterogeneity(sample, fit);
+    let tested = varied.iter().filter(|(_, df)| *df > 0.0).count() as f64;
+    let heterogeneity =
+        varied.iter().filter(|(_, df)| *df > 0.0).map(|(q, df)| chi2_tail(*q, *df)).fold(1.0, f64::min)
+            * tested;
+    let scatter = fit.hypothesis.scatter.is_some();
+    let scatter_gain = if !scatter && search.restitution_varies(fit, 0.01) {
+        let mut with = fit.hypothesis.additions.clone();
+        with.push(crate::hypothesis::Addition::Scatter(ScatterPer::Impact));
+        2.0 * (search.refit(fit, &with, &[]).fit.ll - fit.ll)
+    } else {
+        0.0
+    };
+    Adequacy {
+        lack_of_fit: lack_of_fit(sample, fit),
+        library: bonferroni(&library),
+        laws: bonferroni(&law_scores),
+        heterogeneity: heterogeneity.min(1.0),
+        periodicity: if scatter { periodicity(sample, fit) } else { 1.0 },
+        scatter_gain,
+        scatters: scatter,
+        law_scores,
+    }
+}
+
+/// Whitened residuals of one record at a fit, with the whitened position in time of each, channel by channel, arc by arc.
+pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64>> {
+    let h = &fit.hypothesis;
+    let record = &sample.data.records[sample.chosen[i]];
+    let lanes = Lanes::new(h, record, &[]);
+    let run = Point::new(h, &h.world, record, &fit.theta, &fit.nuisance[i]).plain(&lanes, record);
+    let axes = h.world.axes.indices();
+    (0..record.y.len())
+        .map(|c| {
+            run.positions
+                .iter()
+                .enumerate()
+                .map(|(k, s)| match record.weight[c][k] {
+                    0.0 => f64::NAN,
+                    _ => record.y[c][k] - s[axes[c]],
+                })
+                .collect()
+        })
+        .collect()
+}
+
+fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
+    const TERMS: usize = 4;
+    let rho = sample.correlation;
+    let innovation = 1.0 / (1.0 - rho * rho).sqrt();
+    let parts: Vec<(f64, f64)> = (0..sample.chosen.len())
+        .into_par_iter()
+        .map(|i| {
+            let record = &sample.data.records[sample.chosen[i]];
+            let left = residuals(sample, fit, i);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for arc in &record.arcs {
+                for (c, r) in left.iter().enumerate() {
+                    let used: Vec<usize> = arc.clone().filter(|&k| record.weight[c][k] > 0.0).collect();
+                    if used.len() < 2 * TERMS {
+                        continue;
+                    }
+                    let (a, b) = (record.times[used[0]], record.times[used[used.len() - 1]]);
+                    let row = |k: usize| {
+                        let u = 2.0 * (record.times[k] - a) / (b - a) - 1.0;
+                        let w = record.weight[c][k];
+                        [w, w * u, w * (1.5 * u * u - 0.5), w * (2.5 * u * u - 1.5) * u, w * r[k]]
+                    };
+                    let mut h = Square::zero(TERMS);
+                    let mut g = [0.0; TERMS];
+                    for (n, &k) in used.iter().enumerate() {
+                        let mut x = row(k);
+                        if rho != 0.0 && n > 0 && used[n - 1] + 1 == k && record.linked[k] {
+                            let before = row(k - 1);
+                            (0..=TERMS).for_each(|m| x[m] = (x[m] - rho * before[m]) * innovation);
+                        }
+                        for m in 0..TERMS {
+                            g[m] += x[m] * x[TERMS];
+                            (0..TERMS).for_each(|l| *h.at_mut(m, l) += x[m] * x[l]);
+                        }
+                    }
+                    h.cholesky().forward(&mut g);
+                    sum += g.iter().map(|v| v * v).sum::<f64>();
+                    count += TERMS as f64;
+                }
+            }
+            (sum, count - fit.nuisance[i].len() as f64)
+        })
+        .collect();
+    let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
+    let freedom = freedom - fit.theta.len() as f64;
+    if freedom < 1.0 { 1.0 } else { chi2_tail(sum, freedom) }
+}
+
+/// Smallest p-value of a Lomb-Scargle periodogram of the offsets, and of the offsets times speed (a moving floor), on the
+/// session clock (Scargle 1982; Horne and Baliunas 1986 for the number of independent frequencies).
+fn periodicity(sample: &Sample<'_>, fit: &Fit) -> f64 {
+    let mut points: Vec<(f64, f64, f64)> = Vec::new();
+    for (i, record) in sample.records().enumerate() {
+        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
+        if fit.hypothesis.scatter.is_none_or(|s| s.per == ScatterPer::Trajectory) {
+            return 1.0;
+        }
+        let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
+        for (x, impact) in xi.iter().zip(&fit.impacts[i]) {
+            points.push((impact.time + record.covariates.clock_s, *x, x * impact.speed_in));
+        }
+    }
+    if points.len() < 30 {
+        return 1.0;
+    }
+    let clocks: &[bool] = if sample.data.has_start_time { &[true] } else { &[false] };
+    let n = points.len() as f64;
+    let count = 20_000;
+    let mut best = 0.0f64;
+    for _ in clocks {
+        for scaled in [false, true] {
+            let y: Vec<f64> = points.iter().map(|p| if scaled { p.2 } else { p.1 }).collect();
+            let mean = y.iter().sum::<f64>() / n;
+            let variance = y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+            let power = |f: f64| {
+                let w = 2.0 * std::f64::consts::PI * f;
+                let (mut c, mut s) = (0.0, 0.0);
+                for (p, v) in points.iter().zip(&y) {
+                    let (sin, cos) = (w * p.0).sin_cos();
+                    c += (v - mean) * cos;
+                    s += (v - mean) * sin;
+                }
+                (c * c + s * s) / (n * variance)
+            };
+            let top = (0..count)
+                .into_par_iter()
+                .map(|k| power(0.05 + 30.0 * f64::from(k) / f64::from(count)))
+                .reduce(|| 0.0, f64::max);
+            best = best.max(top);
+        }
+    }
+    (2.0 * f64::from(count) * (-best).exp()).min(1.0)
+}

@@ -1,0 +1,81 @@
+//! What a named set of effects would gain: the answer of someone who is told what to look for.
+
+use crate::discover::calibrate;
+use crate::fit::Sample;
+use crate::hypothesis::Addition;
+use crate::prepare::prepare;
+use crate::search::Search;
+use crate::{DiscoveryError, Options, forecast};
+use augsim_data::Dataset;
+use augsim_physics::effects::{SCATTER_KIND, ScatterPer, spec_of};
+use augsim_physics::model::{Model, Per};
+
+/// A set of effects compared with the calibrated model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Assessment {
+    /// Gain in -2 ln likelihood on the training trajectories.
+    pub gain: f64,
+    /// The penalty of the set.
+    pub penalty: f64,
+    /// Forecast error on held-out trajectories with the set, m.
+    pub rmse_m: f64,
+}
+
+impl Assessment {
+    /// Whether the data show the set at all.
+    pub fn visible(&self) -> bool {
+        self.gain > self.penalty
+    }
+}
+
+/// Fits the calibrated model with the effects `kinds` (unknown kinds are left out; scatter as `per`) from their typical
+/// sizes, with both signs for those that have one.
+///
+/// # Errors
+/// As [`discover`](crate::discover).
+pub fn assess(
+    model: &Model,
+    data: &Dataset,
+    kinds: &[&str],
+    per: ScatterPer,
+    options: &Options,
+) -> Result<Assessment, DiscoveryError> {
+    let prepared = prepare(model, data, options)?;
+    let on = |chosen| Sample { data: &prepared.data, chosen, correlation: prepared.noise.correlation };
+    let search = Search::new(model, on(&prepared.train), on(&prepared.test));
+    let base = calibrate(model, &search.train);
+    let additions: Vec<Addition> = kinds
+        .iter()
+        .filter_map(|k| match spec_of(k) {
+            Some(_) if *k == SCATTER_KIND => Some(Addition::Scatter(per)),
+            Some(spec) => Some(Addition::Kind(spec.kind, Per::All)),
+            None => None,
+        })
+        .collect();
+    let signs = 1usize << additions.len();
+    let fits = (0..signs).map(|bits| {
+        let starts: Vec<(Addition, Vec<f64>)> = additions
+            .iter()
+            .enumerate()
+            .filter_map(|(i, a)| {
+                let p = spec_of(a.kind())?.parameters.first()?;
+                let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
+                Some((a.clone(), vec![0.5 * sign * p.typical]))
+            })
+            .collect();
+        search.refit(&base, &additions, &starts)
+    });
+    let mut best: Option<crate::search::Judged> = None;
+    for j in fits {
+        if best.as_ref().is_none_or(|b| j.criterion < b.criterion) {
+            best = Some(j);
+        }
+    }
+    let best = best.unwrap_or_else(|| search.judge(base.clone()));
+    let held = search.heldout(&best.fit);
+    Ok(Assessment {
+        gain: 2.0 * (best.fit.ll - base.ll),
+        penalty: additions.iter().map(|a| search.penalty(a)).sum(),
+        rmse_m: forecast::rmse(&forecast::errors(&search.test, &held)),
+    })
+}

@@ -1,0 +1,296 @@
+//! Residuals of one trajectory and their derivatives, as normal equations.
+
+use crate::hypothesis::Hypothesis;
+use crate::linear::Square;
+use crate::record::Record;
+use augsim_physics::ball::{ImpactRecord, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
+use augsim_physics::effects::ScatterPer;
+use augsim_physics::model::{Per, Release};
+use augsim_physics::{Dual, Scalar};
+
+/// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
+#[derive(Clone, Debug)]
+pub(crate) struct Lanes {
+    /// World parameter of each lane, where it is one.
+    parameters: Vec<(usize, usize)>,
+    /// Entry of theta of each global lane.
+    pub theta: Vec<usize>,
+    pub extras: usize,
+    /// Coordinates of the start position, then velocity, that are fitted.
+    start: Vec<usize>,
+    /// Parameters of this trajectory alone.
+    own: Vec<usize>,
+    /// Number of offsets of restitution.
+    pub offsets: usize,
+}
+
+impl Lanes {
+    pub fn new(h: &Hypothesis, record: &Record, extras: &[usize]) -> Self {
+        let (mut parameters, mut theta, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        let mut at = 0;
+        for f in &h.free {
+            match f.per {
+                Per::Trajectory => own.push(f.index),
+                Per::All => theta.push((f.index, at)),
+                Per::Group => theta.push((f.index, at + record.group)),
+            }
+            at += h.width(f);
+        }
+        for (lane, (index, _)) in theta.iter().enumerate() {
+            parameters.push((*index, lane));
+        }
+        for (i, index) in extras.iter().enumerate() {
+            parameters.push((*index, theta.len() + i));
+        }
+        let axes = h.world.axes.indices();
+        let mut start: Vec<usize> = axes.to_vec();
+        if h.release == Release::Free {
+            start.extend(axes.iter().map(|a| a + 3));
+        }
+        let first_own = theta.len() + extras.len() + start.len();
+        parameters.extend(own.iter().enumerate().map(|(i, &index)| (index, first_own + i)));
+        let offsets = match h.scatter.map(|s| s.per) {
+            None => 0,
+            Some(ScatterPer::Trajectory) => usize::from(!record.impacts.is_empty()),
+            Some(ScatterPer::Impact) => record.impacts.len(),
+        };
+        Self {
+            parameters,
+            theta: theta.into_iter().map(|(_, t)| t).collect(),
+            extras: extras.len(),
+            start,
+            own,
+            offsets,
+        }
+    }
+
+    /// Lanes before the nuisances.
+    pub fn common(&self) -> usize {
+        self.theta.len() + self.extras
+    }
+
+    pub fn nuisances(&self) -> usize {
+        self.start.len() + self.own.len() + self.offsets
+    }
+
+    /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
+    pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
+        let (p, v) = record.start;
+        let mut n: Vec<f64> = self.start.iter().map(|&i| if i < 3 { p[i] } else { v[i - 3] }).collect();
+        n.extend(self.own.iter().map(|&i| {
+            let rough = crate::statistics::median(&mut record.ratios.clone());
+            if i == RESTITUTION && rough > 0.0 { rough } else { h.values[i] }
+        }));
+        n.extend(std::iter::repeat_n(0.0, self.offsets));
+        n
+    }
+
+    /// Number of nuisances that are no offsets.
+    pub fn fixed_nuisances(&self) -> usize {
+        self.start.len() + self.own.len()
+    }
+}
+
+/// The point at which a trajectory is simulated.
+pub(crate) struct Point<'a> {
+    pub world: &'a World,
+    /// World parameters with theta in them; own parameters are overwritten by the nuisances.
+    pub values: Vec<f64>,
+    pub nuisance: &'a [f64],
+    /// 1/sd² of the offsets.
+    pub prior: f64,
+    pub shared: bool,
+    pub held: bool,
+}
+
+impl<'a> Point<'a> {
+    pub fn new(
+        h: &'a Hypothesis,
+        world: &'a World,
+        record: &Record,
+        theta: &[f64],
+        nuisance: &'a [f64],
+    ) -> Self {
+        let mut values = h.values.clone();
+        values.resize(world.parameter_count(), 0.0);
+        let mut at = 0;
+        for f in &h.free {
+            match f.per {
+                Per::All => values[f.index] = theta[at],
+                Per::Group => values[f.index] = theta[at + record.group],
+                Per::Trajectory => {}
+            }
+            at += h.width(f);
+        }
+        if let Some(r) = record.radius_m {
+            values[RADIUS] = r;
+        }
+        Self {
+            world,
+            values,
+            nuisance,
+            prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
+            shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
+            held: h.release == Release::Rest,
+        }
+    }
+
+    /// Simulates in the scalar whose independent variables `seed(value, lane)` makes.
+    pub fn simulate<S: Scalar>(
+        &self,
+        lanes: &Lanes,
+        record: &Record,
+        times: &[f64],
+        seed: impl Fn(f64, usize) -> S,
+    ) -> Run<S> {
+        let mut parameters: Vec<S> = self.values.iter().map(|&v| S::constant(v)).collect();
+        let common = lanes.common();
+        let first_own = common + lanes.start.len();
+        for &(index, lane) in &lanes.parameters {
+            let value = if lane >= first_own { self.nuisance[lane - common] } else { self.values[index] };
+            parameters[index] = seed(value, lane);
+        }
+        let zero = S::zero();
+        let t0 = if self.held { 0.0 } else { record.times.first().copied().unwrap_or(0.0) };
+        let mut start = State {
+            time: S::constant(t0),
+            position: [zero; 3],
+            velocity: [zero; 3],
+            spin: record.covariates.spin_rad_s.map(S::constant),
+        };
+        for (i, &component) in lanes.start.iter().enumerate() {
+            let value = seed(self.nuisance[i], common + i);
+            if component < 3 {
+                start.position[component] = value
+            } else {
+                start.velocity[component - 3] = value
+            }
+        }
+        let first = lanes.fixed_nuisances();
+        let xi: Vec<S> =
+            (0..lanes.offsets).map(|i| seed(self.nuisance[first + i], common + first + i)).collect();
+        let offsets = match xi.first() {
+            None => Offsets::None,
+            Some(&x) if self.shared => Offsets::Shared(x),
+            Some(_) => Offsets::PerImpact(&xi),
+        };
+        let mut run = Run {
+            positions: Vec::with_capacity(times.len()),
+            velocities: Vec::new(),
+            impacts: Vec::new(),
+            rest_time: None,
+        };
+        let throw = Throw {
+            world: self.world,
+            parameters: &parameters,
+            start,
+            covariates: &record.covariates,
+            offsets,
+            velocities: false,
+        };
+        simulate(&throw, times, &mut run);
+        run
+    }
+
+    /// The plain simulation at the record's times.
+    pub fn plain(&self, lanes: &Lanes, record: &Record) -> Run<f64> {
+        self.simulate(lanes, record, &record.times, |v, _| v)
+    }
+}
+
+/// Normal equations of one trajectory: `h = J'J`, `g = J'r`, `q = r'r`, priors of the offsets included.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal {
+    pub h: Square,
+    pub g: Vec<f64>,
+    pub q: f64,
+    pub impacts: Vec<ImpactRecord<f64>>,
+}
+
+/// Simulates a trajectory with derivatives in all lanes and forms its normal equations.
+pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlation: f64) -> Normal {
+    let count = lanes.common() + lanes.nuisances();
+    // The smallest width that fits: a wider one computes zeros.
+    match count {
+        0..=4 => normal_wide::<4>(point, lanes, record, correlation),
+        5..=8 => normal_wide::<8>(point, lanes, record, correlation),
+        9..=12 => normal_wide::<12>(point, lanes, record, correlation),
+        13..=16 => normal_wide::<16>(point, lanes, record, correlation),
+        17..=24 => normal_wide::<24>(point, lanes, record, correlation),
+        25..=40 => normal_wide::<40>(point, lanes, record, correlation),
+        _ => normal_wide::<80>(point, lanes, record, correlation),
+    }
+}
+
+fn normal_wide<const N: usize>(
+    point: &Point<'_>,
+    lanes: &Lanes,
+    record: &Record,
+    correlation: f64,
+) -> Normal {
+    let count = (lanes.common() + lanes.nuisances()).min(N);
+    let run = point.simulate(lanes, record, &record.times, Dual::<N>::variable);
+    let mut h = vec![[0.0; N]; N];
+    let (mut g, mut q) = ([0.0; N], 0.0);
+    let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
+    for (c, &axis) in point.world.axes.indices().iter().enumerate() {
+        let mut previous: Option<(f64, [f64; N])> = None;
+        for (k, position) in run.positions.iter().enumerate() {
+            let w = record.weight[c][k];
+            if w == 0.0 {
+                previous = None;
+                continue;
+            }
+            let x = &position[axis];
+            let (r0, d0) = (w * (record.y[c][k] - x.value), x.d.map(|d| w * d));
+            let (mut r, mut d) = (r0, d0);
+            if correlation != 0.0 {
+                if let Some((rp, dp)) = previous.as_ref().filter(|_| record.linked[k]) {
+                    r = (r - correlation * rp) * innovation;
+                    for i in 0..N {
+                        d[i] = (d[i] - correlation * dp[i]) * innovation;
+                    }
+                }
+                previous = Some((r0, d0));
+            }
+            q += r * r;
+            for i in 0..count {
+                g[i] += d[i] * r;
+                let (row, di) = (&mut h[i], d[i]);
+                if di != 0.0 {
+                    for j in 0..N {
+                        row[j] += di * d[j];
+                    }
+                }
+            }
+        }
+    }
+    let mut out = Square::zero(count);
+    for i in 0..count {
+        out.a[i * count..(i + 1) * count].copy_from_slice(&h[i][..count]);
+    }
+    let mut g = g[..count].to_vec();
+    let first = lanes.fixed_nuisances();
+    for i in first..first + lanes.offsets {
+        let lane = lanes.common() + i;
+        if lane < count {
+            *out.at_mut(lane, lane) += point.prior;
+            g[lane] -= point.prior * point.nuisance[i];
+            q += point.prior * point.nuisance[i].powi(2);
+        }
+    }
+    let impacts = run
+        .impacts
+        .iter()
+        .map(|i| ImpactRecord {
+            time: i.time.value,
+            position: i.position.map(|x| x.value),
+            speed_in: i.speed_in.value,
+            speed_out: i.speed_out.value,
+            tangential: i.tangential.map(|x| x.value),
+            slip: i.slip.map(|x| x.value),
+            spin: i.spin.map(|x| x.value),
+        })
+        .collect();
+    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, impacts }
+}

@@ -1,0 +1,328 @@
+//! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
+
+use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::hypothesis::Hypothesis;
+use crate::linear::{Square, eliminate};
+use crate::record::{Measured, Record};
+use augsim_physics::ball::ImpactRecord;
+use rayon::prelude::*;
+
+/// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
+/// a valley whose floor is flat to the precision that matters.
+const MOST_ASSEMBLIES: usize = 60;
+
+/// What fits are made on.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample<'a> {
+    pub data: &'a Measured,
+    /// Which records.
+    pub chosen: &'a [usize],
+    /// Correlation of neighbouring noise.
+    pub correlation: f64,
+}
+
+impl Sample<'_> {
+    pub fn records(&self) -> impl Iterator<Item = &Record> {
+        self.chosen.iter().map(|&j| &self.data.records[j])
+    }
+}
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub hypothesis: Hypothesis,
+    pub theta: Vec<f64>,
+    /// Nuisances of each chosen record.
+    pub nuisance: Vec<Vec<f64>>,
+    /// Sum of squared whitened residuals and priors.
+    pub q: f64,
+    /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
+    pub ll: f64,
+    /// Information matrix of theta, nuisances eliminated.
+    pub information: Square,
+    /// Simulated impacts of each chosen record.
+    pub impacts: Vec<Vec<ImpactRecord<f64>>>,
+}
+
+impl Fit {
+    /// Covariance of theta.
+    pub fn covariance(&self) -> Square {
+        self.information.cholesky().inverse()
+    }
+
+    /// 95 % intervals of theta, kept inside the bounds.
+    pub fn ci95(&self) -> Vec<[f64; 2]> {
+        let c = self.covariance();
+        let bounds = self.hypothesis.bounds();
+        (0..self.theta.len())
+            .map(|i| {
+                let half = 1.96 * c.at(i, i).max(0.0).sqrt();
+                [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
+            })
+            .collect()
+    }
+}
+
+struct State {
+    theta: Vec<f64>,
+    nuisance: Vec<Vec<f64>>,
+    normals: Vec<Normal>,
+    q: f64,
+}
+
+fn assemble(
+    sample: &Sample<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    theta: Vec<f64>,
+    nuisance: Vec<Vec<f64>>,
+) -> State {
+    let normals: Vec<Normal> = sample
+        .chosen
+        .par_iter()
+        .zip(lanes)
+        .zip(&nuisance)
+        .map(|((&j, lanes), n)| {
+            let record = &sample.data.records[j];
+            normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+        })
+        .collect();
+    let q = normals.iter().map(|n| n.q).sum();
+    State { theta, nuisance, normals, q }
+}
+
+/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and each record's nuisance step for a
+/// step of theta.
+fn reduce(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> (Square, Vec<f64>) {
+    let n = h.theta_len();
+    let (mut s, mut u) = (Square::zero(n), vec![0.0; n]);
+    for (l, normal) in lanes.iter().zip(normals) {
+        let damped = damp(&normal.h, damping);
+        let (sj, uj, _) = eliminate(&damped, &normal.g, l.common());
+        for (a, &ta) in l.theta.iter().enumerate() {
+            u[ta] += uj[a];
+            for (b, &tb) in l.theta.iter().enumerate() {
+                *s.at_mut(ta, tb) += sj.at(a, b);
+            }
+        }
+    }
+    (s, u)
+}
+
+fn damp(h: &Square, damping: f64) -> Square {
+    let mut d = h.clone();
+    if damping > 0.0 {
+        (0..d.n).for_each(|i| *d.at_mut(i, i) *= 1.0 + damping);
+    }
+    d
+}
+
+/// Nuisances after the Gauss-Newton step that goes with a step of theta.
+fn nuisance_step(l: &Lanes, normal: &Normal, now: &[f64], theta_step: &[f64], damping: f64) -> Vec<f64> {
+    let common = l.common();
+    let h = damp(&normal.h, damping);
+    let tail: Vec<usize> = (common..h.n).collect();
+    let mut x: Vec<f64> = tail
+        .iter()
+        .map(|&i| {
+            normal.g[i] - l.theta.iter().enumerate().map(|(a, &t)| h.at(i, a) * theta_step[t]).sum::<f64>()
+        })
+        .collect();
+    h.sub(&tail).cholesky().solve(&mut x);
+    now.iter().zip(x).map(|(n, d)| n + d).collect()
+}
+
+/// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
+pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], nuisance: &[Vec<f64>]) -> Fit {
+    fit_with(sample, hypothesis, theta, nuisance, true)
+}
+
+/// Fits the nuisances alone, with theta (and the scatter) fixed.
+pub(crate) fn fit_nuisance(
+    sample: &Sample<'_>,
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Fit {
+    fit_with(sample, hypothesis, theta, nuisance, false)
+}
+
+fn fit_with(
+    sample: &Sample<'_>,
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+    move_theta: bool,
+) -> Fit {
+    let mut h = hypothesis.clone();
+    let lanes: Vec<Lanes> = sample.records().map(|r| Lanes::new(&h, r, &[])).collect();
+    let nuisance: Vec<Vec<f64>> = lanes
+        .iter()
+        .zip(sample.records())
+        .enumerate()
+        .map(|(i, (l, r))| match nuisance.get(i) {
+            Some(n) => {
+                // A start from another hypothesis: offsets may be new or gone.
+                let mut n = n.clone();
+                n.resize(l.nuisances().max(l.fixed_nuisances()), 0.0);
+                n
+            }
+            None => l.nuisance_start(&h, r),
+        })
+        .collect();
+    let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
+    for _ in 0..12 {
+        state = minimise(sample, &h, &lanes, state, move_theta);
+        let Some(scatter) = h.scatter.filter(|_| move_theta) else {
+            break;
+        };
+        let sd = scatter_sd(&lanes, &state, scatter.sd);
+        let change = (sd / scatter.sd).ln().abs();
+        h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
+        let State { theta, nuisance, .. } = state;
+        state = assemble(sample, &h, &lanes, theta, nuisance);
+        if change < 0.03 {
+            break;
+        }
+    }
+    let (information, _) = reduce(&h, &lanes, &state.normals, 0.0);
+    let mut ll = -0.5 * state.q;
+    for (l, normal) in lanes.iter().zip(&state.normals) {
+        let tail: Vec<usize> = (l.common()..normal.h.n).collect();
+        ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
+        ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
+    }
+    Fit {
+        hypothesis: h,
+        theta: state.theta,
+        nuisance: state.nuisance,
+        q: state.q,
+        ll,
+        information,
+        impacts: state.normals.into_iter().map(|n| n.impacts).collect(),
+    }
+}
+
+/// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992).
+fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> f64 {
+    let (mut sum, mut freedom) = (0.0, 0.0);
+    for ((l, normal), n) in lanes.iter().zip(&state.normals).zip(&state.nuisance) {
+        let tail: Vec<usize> = (l.common()..normal.h.n).collect();
+        let c = normal.h.sub(&tail).cholesky().inverse();
+        let first = l.fixed_nuisances();
+        for i in first..first + l.offsets {
+            sum += n[i] * n[i];
+            freedom += 1.0 - c.at(i, i) / (sd * sd);
+        }
+    }
+    (sum / freedom.max(1e-6)).sqrt().clamp(1e-5, 0.5)
+}
+
+fn minimise(
+    sample: &Sample<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    mut state: State,
+    move_theta: bool,
+) -> State {
+    let bounds = h.bounds();
+    let (mut lambda, mut small_steps, mut work) = (1e-3, 0, 0);
+    while work < MOST_ASSEMBLIES {
+        let mut accepted = false;
+        for _ in 0..8 {
+            let step = if move_theta {
+                theta_step(h, lanes, &state, lambda, &bounds)
+            } else {
+                vec![0.0; state.theta.len()]
+            };
+            let theta: Vec<f64> = state.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
+            let nuisance = lanes
+                .iter()
+                .zip(&state.normals)
+                .zip(&state.nuisance)
+                .map(|((l, normal), n)| nuisance_step(l, normal, n, &step, lambda))
+                .collect();
+            let mut trial = assemble(sample, h, lanes, theta, nuisance);
+            work += 1;
+            // A step that raises the cost is judged only after the nuisances have followed it: without this, strongly
+            // coupled nuisances make the path a curved valley that is crawled along.
+            for _ in 0..4 {
+                if trial.q <= state.q || !trial.q.is_finite() {
+                    break;
+                }
+                let zero = vec![0.0; trial.theta.len()];
+                let before = trial.q;
+                let nuisance = lanes
+                    .iter()
+                    .zip(&trial.normals)
+                    .zip(&trial.nuisance)
+                    .map(|((l, normal), n)| nuisance_step(l, normal, n, &zero, 1e-6))
+                    .collect();
+                trial = assemble(sample, h, lanes, trial.theta, nuisance);
+                work += 1;
+                if trial.q > before * 0.9999 {
+                    break;
+                }
+            }
+            if trial.q <= state.q {
+                let decrease = state.q - trial.q;
+                state = trial;
+                accepted = true;
+                lambda = (lambda / 8.0).max(1e-9);
+                if decrease < 1e-3 + 1e-6 * state.q {
+                    small_steps += 1;
+                } else {
+                    small_steps = 0;
+                }
+                break;
+            }
+            lambda *= 8.0;
+        }
+        if !accepted || (small_steps > 0 && lambda < 1e-4) || small_steps >= 3 {
+            break;
+        }
+    }
+    state
+}
+
+fn theta_step(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    state: &State,
+    lambda: f64,
+    bounds: &[(f64, f64)],
+) -> Vec<f64> {
+    let (s, u) = reduce(h, lanes, &state.normals, lambda);
+    let mut moving: Vec<usize> = (0..u.len())
+        .filter(|&i| {
+            let (t, (low, high)) = (state.theta[i], bounds[i]);
+            !(t <= low && u[i] < 0.0 || t >= high && u[i] > 0.0)
+        })
+        .collect();
+    let mut step = vec![0.0; u.len()];
+    // A parameter that a step carries to its bound stays there, and the others are solved for again.
+    for _ in 0..=u.len() {
+        let mut rhs: Vec<f64> = moving
+            .iter()
+            .map(|&i| {
+                u[i] - (0..u.len()).filter(|k| !moving.contains(k)).map(|k| s.at(i, k) * step[k]).sum::<f64>()
+            })
+            .collect();
+        s.sub(&moving).cholesky().solve(&mut rhs);
+        let crossing = moving.iter().zip(&rhs).position(|(&i, d)| {
+            let t = state.theta[i] + d;
+            t < bounds[i].0 || t > bounds[i].1
+        });
+        match crossing {
+            None => {
+                moving.iter().zip(&rhs).for_each(|(&i, d)| step[i] = *d);
+                break;
+            }
+            Some(k) => {
+                let i = moving.remove(k);
+                step[i] = (state.theta[i] + rhs[k]).clamp(bounds[i].0, bounds[i].1) - state.theta[i];
+            }
+        }
+    }
+    step
+}

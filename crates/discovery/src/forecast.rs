@@ -1,0 +1,163 @@
+//! Errors before and after, on trajectories that no fit has seen.
+//!
+//! The initial state is fitted on the first arc alone, each model with its own; what follows the first impact is predicted.
+
+use crate::evaluate::{Lanes, Point};
+use crate::fit::{Fit, Sample, fit_nuisance};
+use crate::hypothesis::Hypothesis;
+use crate::record::{Measured, Record};
+use crate::statistics::quantile;
+use augsim_data::random_stream;
+use augsim_physics::effects::ScatterPer;
+use augsim_physics::model::Per;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+/// Resamplings of the trajectories.
+const BOOTSTRAP: usize = 400;
+/// Replicates of the noise floor.
+const REPLICATES: u64 = 4;
+
+/// Sum of squared errors (m²) and their number, trajectory by trajectory.
+pub(crate) type Errors = Vec<(f64, f64)>;
+
+/// Root mean square of pooled errors, m.
+pub(crate) fn rmse(errors: &[(f64, f64)]) -> f64 {
+    let (s, n) = errors.iter().fold((0.0, 0.0), |a, e| (a.0 + e.0, a.1 + e.1));
+    if n > 0.0 { (s / n).sqrt() } else { f64::NAN }
+}
+
+/// 95 % interval of a statistic of several error lists over bootstrap samples of the trajectories.
+pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64]) -> f64) -> [f64; 2] {
+    let n = lists.first().map_or(0, |l| l.len());
+    if n == 0 {
+        return [f64::NAN; 2];
+    }
+    let mut rng = random_stream(seed, "bootstrap", 0);
+    let mut values: Vec<f64> = (0..BOOTSTRAP)
+        .map(|_| {
+            let picks: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
+            let each: Vec<f64> =
+                lists.iter().map(|l| rmse(&picks.iter().map(|&i| l[i]).collect::<Vec<_>>())).collect();
+            statistic(&each)
+        })
+        .filter(|v| v.is_finite())
+        .collect();
+    values.sort_by(f64::total_cmp);
+    [quantile(&values, 0.025), quantile(&values, 0.975)]
+}
+
+/// The hypothesis for one record alone: scatter off, own parameters at their fitted values.
+fn for_record(fit: &Fit, i: usize, record: &Record) -> Hypothesis {
+    let mut h = fit.hypothesis.clone();
+    let lanes = Lanes::new(&h, record, &[]);
+    let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
+    let first = lanes.fixed_nuisances() - own;
+    let places: Vec<usize> = h.free.iter().filter(|f| f.per == Per::Trajectory).map(|f| f.index).collect();
+    for (k, index) in places.into_iter().enumerate() {
+        h.values[index] = fit.nuisance[i][first + k];
+    }
+    h.free.retain(|f| f.per != Per::Trajectory);
+    h.scatter = None;
+    h
+}
+
+/// Samples from which the start is found: the first arc, or the first part of a flight without impacts.
+fn known_part(record: &Record) -> usize {
+    match (record.impacts.first(), record.arcs.first()) {
+        (Some(_), Some(arc)) => arc.end,
+        _ => (record.times.len() * 2 / 5).max(6).min(record.times.len()),
+    }
+}
+
+fn truncated(record: &Record, n: usize) -> Record {
+    let mut r = record.clone();
+    r.times.truncate(n);
+    r.linked.truncate(n);
+    r.y.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
+    r.impacts.clear();
+    r
+}
+
+fn one_error(
+    data: &Measured,
+    record: &Record,
+    h: &Hypothesis,
+    theta: &[f64],
+    correlation: f64,
+) -> (f64, f64) {
+    let known = known_part(record);
+    let single = Measured { records: vec![truncated(record, known)], ..data.without_records() };
+    let sample = Sample { data: &single, chosen: &[0], correlation };
+    let start = fit_nuisance(&sample, h, theta, &[]);
+    let lanes = Lanes::new(h, &single.records[0], &[]);
+    let run = Point::new(h, &h.world, record, theta, &start.nuisance[0]).plain(&lanes, record);
+    let (mut s, mut n) = (0.0, 0.0);
+    for (c, &axis) in h.world.axes.indices().iter().enumerate() {
+        for k in known..record.times.len() {
+            if record.weight[c][k] > 0.0 {
+                s += (record.y[c][k] - run.positions[k][axis]).powi(2);
+                n += 1.0;
+            }
+        }
+    }
+    (s, n)
+}
+
+/// Forecast errors of a fit's parameters on a sample; `fit` holds the nuisances of that sample.
+pub(crate) fn errors(sample: &Sample<'_>, fit: &Fit) -> Errors {
+    (0..sample.chosen.len())
+        .into_par_iter()
+        .map(|i| {
+            let record = &sample.data.records[sample.chosen[i]];
+            let h = for_record(fit, i, record);
+            one_error(sample.data, record, &h, &fit.theta, sample.correlation)
+        })
+        .collect()
+}
+
+/// Errors of the same forecasts on replicates that the fit's own model makes, with its noise and its scatter: the least
+/// that any model can reach.
+pub(crate) fn floor(sample: &Sample<'_>, fit: &Fit, seed: u64) -> Errors {
+    (0..sample.chosen.len())
+        .into_par_iter()
+        .map(|i| {
+            let record = &sample.data.records[sample.chosen[i]];
+            let h = for_record(fit, i, record);
+            let (mut s, mut n) = (0.0, 0.0);
+            for replicate in 0..REPLICATES {
+                let mut rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);
+                let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+                let lanes = Lanes::new(&fit.hypothesis, record, &[]);
+                let mut nuisance = fit.nuisance[i].clone();
+                if let Some(scatter) = fit.hypothesis.scatter {
+                    let first = lanes.fixed_nuisances();
+                    let shared = scatter.per == ScatterPer::Trajectory;
+                    let draw = normal();
+                    for x in &mut nuisance[first..] {
+                        *x = scatter.sd * if shared { draw } else { normal() };
+                    }
+                }
+                let full = &fit.hypothesis;
+                let run = Point::new(full, &full.world, record, &fit.theta, &nuisance).plain(&lanes, record);
+                let mut copy = record.clone();
+                for (c, &axis) in full.world.axes.indices().iter().enumerate() {
+                    let mut last = 0.0;
+                    for (k, sample_k) in run.positions.iter().enumerate() {
+                        let rho = if record.linked[k] { sample.correlation } else { 0.0 };
+                        last = rho * last + (1.0 - rho * rho).sqrt() * normal();
+                        let w = record.weight[c][k];
+                        if w > 0.0 {
+                            copy.y[c][k] = sample_k[axis] + last / w;
+                        }
+                    }
+                }
+                let (a, b) = one_error(sample.data, &copy, &h, &fit.theta, sample.correlation);
+                s += a;
+                n += b;
+            }
+            (s, n)
+        })
+        .collect()
+}

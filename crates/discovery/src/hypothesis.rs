@@ -1,0 +1,294 @@
+//! A model that may explain the data: the declared one with additions.
+
+use crate::record::Measured;
+use augsim_physics::ball::{LawRef, RADIUS, World};
+use augsim_physics::effects::{SCATTER_KIND, ScatterPer, TABLE_KIND, Table, index_of, spec_of};
+use augsim_physics::model::{EffectBlock, Model, Parameter, Per, Release};
+
+/// Knots of a one-feature law.
+pub(crate) const KNOTS: usize = 8;
+
+/// Something that a hypothesis adds to the declared model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Addition {
+    /// An effect of the library, with one value for all or one for each group.
+    Kind(&'static str, Per),
+    /// Scatter of the restitution.
+    Scatter(ScatterPer),
+    /// A law of one feature that is not in the library.
+    Law(Table),
+}
+
+impl Addition {
+    /// Kind as results name it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Addition::Kind(kind, _) => kind,
+            Addition::Scatter(_) => SCATTER_KIND,
+            Addition::Law(_) => TABLE_KIND,
+        }
+    }
+
+    /// Kind with what distinguishes its variants.
+    pub fn label(&self) -> String {
+        match self {
+            Addition::Kind(kind, Per::Group) => format!("{kind} per group"),
+            Addition::Kind(kind, _) => (*kind).to_string(),
+            Addition::Scatter(per) => format!("{SCATTER_KIND} per {}", per.name()),
+            Addition::Law(t) => format!("{} against {}", t.target.name(), t.against.name()),
+        }
+    }
+
+    /// Whether the two cannot stand in one model.
+    pub fn excludes(&self, other: &Addition) -> bool {
+        let listed =
+            |a: &Addition, b: &Addition| spec_of(a.kind()).is_some_and(|s| s.excludes.contains(&b.kind()));
+        match (self, other) {
+            (Addition::Law(a), Addition::Law(b)) => a == b,
+            (Addition::Law(_), _) | (_, Addition::Law(_)) => false,
+            _ => self.kind() == other.kind() || listed(self, other),
+        }
+    }
+}
+
+/// A parameter that is fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Free {
+    /// Place in the world's parameter vector.
+    pub index: usize,
+    pub per: Per,
+    pub min: f64,
+    pub max: f64,
+    /// A size that matters: start and scale.
+    pub typical: f64,
+    /// Which addition it belongs to; `None` for the declared model.
+    pub addition: Option<usize>,
+}
+
+/// The scatter of a hypothesis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scatter {
+    pub per: ScatterPer,
+    pub sd: f64,
+}
+
+/// World, nominal values and what is free in them.
+#[derive(Clone, Debug)]
+pub(crate) struct Hypothesis {
+    pub world: World,
+    pub values: Vec<f64>,
+    pub free: Vec<Free>,
+    pub scatter: Option<Scatter>,
+    pub additions: Vec<Addition>,
+    pub release: Release,
+    /// Number of groups in the data.
+    pub groups: usize,
+}
+
+impl Hypothesis {
+    /// The declared model with additions; all of its free parameters are free.
+    pub fn new(model: &Model, data: &Measured, additions: &[Addition]) -> Self {
+        let (mut world, mut values) = model.world(data.axes);
+        if values[RADIUS] <= 0.0 {
+            // Without spin only ratios to the radius enter, so that any radius will do.
+            values[RADIUS] = 1.0;
+        }
+        let blocks = model.effects.iter().filter(|b| b.scatter.is_none());
+        let declared = model.parameters.iter().chain(blocks.flat_map(|b| &b.parameters));
+        let mut free: Vec<Free> = declared
+            .enumerate()
+            .filter(|(_, p)| !p.frozen)
+            .map(|(index, p)| Free {
+                index,
+                per: p.per,
+                min: p.min,
+                max: p.max,
+                typical: p.nominal.abs().max(1e-3),
+                addition: None,
+            })
+            .collect();
+        let mut scatter = model.effects.iter().find_map(|b| {
+            let per = b.scatter?;
+            Some(Scatter { per, sd: b.parameters.first()?.nominal.max(1e-4) })
+        });
+        for (number, addition) in additions.iter().enumerate() {
+            match addition {
+                Addition::Scatter(per) => scatter = Some(Scatter { per: *per, sd: 0.02 }),
+                Addition::Kind(kind, per) => {
+                    if let (Some(index), Some(spec)) = (index_of(kind), spec_of(kind)) {
+                        let first = world.add(LawRef::Listed(index), spec.parameters.len());
+                        for (i, p) in spec.parameters.iter().enumerate() {
+                            values.push(0.0);
+                            free.push(Free {
+                                index: first + i,
+                                per: *per,
+                                min: p.min,
+                                max: p.max,
+                                typical: p.typical,
+                                addition: Some(number),
+                            });
+                        }
+                    }
+                }
+                Addition::Law(table) => {
+                    let first = world.add(LawRef::Table(table.clone()), KNOTS);
+                    for i in 0..KNOTS {
+                        values.push(0.0);
+                        free.push(Free {
+                            index: first + i,
+                            per: Per::All,
+                            min: -100.0,
+                            max: 100.0,
+                            typical: 1.0,
+                            addition: Some(number),
+                        });
+                    }
+                }
+            }
+        }
+        Self {
+            world,
+            values,
+            free,
+            scatter,
+            additions: additions.to_vec(),
+            release: model.release,
+            groups: data.groups.len(),
+        }
+    }
+
+    /// Length of theta: the parameters that are common to all trajectories or to a group.
+    pub fn theta_len(&self) -> usize {
+        self.free.iter().map(|f| self.width(f)).sum()
+    }
+
+    /// Entries of theta that a free parameter takes.
+    pub fn width(&self, f: &Free) -> usize {
+        match f.per {
+            Per::All => 1,
+            Per::Group => self.groups,
+            Per::Trajectory => 0,
+        }
+    }
+
+    /// Entries of theta that belong to an addition.
+    pub fn range_of(&self, addition: usize) -> std::ops::Range<usize> {
+        let mut at = 0;
+        let (mut first, mut last) = (usize::MAX, 0);
+        for f in &self.free {
+            let width = self.width(f);
+            if f.addition == Some(addition) {
+                first = first.min(at);
+                last = at + width;
+            }
+            at += width;
+        }
+        if first == usize::MAX { at..at } else { first..last }
+    }
+
+    /// First entry of theta of the free world parameter `index`; `None` if it is frozen or each trajectory's own.
+    pub fn theta_of(&self, index: usize) -> Option<usize> {
+        let mut at = 0;
+        for f in &self.free {
+            if f.index == index {
+                return (self.width(f) > 0).then_some(at);
+            }
+            at += self.width(f);
+        }
+        None
+    }
+
+    /// Entries of theta that belong to the declared model: they come first.
+    pub fn range_of_declared(&self) -> usize {
+        self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()
+    }
+
+    /// Start values of theta: nominal for the declared model, `share` of the typical size for additions.
+    pub fn theta_start(&self, share: f64) -> Vec<f64> {
+        let mut theta = Vec::new();
+        for f in &self.free {
+            let value = match f.addition {
+                None => self.values[f.index],
+                Some(_) => share * f.typical,
+            };
+            theta.extend(std::iter::repeat_n(value.clamp(f.min, f.max), self.width(f)));
+        }
+        theta
+    }
+
+    /// Bounds of each entry of theta.
+    pub fn bounds(&self) -> Vec<(f64, f64)> {
+        self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
+    }
+
+    /// The model file of this hypothesis at `theta` with 95 % intervals `ci95`.
+    pub fn to_model(&self, model: &Model, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Model {
+        let mut out = model.clone();
+        let mut at = 0;
+        let mut put = |f: &Free, p: &mut Parameter| {
+            match f.per {
+                Per::All => {
+                    p.nominal = theta[at];
+                    p.ci95 = ci95.get(at).copied();
+                }
+                Per::Group => {
+                    p.per = Per::Group;
+                    p.groups = data.groups.iter().cloned().zip(theta[at..].iter().copied()).collect();
+                    p.nominal = theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
+                }
+                Per::Trajectory => {}
+            }
+            at += self.width(f);
+        };
+        let declared = out.parameters.len();
+        for f in self.free.iter().filter(|f| f.addition.is_none()) {
+            if f.index < declared {
+                put(f, &mut out.parameters[f.index]);
+            } else {
+                let flat =
+                    out.effects.iter_mut().filter(|b| b.scatter.is_none()).flat_map(|b| &mut b.parameters);
+                if let Some(p) = flat.into_iter().nth(f.index - declared) {
+                    put(f, p);
+                }
+            }
+        }
+        for (number, addition) in self.additions.iter().enumerate() {
+            let specs = spec_of(addition.kind()).map_or(&[][..], |s| s.parameters);
+            let blank = |name: String, min: f64, max: f64| Parameter {
+                name,
+                nominal: 0.0,
+                min,
+                max,
+                frozen: false,
+                per: Per::All,
+                ci95: None,
+                groups: Vec::new(),
+            };
+            let mut block = EffectBlock {
+                kind: addition.kind().into(),
+                scatter: None,
+                table: None,
+                parameters: specs.iter().map(|s| blank(s.name.into(), s.min, s.max)).collect(),
+            };
+            match addition {
+                Addition::Scatter(per) => {
+                    block.scatter = Some(*per);
+                    block.parameters[0].nominal = self.scatter.map_or(0.0, |s| s.sd);
+                }
+                Addition::Law(table) => {
+                    block.table = Some(table.clone());
+                    block.parameters = (0..KNOTS).map(|i| blank(format!("knot{i}"), -100.0, 100.0)).collect();
+                }
+                Addition::Kind(..) => {}
+            }
+            for (f, p) in self.free.iter().filter(|f| f.addition == Some(number)).zip(&mut block.parameters) {
+                put(f, p);
+            }
+            out.effects.push(block);
+        }
+        if let (Some(s), Some(b)) = (self.scatter, out.effects.iter_mut().find(|b| b.scatter.is_some())) {
+            b.parameters[0].nominal = s.sd;
+        }
+        out
+    }
+}

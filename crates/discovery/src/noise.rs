@@ -1,0 +1,344 @@
+//! What the sensor adds, estimated from the data alone.
+//!
+//! Between impacts every mechanical effect is smooth: it lies in the space of polynomials of low degree over an arc, and the
+//! orthogonal complement is pure noise. Its scale, its autocorrelation and its growth with speed (jitter of the time stamps)
+//! are found by restricted maximum likelihood (Patterson and Thompson 1971).
+
+use crate::linear::Square;
+use crate::record::Measured;
+use rayon::prelude::*;
+
+/// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
+const ENOUGH: f64 = 16.0;
+/// Residuals beyond this many standard deviations are masked.
+const OUTLIER: f64 = 5.5;
+/// Ratio of declared to estimated noise from which the declared one is a tolerance.
+const TOLERANCE: f64 = 20.0;
+/// Samples that are enough to estimate the correlation: more cost time and change nothing.
+const MOST_SAMPLES: usize = 8000;
+
+/// The noise of a data set.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Noise {
+    /// Standard deviation by channel, m.
+    pub sd_m: Vec<f64>,
+    /// Correlation of neighbouring samples.
+    pub correlation: f64,
+    /// Standard deviation of the time stamps, s.
+    pub jitter_s: f64,
+    /// Findings by kind.
+    pub findings: Vec<&'static str>,
+    /// Masked samples.
+    pub outliers: usize,
+    /// Degrees of freedom of the estimate.
+    pub freedom: f64,
+}
+
+/// One arc of one channel.
+struct Arc {
+    channel: usize,
+    y: Vec<f64>,
+    basis: Vec<Vec<f64>>,
+    speed: Vec<f64>,
+    linked: Vec<bool>,
+    /// Record and samples.
+    place: (usize, Vec<usize>),
+}
+
+fn legendre(u: f64, p: usize) -> Vec<f64> {
+    let mut l = vec![1.0, u];
+    for i in 2..p {
+        let k = i as f64;
+        l.push(((2.0 * k - 1.0) * u * l[i - 1] - (k - 1.0) * l[i - 2]) / k);
+    }
+    l.truncate(p);
+    l
+}
+
+impl Arc {
+    fn new(
+        times: &[f64],
+        y: &[f64],
+        linked: &[bool],
+        samples: Vec<usize>,
+        channel: usize,
+        record: usize,
+    ) -> Option<Self> {
+        let p = (samples.len() / 5).clamp(4, 6);
+        if samples.len() < p + 3 {
+            return None;
+        }
+        let (a, b) = (times[samples[0]], times[samples[samples.len() - 1]]);
+        let basis: Vec<_> =
+            samples.iter().map(|&k| legendre(2.0 * (times[k] - a) / (b - a) - 1.0, p)).collect();
+        let mut arc = Arc {
+            channel,
+            y: samples.iter().map(|&k| y[k]).collect(),
+            basis,
+            speed: Vec::new(),
+            linked: samples
+                .iter()
+                .enumerate()
+                .map(|(i, &k)| i > 0 && linked[k] && samples[i - 1] + 1 == k)
+                .collect(),
+            place: (record, samples),
+        };
+        let fitted: Vec<f64> = arc.y.iter().zip(arc.residuals()).map(|(y, r)| y - r).collect();
+        let n = fitted.len();
+        arc.speed = (0..n)
+            .map(|i| {
+                let (low, high) = (i.saturating_sub(1), (i + 1).min(n - 1));
+                let s = &arc.place.1;
+                ((fitted[high] - fitted[low]) / (times[s[high]] - times[s[low]])).abs()
+            })
+            .collect();
+        Some(arc)
+    }
+
+    /// Ordinary least-squares residuals.
+    fn residuals(&self) -> Vec<f64> {
+        let p = self.basis[0].len();
+        let mut h = Square::zero(p);
+        let mut g = vec![0.0; p];
+        for (row, y) in self.basis.iter().zip(&self.y) {
+            for i in 0..p {
+                g[i] += row[i] * y;
+                for j in 0..p {
+                    *h.at_mut(i, j) += row[i] * row[j];
+                }
+            }
+        }
+        h.cholesky().solve(&mut g);
+        let fit = |row: &[f64]| row.iter().zip(&g).map(|(a, b)| a * b).sum::<f64>();
+        self.basis.iter().zip(&self.y).map(|(row, y)| y - fit(row)).collect()
+    }
+
+    /// Residual sum of squares, ln|V| + ln|X'V⁻¹X|, and degrees of freedom for correlation `rho` and relative growth
+    /// `jitter/sd` of the noise with speed.
+    fn restricted(&self, rho: f64, growth: f64) -> (f64, f64, f64) {
+        let p = self.basis[0].len();
+        let scale: Vec<f64> = self.speed.iter().map(|v| (1.0 + (growth * v).powi(2)).sqrt()).collect();
+        let innovation = 1.0 / (1.0 - rho * rho).sqrt();
+        let mut h = Square::zero(p + 1);
+        let (mut log_v, mut row) = (0.0, vec![0.0; p + 1]);
+        for k in 0..self.y.len() {
+            log_v += 2.0 * scale[k].ln();
+            let value = |k: usize, i: usize| if i < p { self.basis[k][i] } else { self.y[k] } / scale[k];
+            for (i, r) in row.iter_mut().enumerate() {
+                *r = value(k, i);
+                if self.linked[k] {
+                    *r = (*r - rho * value(k - 1, i)) * innovation;
+                }
+            }
+            if self.linked[k] {
+                log_v += (1.0 - rho * rho).ln();
+            }
+            for i in 0..=p {
+                for j in 0..=i {
+                    *h.at_mut(i, j) += row[i] * row[j];
+                }
+            }
+        }
+        for i in 0..=p {
+            for j in 0..i {
+                *h.at_mut(j, i) = h.at(i, j);
+            }
+        }
+        let x = h.sub(&(0..p).collect::<Vec<_>>()).cholesky();
+        let mut g: Vec<f64> = (0..p).map(|i| h.at(i, p)).collect();
+        x.forward(&mut g);
+        let rss = h.at(p, p) - g.iter().map(|v| v * v).sum::<f64>();
+        (rss, log_v + x.log_det, (self.y.len() - p) as f64)
+    }
+}
+
+/// -2 ln restricted likelihood with the scale of each channel profiled out.
+fn criterion(arcs: &[&Arc], channels: usize, rho: f64, growth: f64) -> f64 {
+    let parts: Vec<_> = arcs.par_iter().map(|a| a.restricted(rho, growth)).collect();
+    let (mut rss, mut freedom, mut total) = (vec![0.0; channels], vec![0.0; channels], 0.0);
+    for (arc, (r, logs, f)) in arcs.iter().zip(parts) {
+        rss[arc.channel] += r;
+        freedom[arc.channel] += f;
+        total += logs;
+    }
+    total
+        + rss
+            .iter()
+            .zip(&freedom)
+            .filter(|(_, f)| **f > 0.0)
+            .map(|(r, f)| f * ((r / f).max(1e-300).ln() + 1.0))
+            .sum::<f64>()
+}
+
+/// Smallest value of a function on an interval by golden sections.
+fn golden(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, rounds: usize) -> (f64, f64) {
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut fa, mut fb) = (f(a), f(b));
+    for _ in 0..rounds {
+        if fa < fb {
+            high = b;
+            (b, fb) = (a, fa);
+            a = high - ratio * (high - low);
+            fa = f(a);
+        } else {
+            low = a;
+            (a, fa) = (b, fb);
+            b = low + ratio * (high - low);
+            fb = f(b);
+        }
+    }
+    if fa < fb { (a, fa) } else { (b, fb) }
+}
+
+/// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample.
+pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise {
+    let channels = data.axes.count();
+    let mut masked: Vec<Vec<Vec<bool>>> = data
+        .records
+        .iter()
+        .map(|r| r.y.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
+        .collect();
+    let mut sd = vec![0.0; channels];
+    let mut outliers = 0;
+    let mut arcs = Vec::new();
+    for round in 0..3 {
+        arcs = collect(data, &masked);
+        let residuals: Vec<Vec<f64>> = arcs.iter().map(Arc::residuals).collect();
+        for (channel, sd) in sd.iter_mut().enumerate() {
+            // First by the median, which outliers do not move; then by the sum of squares of what is left.
+            let mine = || arcs.iter().zip(&residuals).filter(|(a, _)| a.channel == channel);
+            let freedom: f64 = mine().map(|(a, _)| (a.y.len() - a.basis[0].len()) as f64).sum();
+            let samples: f64 = mine().map(|(a, _)| a.y.len() as f64).sum();
+            *sd = if round == 0 {
+                let mut all: Vec<f64> = mine().flat_map(|(_, r)| r.iter().map(|v| v.abs())).collect();
+                1.4826 * crate::statistics::median(&mut all) * (samples / freedom.max(1.0)).sqrt()
+            } else {
+                (mine().flat_map(|(_, r)| r.iter().map(|v| v * v)).sum::<f64>() / freedom.max(1.0)).sqrt()
+            };
+        }
+        if round == 2 {
+            break;
+        }
+        for (arc, r) in arcs.iter().zip(&residuals) {
+            let worst = r.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            for (i, v) in r.iter().enumerate() {
+                // An outlier pulls its neighbours' residuals: in the first round only the worst of an arc goes.
+                let worst_here = worst.is_some_and(|w| w.0 == i);
+                if v.abs() > OUTLIER * sd[arc.channel] && (worst_here || round > 0) {
+                    masked[arc.place.0][arc.channel][arc.place.1[i]] = true;
+                    outliers += 1;
+                }
+            }
+        }
+    }
+    let total_samples: usize = arcs.iter().map(|a| a.y.len()).sum();
+    let stride = total_samples.div_ceil(MOST_SAMPLES).max(1);
+    let some: Vec<&Arc> = arcs.iter().step_by(stride).collect();
+    let plain = criterion(&some, channels, 0.0, 0.0);
+    let smallest = sd.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+    let top = 0.004 / smallest.max(1e-9);
+    let (mut rho, mut growth) = (0.0, 0.0);
+    let by_rho = golden(|r| criterion(&some, channels, r, 0.0), -0.4, 0.95, 14);
+    let by_growth = golden(|g| criterion(&some, channels, 0.0, g), 0.0, top, 14);
+    if plain - by_rho.1.min(by_growth.1) > ENOUGH {
+        if by_rho.1 < by_growth.1 {
+            rho = by_rho.0;
+            let second = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14);
+            if by_rho.1 - second.1 > ENOUGH {
+                growth = second.0;
+                rho = golden(|r| criterion(&some, channels, r, growth), -0.4, 0.95, 14).0;
+            }
+        } else {
+            growth = by_growth.0;
+            let second = golden(|r| criterion(&some, channels, r, growth), -0.4, 0.95, 14);
+            if by_growth.1 - second.1 > ENOUGH {
+                rho = second.0;
+                growth = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14).0;
+            }
+        }
+    }
+    let mut freedom = 0.0;
+    for (channel, sd) in sd.iter_mut().enumerate() {
+        let (mut rss, mut f) = (0.0, 0.0);
+        for (r, _, free) in arcs.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth)) {
+            rss += r;
+            f += free;
+        }
+        freedom += f;
+        *sd = if f > 0.0 { (rss / f).sqrt() } else { declared_sd_m.unwrap_or(1e-3) };
+        // Data without noise: six printed digits of metres are the finest that anything is judged by.
+        *sd = sd.max(1e-6);
+    }
+    // Data made by a program have next to no noise. A declared deviation far above what they show is a tolerance: how
+    // closely the model is asked to agree.
+    let tolerance = declared_sd_m.filter(|d| sd.iter().all(|s| s * TOLERANCE < *d));
+    if let Some(declared) = tolerance {
+        sd.fill(declared);
+        (rho, growth) = (0.0, 0.0);
+    }
+    let mut findings = Vec::new();
+    if let Some(declared) = declared_sd_m.filter(|_| tolerance.is_none()) {
+        let ratio = (sd.iter().map(|s| s * s).sum::<f64>() / channels as f64).sqrt() / declared;
+        if ratio.ln().abs() > 0.03 && ratio.ln().abs() * (2.0 * freedom).sqrt() > 4.0 {
+            findings.push("noise-scale");
+        }
+    }
+    if rho != 0.0 {
+        findings.push("noise-autocorrelated");
+    }
+    let jitter_s = growth * smallest;
+    if growth > 0.0 {
+        findings.push("timing-jitter");
+    }
+    let expected = 1e-4 * total_samples as f64;
+    if outliers as f64 > expected + 3.0 * expected.sqrt().max(0.5) {
+        findings.push("outliers");
+    }
+    weigh(data, &arcs, &masked, &sd, growth);
+    Noise { sd_m: sd, correlation: rho, jitter_s, findings, outliers, freedom }
+}
+
+fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
+    let mut arcs = Vec::new();
+    for (j, r) in data.records.iter().enumerate() {
+        for range in &r.arcs {
+            for (channel, y) in r.y.iter().enumerate() {
+                let samples: Vec<usize> = range.clone().filter(|&k| !masked[j][channel][k]).collect();
+                arcs.extend(Arc::new(&r.times, y, &r.linked, samples, channel, j));
+            }
+        }
+    }
+    arcs
+}
+
+fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
+    let mut speeds: Vec<Vec<Vec<f64>>> =
+        data.records.iter().map(|r| r.y.iter().map(|c| vec![f64::NAN; c.len()]).collect()).collect();
+    for arc in arcs {
+        for (&k, v) in arc.place.1.iter().zip(&arc.speed) {
+            speeds[arc.place.0][arc.channel][k] = *v;
+        }
+    }
+    for (j, r) in data.records.iter_mut().enumerate() {
+        r.weight = (0..r.y.len())
+            .map(|c| {
+                let known = &speeds[j][c];
+                // Samples near impacts have the speed of the nearest sample of an arc.
+                let mut last = known.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+                (0..r.times.len())
+                    .map(|k| {
+                        if known[k].is_finite() {
+                            last = known[k];
+                        }
+                        if masked[j][c][k] {
+                            0.0
+                        } else {
+                            1.0 / (sd[c] * (1.0 + (growth * last).powi(2)).sqrt())
+                        }
+                    })
+                    .collect()
+            })
+            .collect();
+    }
+}

@@ -1,0 +1,47 @@
+//! What a caller may choose, and what a caller is told on the way.
+
+/// Choices of a discovery.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Seed of the split, the bootstrap and the replicates.
+    pub seed: u64,
+    /// Share of the trajectories that fits may see.
+    pub train_share: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { seed: 0, train_share: 0.7 }
+    }
+}
+
+/// How far a discovery is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Noise and impacts.
+    Noise,
+    /// Calibration of the declared parameters.
+    Calibration,
+    /// Search over the library.
+    Search,
+    /// Tests of the best model.
+    Adequacy,
+    /// Laws that are not in the library.
+    Unlisted,
+    /// Errors before and after.
+    Errors,
+}
+
+impl Progress {
+    /// The step in words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Progress::Noise => "finding impacts and estimating the noise",
+            Progress::Calibration => "calibrating the declared parameters",
+            Progress::Search => "fitting candidate effects",
+            Progress::Adequacy => "testing what the best model leaves",
+            Progress::Unlisted => "looking for a law outside the library",
+            Progress::Errors => "measuring errors on held-out trajectories",
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! One measured trajectory, ready for fits.
+
+use crate::DiscoveryError;
+use augsim_data::Dataset;
+use augsim_physics::ball::{Axes, Covariates};
+
+/// One trajectory: times, positions by channel, and what is known about the whole of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    /// Seconds since the release; only samples that enter fits.
+    pub times: Vec<f64>,
+    /// `y[channel][sample]`, m; NaN where not measured.
+    pub y: Vec<Vec<f64>>,
+    /// `weight[channel][sample]` = 1/σ, 1/m; 0 where not measured or masked.
+    pub weight: Vec<Vec<f64>>,
+    /// Whether sample k follows sample k-1 without a gap (for autocorrelated noise).
+    pub linked: Vec<bool>,
+    pub covariates: Covariates,
+    pub radius_m: Option<f64>,
+    pub group: usize,
+    /// Rough impact times, s.
+    pub impacts: Vec<f64>,
+    /// Sample ranges of the arcs between impacts, margins left out.
+    pub arcs: Vec<std::ops::Range<usize>>,
+    /// Speed ratios at the rough impacts.
+    pub ratios: Vec<f64>,
+    /// Rough position and velocity at the start time.
+    pub start: ([f64; 3], [f64; 3]),
+}
+
+/// All trajectories of a data set with what they have in common.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub name: String,
+    pub axes: Axes,
+    pub records: Vec<Record>,
+    pub groups: Vec<String>,
+    pub has_spin: bool,
+    pub has_start_time: bool,
+}
+
+impl Measured {
+    /// Takes the columns that the ball world knows from a data set; others are ignored.
+    pub fn from_dataset(data: &Dataset) -> Result<Self, DiscoveryError> {
+        let name = data.origin().to_string();
+        let (axes, columns) =
+            channels(data).ok_or_else(|| DiscoveryError::NoPosition { data: name.clone() })?;
+        let indices = columns.iter().map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()?;
+        for (column, &i) in columns.iter().zip(&indices) {
+            let mut seen =
+                data.trajectories().iter().flat_map(|t| t.column(i)).copied().filter(|v| v.is_finite());
+            let first = seen.next();
+            if first.is_none() || seen.all(|v| Some(v) == first) {
+                let column = column.to_string();
+                return Err(DiscoveryError::Constant { data: name, column });
+            }
+        }
+        let constant = |column: &str, t: &augsim_data::Trajectory| {
+            let i = data.column_index(column).ok()?;
+            t.column(i).iter().copied().find(|v| v.is_finite())
+        };
+        let start_times: Vec<_> =
+            data.trajectories().iter().filter_map(|t| constant("start_time_s", t)).collect();
+        let has_start_time = start_times.len() == data.trajectories().len() && !start_times.is_empty();
+        let clock_reference_s =
+            if has_start_time { start_times.iter().sum::<f64>() / start_times.len() as f64 } else { 0.0 };
+        let mut groups: Vec<String> =
+            data.trajectories().iter().filter_map(|t| t.group().map(String::from)).collect();
+        groups.sort();
+        groups.dedup();
+        let mut records = Vec::new();
+        for t in data.trajectories() {
+            let covariates = Covariates {
+                clock_s: constant("start_time_s", t).map_or(0.0, |s| s - clock_reference_s),
+                spin_rad_s: [
+                    constant("spin_x_rad_s", t).unwrap_or(0.0),
+                    constant("spin_rad_s", t).or(constant("spin_y_rad_s", t)).unwrap_or(0.0),
+                    constant("spin_z_rad_s", t).unwrap_or(0.0),
+                ],
+            };
+            let group = t.group().and_then(|g| groups.iter().position(|x| x == g));
+            records.push(Record {
+                times: t.time_s().to_vec(),
+                y: indices.iter().map(|&i| t.column(i).to_vec()).collect(),
+                weight: Vec::new(),
+                linked: Vec::new(),
+                covariates,
+                radius_m: constant("radius_m", t),
+                group: group.unwrap_or(0),
+                impacts: Vec::new(),
+                arcs: Vec::new(),
+                ratios: Vec::new(),
+                start: ([0.0; 3], [0.0; 3]),
+            });
+        }
+        if groups.is_empty() {
+            groups.push(String::new());
+        }
+        let has_spin = records.iter().any(|r| r.covariates.spin_rad_s != [0.0; 3]);
+        Ok(Self { name, axes, records, groups, has_spin, has_start_time })
+    }
+
+    /// The same description with no records.
+    pub fn without_records(&self) -> Self {
+        Self { name: self.name.clone(), groups: self.groups.clone(), records: Vec::new(), ..*self }
+    }
+
+    /// Whether any trajectory shows an impact.
+    pub fn has_impacts(&self) -> bool {
+        self.records.iter().any(|r| !r.impacts.is_empty())
+    }
+}
+
+fn channels(data: &Dataset) -> Option<(Axes, &'static [&'static str])> {
+    let has = |c: &str| data.has_column(c);
+    if has("x_m") && has("y_m") && has("z_m") {
+        Some((Axes::Space, &["x_m", "y_m", "z_m"]))
+    } else if has("x_m") && has("z_m") {
+        Some((Axes::Plane, &["x_m", "z_m"]))
+    } else if has("height_m") {
+        Some((Axes::Vertical, &["height_m"]))
+    } else if has("z_m") {
+        Some((Axes::Vertical, &["z_m"]))
+    } else {
+        None
+    }
+}

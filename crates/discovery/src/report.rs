@@ -1,0 +1,483 @@
+//! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
+
+use crate::adequacy::Adequacy;
+use crate::discover::{passes, per_group};
+use crate::experiment::next_experiment;
+use crate::fit::Fit;
+use crate::hypothesis::{Addition, Hypothesis, KNOTS};
+use crate::noise::Noise;
+use crate::result::*;
+use crate::search::{Found, Judged, Search, labels};
+use augsim_physics::ball::BASE_PARAMETERS;
+use augsim_physics::effects::{Table, spec_of};
+use augsim_physics::model::{Model, Per};
+use std::collections::BTreeMap;
+
+/// Odds of 100:1 in total criterion, below which an alternative is as good.
+const AMBIGUOUS_TOTAL: f64 = 9.2;
+/// The same on the training part alone.
+const AMBIGUOUS_TRAIN: f64 = 4.6;
+
+/// Everything that the result is made of.
+pub(crate) struct Parts<'a> {
+    pub model: &'a Model,
+    pub search: &'a Search<'a>,
+    pub noise: &'a Noise,
+    pub found: &'a Found,
+    pub base: &'a Judged,
+    pub best: &'a Judged,
+    /// The best model fitted to all trajectories.
+    pub full: &'a Fit,
+    pub tests: &'a Adequacy,
+    pub verdict: Verdict,
+    pub severe: bool,
+    pub error: ErrorTable,
+    pub anatomy: Anatomy,
+    pub seconds: f64,
+}
+
+/// Name and unit of each free parameter, and of which addition.
+fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
+    let declared_effects: Vec<_> = model.effects.iter().filter(|b| b.scatter.is_none()).collect();
+    h.free
+        .iter()
+        .map(|f| match f.addition.map(|n| (n, &h.additions[n])) {
+            None if f.index < BASE_PARAMETERS.len() => {
+                let name = BASE_PARAMETERS[f.index];
+                let unit = match name {
+                    "gravity_m_s2" => "m/s²",
+                    "radius_m" => "m",
+                    _ => "",
+                };
+                (name.to_string(), unit.to_string())
+            }
+            None => {
+                let flat = declared_effects.iter().flat_map(|b| b.parameters.iter().map(move |p| (b, p)));
+                let (block, p) = match flat.into_iter().nth(f.index - BASE_PARAMETERS.len()) {
+                    Some(found) => found,
+                    None => return (String::new(), String::new()),
+                };
+                let unit = spec_of(&block.kind)
+                    .and_then(|s| s.parameters.iter().find(|q| q.name == p.name))
+                    .map_or("", |q| q.unit);
+                (format!("{}.{}", block.kind, p.name), unit.into())
+            }
+            Some((number, addition)) => {
+                let first = h.free.iter().position(|g| g.addition == Some(number)).unwrap_or(0);
+                let k = f.index - h.free[first].index;
+                match (addition, spec_of(addition.kind()).and_then(|s| s.parameters.get(k))) {
+                    (Addition::Law(t), _) => (format!("knot{k}"), t.target.unit().into()),
+                    (_, Some(p)) => (p.name.into(), p.unit.into()),
+                    _ => (String::new(), String::new()),
+                }
+            }
+        })
+        .collect()
+}
+
+/// Estimates of the free parameters of one addition, or of the declared model.
+fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
+    let h = &fit.hypothesis;
+    let (ci, all) = (fit.ci95(), names(parts.model, h));
+    let covariance = fit.covariance();
+    let mut out = BTreeMap::new();
+    let mut at = 0;
+    for (i, f) in h.free.iter().enumerate() {
+        let width = h.width(f);
+        if f.addition == addition && width > 0 {
+            let (name, unit) = all[i].clone();
+            let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
+            if per_group(h, i) {
+                let values = &fit.theta[at..at + width];
+                let n = width as f64;
+                let mean = values.iter().sum::<f64>() / n;
+                let variance: f64 = (at..at + width)
+                    .flat_map(|a| (at..at + width).map(move |b| (a, b)))
+                    .map(|(a, b)| covariance.at(a, b))
+                    .sum();
+                let half = 1.96 * variance.max(0.0).sqrt() / n;
+                e.value = mean;
+                e.ci95 = [mean - half, mean + half];
+                e.groups =
+                    parts.search.train.data.groups.iter().cloned().zip(values.iter().copied()).collect();
+            }
+            out.insert(name, e);
+        }
+        at += width;
+    }
+    if let (Some(number), Some(scatter)) = (addition, h.scatter)
+        && matches!(h.additions[number], Addition::Scatter(_))
+    {
+        // Standard error of a standard deviation from as many draws as there are offsets.
+        let draws: f64 = parts
+            .search
+            .train
+            .data
+            .records
+            .iter()
+            .map(|r| match scatter.per {
+                augsim_physics::effects::ScatterPer::Impact => r.impacts.len() as f64,
+                augsim_physics::effects::ScatterPer::Trajectory => 1.0,
+            })
+            .sum();
+        let half = 1.96 * scatter.sd / (2.0 * draws.max(1.0)).sqrt();
+        out.insert(
+            "sd".into(),
+            Estimate {
+                value: scatter.sd,
+                ci95: [(scatter.sd - half).max(0.0), scatter.sd + half],
+                unit: String::new(),
+                groups: BTreeMap::new(),
+            },
+        );
+    }
+    out
+}
+
+/// Kinds of a set, sorted.
+pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
+    let mut k: Vec<String> = additions
+        .iter()
+        .map(|a| match a {
+            Addition::Law(_) | Addition::Kind(_, Per::Group) => a.label(),
+            _ => a.kind().to_string(),
+        })
+        .collect();
+    k.sort();
+    k
+}
+
+fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
+    let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Law(_)));
+    if parts.best.additions().is_empty() || tabulated {
+        return Vec::new();
+    }
+    let best = parts.best;
+    let mine = kinds(best.additions());
+    let mut out: Vec<Vec<String>> = Vec::new();
+    for j in &parts.found.pool {
+        let theirs = kinds(j.additions());
+        let superset = mine.iter().all(|k| theirs.contains(k));
+        let close =
+            j.total() - best.total() < AMBIGUOUS_TOTAL || j.criterion - best.criterion < AMBIGUOUS_TRAIN;
+        if close
+            && !superset
+            && theirs.len() <= mine.len() + 1
+            && !theirs.is_empty()
+            && !out.contains(&theirs)
+        {
+            out.push(theirs);
+        }
+    }
+    out
+}
+
+fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
+    let (base, best) = (parts.base, parts.best);
+    let mut out: Vec<Candidate> = Vec::new();
+    let mut list: Vec<&Judged> = parts.found.tried.iter().filter(|j| !j.additions().is_empty()).collect();
+    if !list.iter().any(|j| j.additions() == best.additions()) && !best.additions().is_empty() {
+        list.insert(0, best);
+    }
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    for j in list {
+        let key = labels(j.additions());
+        if seen.contains(&key) {
+            continue;
+        }
+        seen.push(key);
+        let pooled =
+            parts.found.pool.iter().find(|p| labels(p.additions()) == labels(j.additions())).unwrap_or(j);
+        let gain = 2.0 * (j.fit.ll - base.fit.ll);
+        let penalty: f64 = j.additions().iter().map(|a| parts.search.penalty(a)).sum();
+        let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b);
+        let chosen = labels(j.additions()) == labels(best.additions());
+        let why = if chosen {
+            "chosen: best on training and held-out trajectories together".to_string()
+        } else if gain < penalty {
+            format!("gain {gain:.1} does not pay for its penalty {penalty:.1}")
+        } else if heldout_gain.is_some_and(|g| g <= 0.0) {
+            "gains on the training trajectories only".to_string()
+        } else {
+            let worse = j.criterion - best.criterion;
+            let them = if best.additions().is_empty() {
+                "the calibrated model".into()
+            } else {
+                kinds(best.additions()).join(" + ")
+            };
+            if worse > 0.0 {
+                format!("fits worse than {them} by {worse:.1}")
+            } else {
+                format!("worse than {them} on held-out trajectories")
+            }
+        };
+        let mut parameters = BTreeMap::new();
+        for (n, a) in j.additions().iter().enumerate() {
+            for (name, e) in estimates(parts, &j.fit, Some(n)) {
+                parameters.insert(format!("{}.{name}", a.kind()), e);
+            }
+        }
+        out.push(Candidate {
+            kinds: kinds(j.additions()),
+            parameters,
+            gain,
+            penalty,
+            heldout_gain,
+            fitted: true,
+            chosen,
+            why,
+        });
+    }
+    out.sort_by(|a, b| {
+        (b.chosen, b.gain - b.penalty)
+            .partial_cmp(&(a.chosen, a.gain - a.penalty))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    for s in &parts.found.base_scores {
+        let label = vec![s.addition.kind().to_string()];
+        if out.iter().any(|c| c.kinds == label) {
+            continue;
+        }
+        let specs = spec_of(s.addition.kind()).map_or(&[][..], |s| s.parameters);
+        let parameters = specs
+            .iter()
+            .zip(s.estimate.iter().zip(&s.sd))
+            .filter(|_| s.rank > 0.0)
+            .map(|(p, (v, sd))| {
+                let e = Estimate {
+                    value: *v,
+                    ci95: [v - 1.96 * sd, v + 1.96 * sd],
+                    unit: p.unit.into(),
+                    groups: BTreeMap::new(),
+                };
+                (format!("{}.{}", s.addition.kind(), p.name), e)
+            })
+            .collect();
+        let penalty = parts.search.penalty(&s.addition);
+        out.push(Candidate {
+            kinds: label,
+            parameters,
+            gain: s.statistic,
+            penalty,
+            heldout_gain: None,
+            fitted: false,
+            chosen: false,
+            why: if s.rank == 0.0 {
+                "cannot be seen in these data".into()
+            } else {
+                format!("score {:.1} is no sign of it", s.statistic)
+            },
+        });
+    }
+    out
+}
+
+fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
+    let best = parts.best;
+    let whole = 2.0 * (best.fit.ll - parts.base.fit.ll);
+    let additions = best.additions();
+    let mut out: Vec<FoundEffect> = Vec::new();
+    for (n, a) in additions.iter().enumerate() {
+        if matches!(a, Addition::Law(_)) {
+            continue;
+        }
+        let mut rest = additions.to_vec();
+        rest.remove(n);
+        let without = match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(&rest)) {
+            Some(j) => j.fit.ll,
+            None => parts.search.refit(&best.fit, &rest, &[]).fit.ll,
+        };
+        let spec = spec_of(a.kind());
+        out.push(FoundEffect {
+            kind: a.kind().into(),
+            stands_for: spec.map_or(Vec::new(), |s| s.stands_for.iter().map(|s| s.to_string()).collect()),
+            parameters: estimates(parts, parts.full, Some(n)),
+            share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
+            per: match a {
+                Addition::Scatter(per) => Some(per.name().into()),
+                _ => None,
+            },
+        });
+    }
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out
+}
+
+/// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
+fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
+    let n = values.len();
+    let x: Vec<f64> =
+        (0..n).map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64).collect();
+    let weight: Vec<f64> = sd.iter().map(|s| 1.0 / (s * s).max(1e-18)).collect();
+    let name = table.against.name();
+    type Shape<'s> = (String, Box<dyn Fn(f64) -> f64 + 's>);
+    let mut shapes: Vec<Shape<'_>> = vec![
+        (name.to_string(), Box::new(|v| v)),
+        (format!("{name}²"), Box::new(|v| v * v)),
+        (format!("1/{name}"), Box::new(|v| if v.abs() > 1e-3 { 1.0 / v } else { f64::NAN })),
+        (format!("sqrt|{name}|"), Box::new(|v: f64| v.abs().sqrt())),
+        (format!("|{name}|"), Box::new(|v: f64| v.abs())),
+    ];
+    for i in 0..n - 1 {
+        let edge = 0.5 * (x[i] + x[i + 1]);
+        shapes.push((format!("step({name} > {edge:.3})"), Box::new(move |v| f64::from(u8::from(v > edge)))));
+    }
+    let mut best: Option<(f64, String)> = None;
+    for (label, f) in shapes {
+        let basis: Vec<f64> = x.iter().map(|&v| f(v)).collect();
+        if basis.iter().any(|b| !b.is_finite()) {
+            continue;
+        }
+        let sum = |g: &dyn Fn(usize) -> f64| (0..n).map(|i| weight[i] * g(i)).sum::<f64>();
+        let (w, b, bb) = (sum(&|_| 1.0), sum(&|i| basis[i]), sum(&|i| basis[i] * basis[i]));
+        let (y, by) = (sum(&|i| values[i]), sum(&|i| basis[i] * values[i]));
+        let det = w * bb - b * b;
+        if det <= 1e-12 * w * bb {
+            continue;
+        }
+        let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
+        let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
+        if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
+            best =
+                Some((misfit, format!("{} {} {offset:+.4} {slope:+.4} {label}", table.target.name(), "+=")));
+        }
+    }
+    best.map_or_else(String::new, |b| b.1)
+}
+
+fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
+    let fit = parts.full;
+    let h = &fit.hypothesis;
+    let (covariance, theta) = (fit.covariance(), &fit.theta);
+    for (n, a) in h.additions.iter().enumerate() {
+        if let Addition::Law(table) = a {
+            let range = h.range_of(n);
+            let values = &theta[range.clone()];
+            let sd: Vec<f64> = range.map(|i| covariance.at(i, i).max(0.0).sqrt()).collect();
+            let step = (table.last - table.first) / (KNOTS - 1) as f64;
+            let rows = (0..KNOTS).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect();
+            return Some(Unexplained {
+                place: table.target.location().name().into(),
+                target: table.target.name().into(),
+                against: table.against.name().into(),
+                term: closed_term(table, values, &sd),
+                table: rows,
+            });
+        }
+    }
+    if !parts.severe {
+        return None;
+    }
+    let worst = parts
+        .tests
+        .law_scores
+        .iter()
+        .max_by(|a, b| (a.statistic - a.rank).total_cmp(&(b.statistic - b.rank)))?;
+    let Addition::Law(table) = &worst.addition else {
+        return None;
+    };
+    let step = (table.last - table.first) / (KNOTS - 1) as f64;
+    Some(Unexplained {
+        place: table.target.location().name().into(),
+        target: table.target.name().into(),
+        against: table.against.name().into(),
+        term: closed_term(table, &worst.estimate, &worst.sd),
+        table: (0..KNOTS).map(|i| [table.first + step * i as f64, worst.estimate[i], worst.sd[i]]).collect(),
+    })
+}
+
+fn sentence(
+    parts: &Parts<'_>,
+    effects: &[FoundEffect],
+    unexplained: &Option<Unexplained>,
+    alternatives: &[Vec<String>],
+) -> String {
+    let list = |e: &[FoundEffect]| {
+        let words: Vec<String> = e
+            .iter()
+            .map(|e| {
+                let p: Vec<String> = e
+                    .parameters
+                    .iter()
+                    .map(|(n, v)| format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]))
+                    .collect();
+                format!("{} ({})", e.kind, p.join(", "))
+            })
+            .collect();
+        words.join(" and ")
+    };
+    let error = &parts.error;
+    let gain = format!(
+        "error on held-out trajectories {:.2} mm after calibration, {:.2} mm with it, noise floor {:.2} mm",
+        1e3 * error.calibrated.rmse,
+        1e3 * error.augmented.rmse,
+        1e3 * error.noise_floor.rmse
+    );
+    let law = unexplained.as_ref().map_or_else(
+        || "the residual has structure that no law of one feature describes".to_string(),
+        |u| format!("{} depends on {} in a way that the library does not know", u.target, u.against),
+    );
+    match parts.verdict {
+        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
+        Verdict::Explained if !alternatives.is_empty() => format!(
+            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.",
+            list(effects),
+            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
+        ),
+        Verdict::Explained => format!("The model lacks {}; {gain}.", list(effects)),
+        Verdict::PartlyExplained => {
+            format!("The model lacks {}, and something else: {law}; {gain}.", list(effects))
+        }
+        Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
+    }
+}
+
+pub(crate) fn report(parts: Parts<'_>) -> Discovery {
+    let found_effects = effects(&parts);
+    let unexplained = unexplained(&parts);
+    let alternatives = alternatives(&parts);
+    let sentence = sentence(&parts, &found_effects, &unexplained, &alternatives);
+    let next_experiment = next_experiment(&parts, &alternatives, &unexplained);
+    let fit = parts.full;
+    let h = &fit.hypothesis;
+    let data = parts.search.train.data;
+    let covariance = fit.covariance();
+    let mut axis: Vec<String> = Vec::new();
+    for (f, (name, _)) in h.free.iter().zip(names(parts.model, h)) {
+        let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
+        axis.extend((0..h.width(f)).map(|g| {
+            if h.width(f) > 1 { format!("{of}{name}[{}]", data.groups[g]) } else { format!("{of}{name}") }
+        }));
+    }
+    let n = axis.len();
+    let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
+    let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
+    let noise = parts.noise;
+    let channels = noise.sd_m.len() as f64;
+    Discovery {
+        schema: SCHEMA.into(),
+        verdict: parts.verdict,
+        sentence,
+        effects: found_effects,
+        parameters: estimates(&parts, fit, None),
+        noise: NoiseFound {
+            sd: (noise.sd_m.iter().map(|s| s * s).sum::<f64>() / channels).sqrt(),
+            unit: "m".into(),
+            by_channel: noise.sd_m.clone(),
+            correlation: noise.correlation,
+            jitter_s: noise.jitter_s,
+            outliers: noise.outliers,
+            findings: noise.findings.iter().map(|f| f.to_string()).collect(),
+        },
+        alternatives,
+        unexplained,
+        next_experiment,
+        candidates: candidates(&parts),
+        anatomy: parts.anatomy.clone(),
+        tests: passes(parts.tests),
+        correlations: (axis, matrix),
+        model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
+        error: parts.error,
+        seconds: parts.seconds,
+    }
+}

@@ -1,0 +1,223 @@
+//! What a discovery found, as `result.json` has it.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Version of the format.
+pub const SCHEMA: &str = "augsim.discover/1";
+
+/// The answer in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The declared model, calibrated, leaves nothing but noise.
+    NothingToAdd,
+    /// Effects of the library account for the data.
+    Explained,
+    /// Effects of the library and a law that it does not have.
+    PartlyExplained,
+    /// Something is there that the library does not know.
+    Unknown,
+}
+
+/// A fitted value. For a parameter with one value per group, the mean over the groups, and `groups` has them all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    /// Values by group.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, f64>,
+}
+
+/// An effect that was added.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// Kind in the library.
+    pub kind: String,
+    /// What the same term may stand for, when one apparatus cannot tell.
+    pub stands_for: Vec<String>,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Share of the gain in likelihood that is lost without it.
+    pub share: f64,
+    /// For the scatter of restitution: `impact` or `trajectory`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per: Option<String>,
+}
+
+/// The sensor's noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseFound {
+    /// Standard deviation (of all channels together).
+    pub sd: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard deviation by channel.
+    pub by_channel: Vec<f64>,
+    /// Correlation of neighbouring samples.
+    pub correlation: f64,
+    /// Standard deviation of the time stamps, s.
+    pub jitter_s: f64,
+    /// Samples that were masked as outliers.
+    pub outliers: usize,
+    /// Findings by kind.
+    pub findings: Vec<String>,
+}
+
+/// A law that the library does not have, as far as the data show it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// `flight`, `impact` or `sensor`.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// What it changes.
+    pub target: String,
+    /// The feature it depends on.
+    pub against: String,
+    /// A closed term that fits the table best among constants, powers and steps.
+    pub term: String,
+    /// Knots and values of the tabulated law, with standard errors.
+    pub table: Vec<[f64; 3]>,
+}
+
+/// A candidate as it came out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// Kinds in the candidate, together.
+    pub kinds: Vec<String>,
+    /// Parameters of the candidate by `kind.name`; for one that was only tested, the one-step estimates.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Gain over the calibrated model in -2 ln likelihood, training part (the score statistic, if only tested).
+    pub gain: f64,
+    /// Penalty that the gain has to beat.
+    pub penalty: f64,
+    /// Gain in ln likelihood on the held-out part, if judged there.
+    pub heldout_gain: Option<f64>,
+    /// Whether it was fitted through the simulator, or only tested.
+    pub fitted: bool,
+    /// Whether it is the answer.
+    pub chosen: bool,
+    /// Why it is the answer, or why it lost.
+    pub why: String,
+}
+
+/// A root mean square error with its interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rmse {
+    /// The error.
+    pub rmse: f64,
+    /// 95 % interval over trajectories.
+    pub ci95: [f64; 2],
+}
+
+/// Forecast errors on held-out trajectories.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorTable {
+    /// Unit.
+    pub unit: String,
+    /// How many trajectories.
+    pub heldout_trajectories: usize,
+    /// The model as declared.
+    pub declared: Rmse,
+    /// After calibration of the declared parameters.
+    pub calibrated: Rmse,
+    /// With the added effects.
+    pub augmented: Rmse,
+    /// What noise and scatter leave to the best model.
+    pub noise_floor: Rmse,
+    /// Calibrated minus augmented: an interval above 0 is a gain that is no accident.
+    pub reduction: Rmse,
+    /// Share of the removable squared error that was removed; absent where there was hardly any.
+    pub explained_share: Option<f64>,
+    /// Gain in ln likelihood on the held-out part.
+    pub heldout_gain: f64,
+}
+
+/// One bin of the residuals against a feature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bin {
+    /// Middle of the bin.
+    pub x: f64,
+    /// Mean residual in units of the noise.
+    pub mean: f64,
+    /// Root mean square residual in units of the noise.
+    pub rms: f64,
+    /// Samples in the bin.
+    pub count: usize,
+}
+
+/// Residuals against features, before (calibrated) and after (augmented), all trajectories.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Anatomy {
+    /// Bins by feature (`time_s`, `height_m`, `speed_m_s`, `bounce`) before.
+    pub before: BTreeMap<String, Vec<Bin>>,
+    /// The same after.
+    pub after: BTreeMap<String, Vec<Bin>>,
+    /// Autocorrelation of the residuals at lags 0, 1, … before.
+    pub autocorrelation_before: Vec<f64>,
+    /// The same after.
+    pub autocorrelation_after: Vec<f64>,
+    /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, before.
+    pub quantiles_before: Vec<f64>,
+    /// The same after.
+    pub quantiles_after: Vec<f64>,
+}
+
+/// The tests of what the augmented model leaves: p-values, each corrected for the number of tests in its family.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tests {
+    /// Smooth shapes left in the arcs.
+    pub lack_of_fit: f64,
+    /// Library effects not in the model.
+    pub library: f64,
+    /// Laws of one feature.
+    pub laws: f64,
+    /// Parameters that differ between trajectories.
+    pub heterogeneity: f64,
+    /// Periodicity of the scatter.
+    pub periodicity: f64,
+    /// Whether all pass.
+    pub pass: bool,
+}
+
+/// A discovery.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Discovery {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// The answer.
+    pub verdict: Verdict,
+    /// The answer in one sentence.
+    pub sentence: String,
+    /// What was added, largest share first.
+    pub effects: Vec<FoundEffect>,
+    /// The declared parameters after the last fit.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// The noise.
+    pub noise: NoiseFound,
+    /// Other sets of kinds that explain the data as well.
+    pub alternatives: Vec<Vec<String>>,
+    /// The law that the library lacks.
+    pub unexplained: Option<Unexplained>,
+    /// The measurement that would help most.
+    pub next_experiment: String,
+    /// All candidates, best first.
+    pub candidates: Vec<Candidate>,
+    /// Errors before and after.
+    pub error: ErrorTable,
+    /// Residuals before and after.
+    pub anatomy: Anatomy,
+    /// Tests of the final model.
+    pub tests: Tests,
+    /// Correlations of the parameters of the final model: names, then the matrix row by row.
+    pub correlations: (Vec<String>, Vec<Vec<f64>>),
+    /// The augmented model file.
+    pub model_toml: String,
+    /// Wall-clock time, s. The only entry that differs between runs.
+    pub seconds: f64,
+}

@@ -1,0 +1,229 @@
+//! Score tests: what a candidate would gain, without fitting it (Rao 1948).
+
+use crate::evaluate::{Lanes, Point, normal};
+use crate::fit::{Fit, Sample};
+use crate::hypothesis::{Addition, KNOTS};
+use crate::linear::{Square, eliminate};
+use augsim_physics::ball::LawRef;
+use augsim_physics::effects::{Location, index_of, spec_of};
+use augsim_physics::model::Per;
+use rayon::prelude::*;
+
+/// Eigenvalues of the scaled information below this are directions that the data do not see.
+const RANK_CUT: f64 = 1e-4;
+/// Information below this, in raw units of the parameter, is none.
+const OBSERVABLE: f64 = 1e-7;
+
+/// The score test of one candidate at a fit.
+#[derive(Clone, Debug)]
+pub(crate) struct Score {
+    pub addition: Addition,
+    /// Chi-squared statistic.
+    pub statistic: f64,
+    /// Its degrees of freedom; 0 when the candidate cannot be seen in these data.
+    pub rank: f64,
+    /// One-step estimate of each parameter.
+    pub estimate: Vec<f64>,
+    /// Standard deviations of the estimates.
+    pub sd: Vec<f64>,
+}
+
+/// Whether a candidate turns flight into an integration: such candidates are tested apart from the cheap ones.
+fn integrates(addition: &Addition) -> bool {
+    match addition {
+        Addition::Law(t) => t.target.location() == Location::Flight,
+        other => matches!(other.kind(), "quadratic-drag" | "linear-drag" | "magnus"),
+    }
+}
+
+/// Score tests of candidates (no scatter) at a fit, in the order given.
+pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
+    let mut batches: Vec<Vec<usize>> = Vec::new();
+    let parameters = |a: &Addition| match a {
+        Addition::Law(_) => KNOTS,
+        a => spec_of(a.kind()).map_or(0, |s| s.parameters.len()),
+    };
+    for flying in [false, true] {
+        let mut batch: Vec<usize> = Vec::new();
+        let mut width = 0;
+        for (i, c) in candidates.iter().enumerate().filter(|(_, c)| integrates(c) == flying) {
+            if width + parameters(c) > 16 {
+                batches.push(std::mem::take(&mut batch));
+                width = 0;
+            }
+            batch.push(i);
+            width += parameters(c);
+        }
+        batches.push(batch);
+    }
+    batches.retain(|b| !b.is_empty());
+    let mut out: Vec<Option<Score>> = vec![None; candidates.len()];
+    let done: Vec<Vec<(usize, Score)>> =
+        batches.par_iter().map(|b| batch_scores(sample, fit, candidates, b)).collect();
+    for (i, s) in done.into_iter().flatten() {
+        out[i] = Some(s);
+    }
+    out.into_iter().flatten().collect()
+}
+
+fn batch_scores(
+    sample: &Sample<'_>,
+    fit: &Fit,
+    candidates: &[Addition],
+    batch: &[usize],
+) -> Vec<(usize, Score)> {
+    let h = &fit.hypothesis;
+    let mut world = h.world.clone();
+    let groups = sample.data.groups.len();
+    let theta_len = h.theta_len();
+    // Lane by lane: which world parameter, which columns of the common matrix.
+    let mut extras: Vec<usize> = Vec::new();
+    let mut columns: Vec<(usize, bool)> = Vec::new();
+    let mut owned: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
+    let mut width = theta_len;
+    for &i in batch {
+        let (law, count, grouped) = match &candidates[i] {
+            Addition::Law(t) => (LawRef::Table(t.clone()), KNOTS, false),
+            Addition::Kind(kind, per) => match (index_of(kind), spec_of(kind)) {
+                (Some(index), Some(spec)) => {
+                    (LawRef::Listed(index), spec.parameters.len(), *per == Per::Group)
+                }
+                _ => continue,
+            },
+            Addition::Scatter(_) => continue,
+        };
+        let first = world.add(law, count);
+        let begin = width;
+        for p in 0..count {
+            extras.push(first + p);
+            columns.push((width, grouped));
+            width += if grouped { groups } else { 1 };
+        }
+        owned.push((i, begin..width));
+    }
+    let parts: Vec<_> = sample
+        .chosen
+        .par_iter()
+        .zip(&fit.nuisance)
+        .map(|(&j, nuisance)| {
+            let record = &sample.data.records[j];
+            let lanes = Lanes::new(h, record, &extras);
+            let n = normal(
+                &Point::new(h, &world, record, &fit.theta, nuisance),
+                &lanes,
+                record,
+                sample.correlation,
+            );
+            let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
+            let mut places = lanes.theta.clone();
+            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.group } else { c }));
+            (s, u, places)
+        })
+        .collect();
+    let (mut s, mut u) = (Square::zero(width), vec![0.0; width]);
+    for (sj, uj, places) in parts {
+        for (a, &pa) in places.iter().enumerate() {
+            u[pa] += uj[a];
+            for (b, &pb) in places.iter().enumerate() {
+                *s.at_mut(pa, pb) += sj.at(a, b);
+            }
+        }
+    }
+    owned.into_iter().map(|(i, range)| (i, one_score(&candidates[i], &s, &u, range, theta_len))).collect()
+}
+
+fn one_score(
+    addition: &Addition,
+    s: &Square,
+    u: &[f64],
+    range: std::ops::Range<usize>,
+    theta_len: usize,
+) -> Score {
+    let keep = range.len();
+    let order: Vec<usize> = range.chain(0..theta_len).collect();
+    let ordered: Vec<f64> = order.iter().map(|&i| u[i]).collect();
+    let (c, v, _) = eliminate(&s.sub(&order), &ordered, keep);
+    let raw: Vec<f64> = order[..keep].iter().map(|&i| s.at(i, i).max(0.0)).collect();
+    let mut score = Score {
+        addition: addition.clone(),
+        statistic: 0.0,
+        rank: 0.0,
+        estimate: vec![0.0; keep],
+        sd: vec![f64::INFINITY; keep],
+    };
+    let positive = spec_of(addition.kind()).is_some_and(|s| s.parameters.iter().all(|p| p.min >= 0.0));
+    if keep == 1 {
+        let information = c.at(0, 0);
+        if information < OBSERVABLE || information < RANK_CUT * RANK_CUT * raw[0] || !information.is_finite()
+        {
+            return score;
+        }
+        score.rank = 1.0;
+        score.estimate[0] = v[0] / information;
+        score.sd[0] = information.sqrt().recip();
+        if !(positive && v[0] <= 0.0) {
+            score.statistic = v[0] * v[0] / information;
+        }
+        return score;
+    }
+    let scale: Vec<f64> = raw.iter().map(|r| if *r > OBSERVABLE { r.sqrt().recip() } else { 0.0 }).collect();
+    let mut scaled = Square::zero(keep);
+    for i in 0..keep {
+        for j in 0..keep {
+            *scaled.at_mut(i, j) = c.at(i, j) * scale[i] * scale[j];
+        }
+    }
+    let (values, vectors) = scaled.eigen();
+    let mut variance = vec![0.0; keep];
+    for (k, value) in values.iter().enumerate().filter(|(_, v)| **v > RANK_CUT) {
+        let along: f64 = (0..keep).map(|i| vectors.at(i, k) * v[i] * scale[i]).sum();
+        score.statistic += along * along / value;
+        score.rank += 1.0;
+        for i in 0..keep {
+            let direction = vectors.at(i, k) * scale[i];
+            score.estimate[i] += direction * along / value;
+            variance[i] += direction * direction / value;
+        }
+    }
+    score.sd = variance.iter().map(|v| v.sqrt()).collect();
+    score
+}
+
+/// Heterogeneity of each entry of theta over trajectories: statistic and degrees of freedom
+/// (Kristensen and Madsen 2004, pinpointing of model deficiencies).
+pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
+    let h = &fit.hypothesis;
+    let parts: Vec<Vec<(usize, f64, f64)>> = sample
+        .chosen
+        .par_iter()
+        .zip(&fit.nuisance)
+        .map(|(&j, nuisance)| {
+            let record = &sample.data.records[j];
+            let lanes = Lanes::new(h, record, &[]);
+            let n = normal(
+                &Point::new(h, &h.world, record, &fit.theta, nuisance),
+                &lanes,
+                record,
+                sample.correlation,
+            );
+            let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
+            lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
+        })
+        .collect();
+    let n = h.theta_len();
+    let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    for (t, s, u) in parts.into_iter().flatten() {
+        if s > OBSERVABLE {
+            q[t] += u * u / s;
+            sum_u[t] += u;
+            sum_s[t] += s;
+            count[t] += 1.0;
+        }
+    }
+    (0..n)
+        .map(|t| {
+            let mean = if sum_s[t] > 0.0 { sum_u[t] * sum_u[t] / sum_s[t] } else { 0.0 };
+            (q[t] - mean, count[t] - 1.0)
+        })
+        .collect()
+}

@@ -1,0 +1,362 @@
+//! Forward-backward search over sets of library effects.
+
+use crate::candidates::{library, may_join};
+use crate::fit::{Fit, Sample, fit, fit_nuisance};
+use crate::hypothesis::{Addition, Hypothesis};
+use crate::score::{Score, heterogeneity, scores};
+use crate::statistics::{chi2_quantile, chi2_tail};
+use augsim_physics::ball::{Axes, RESTITUTION};
+use augsim_physics::effects::{ScatterPer, spec_of};
+use augsim_physics::model::{Model, Per};
+use rayon::prelude::*;
+
+/// Probability of a false step.
+const ALPHA: f64 = 0.01;
+/// Hypotheses kept from level to level.
+const BEAM: usize = 3;
+/// Most effects in a hypothesis.
+pub(crate) const MOST_EFFECTS: usize = 6;
+/// Hypotheses within this of the best on the training part go on to the held-out part.
+const POOL: f64 = 30.0;
+
+/// What a search needs to know.
+pub(crate) struct Search<'a> {
+    pub model: &'a Model,
+    pub train: Sample<'a>,
+    pub test: Sample<'a>,
+    pub library: Vec<Addition>,
+}
+
+/// A fitted hypothesis with its criterion, once also judged on the held-out part.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub fit: Fit,
+    /// -2 ln likelihood on the training part plus penalties.
+    pub criterion: f64,
+    /// Ln likelihood of the held-out part.
+    pub heldout_ll: Option<f64>,
+}
+
+impl Judged {
+    /// Criterion of both parts together.
+    pub fn total(&self) -> f64 {
+        self.criterion - 2.0 * self.heldout_ll.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    pub fn additions(&self) -> &[Addition] {
+        &self.fit.hypothesis.additions
+    }
+}
+
+/// What a search ends with.
+pub(crate) struct Found {
+    /// Judged on both parts, best total first; the base among them.
+    pub pool: Vec<Judged>,
+    /// Everything that was fitted, by increasing criterion.
+    pub tried: Vec<Judged>,
+    /// Scores of all library effects at the base fit.
+    pub base_scores: Vec<Score>,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(model: &'a Model, train: Sample<'a>, test: Sample<'a>) -> Self {
+        Self { model, train, test, library: library(model, train.data) }
+    }
+
+    /// Penalty of an addition on -2 ln likelihood.
+    pub fn penalty(&self, addition: &Addition) -> f64 {
+        let m = self.library.len().max(1) as f64 + 2.0;
+        let count = match addition {
+            Addition::Law(_) => return chi2_quantile(ALPHA / 24.0, 8.0) + 4.0,
+            Addition::Scatter(_) => 1.0,
+            Addition::Kind(kind, per) => {
+                let n = spec_of(kind).map_or(1, |s| s.parameters.len()) as f64;
+                if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
+            }
+        };
+        chi2_quantile(ALPHA / m, count)
+    }
+
+    pub fn judge(&self, fit: Fit) -> Judged {
+        let penalty: f64 = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
+        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
+    }
+
+    /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
+    pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &[(Addition, Vec<f64>)]) -> Judged {
+        let h = Hypothesis::new(self.model, self.train.data, additions);
+        let old = &from.hypothesis;
+        let base = old.range_of_declared();
+        let mut theta = h.theta_start(0.2);
+        if h.scatter.map(|s| s.per) == old.scatter.map(|s| s.per) {
+            theta[..base].copy_from_slice(&from.theta[..base]);
+        } else {
+            // A fit without scatter can sit far off when the scatter is large: the declared part begins anew as well.
+            theta[..base].copy_from_slice(&crate::discover::calibration_start(&self.train, &h)[..base]);
+        }
+        for (number, addition) in additions.iter().enumerate() {
+            let place = h.range_of(number);
+            if let Some(k) = old.additions.iter().position(|a| a == addition) {
+                theta[place].copy_from_slice(&from.theta[old.range_of(k)]);
+            } else if let Some((_, values)) =
+                starts.iter().find(|(a, v)| a == addition && v.len() == place.len())
+            {
+                let bounds = h.bounds();
+                for (i, v) in place.zip(values) {
+                    theta[i] = v.clamp(bounds[i].0, bounds[i].1);
+                }
+            }
+        }
+        let mut h = h;
+        if let (Some(new), Some(known)) = (h.scatter.as_mut(), old.scatter)
+            && new.per == known.per
+        {
+            new.sd = known.sd;
+        }
+        let nuisance = self.warm_nuisance(from, &h, &theta);
+        self.judge(fit(&self.train, &h, &theta, &nuisance))
+    }
+
+    /// Nuisances of a fit for another hypothesis: offsets of restitution are cut, or begin at the rough speed ratios.
+    fn warm_nuisance(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
+        let same = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
+        if same {
+            return from.nuisance.clone();
+        }
+        let restitution = h.theta_of(RESTITUTION).map_or(h.values[RESTITUTION], |i| theta[i]);
+        self.train
+            .records()
+            .zip(&from.nuisance)
+            .map(|(record, n)| {
+                // A fit without scatter bends the starts to make up for it: they begin anew.
+                let plain = crate::evaluate::Lanes::new(h, record, &[]);
+                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, record) } else { n.clone() };
+                n.truncate(plain.fixed_nuisances());
+                let rough = |r: f64| (r - restitution).clamp(-0.3, 0.3);
+                match h.scatter.map(|s| s.per) {
+                    None => {}
+                    Some(ScatterPer::Impact) => n.extend(record.ratios.iter().map(|&r| rough(r))),
+                    Some(ScatterPer::Trajectory) if record.impacts.is_empty() => {}
+                    Some(ScatterPer::Trajectory) => {
+                        n.push(rough(crate::statistics::median(&mut record.ratios.clone())));
+                    }
+                }
+                n
+            })
+            .collect()
+    }
+
+    fn plus(&self, from: &Fit, extra: &[(Addition, Vec<f64>)]) -> Judged {
+        let mut additions = from.hypothesis.additions.clone();
+        additions.extend(extra.iter().map(|(a, _)| a.clone()));
+        self.refit(from, &additions, extra)
+    }
+
+    /// Whether the restitution differs from trajectory to trajectory by more than noise.
+    pub fn restitution_varies(&self, fit: &Fit, p: f64) -> bool {
+        let Some(i) = fit.hypothesis.theta_of(RESTITUTION) else {
+            return false;
+        };
+        let (q, df) = heterogeneity(&self.train, fit)[i];
+        df > 0.0 && chi2_tail(q, df) < p
+    }
+
+    /// Candidates that may join a fit, with their scores.
+    pub fn library_scores(&self, fit: &Fit) -> Vec<Score> {
+        let list: Vec<Addition> =
+            self.library.iter().filter(|a| may_join(a, &fit.hypothesis)).cloned().collect();
+        scores(&self.train, fit, &list)
+    }
+
+    fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Vec<(Addition, Vec<f64>)>> {
+        let mut list = self.library_scores(fit);
+        list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+        let (most, least) = if level == 1 { (9, 4.0) } else { (5, 6.0) };
+        let strong = list.first().map_or(0.0, |s| s.statistic);
+        let mut moves: Vec<Vec<(Addition, Vec<f64>)>> = list
+            .iter()
+            .filter(|s| s.statistic > least)
+            .take(most)
+            .map(|s| {
+                let start = match s.addition.kind() {
+                    "coulomb-friction" => vec![0.05],
+                    "contact-duration" => vec![s.estimate[0].clamp(1e-3, 0.05)],
+                    _ => s.estimate.clone(),
+                };
+                vec![(s.addition.clone(), start)]
+            })
+            .collect();
+        if best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
+            moves.push(vec![(Addition::Scatter(ScatterPer::Impact), vec![])]);
+            moves.push(vec![(Addition::Scatter(ScatterPer::Trajectory), vec![])]);
+        }
+        let drag = Addition::Kind("quadratic-drag", Per::All);
+        let wind = Addition::Kind("wind", Per::All);
+        let windy = self.train.data.axes != Axes::Vertical && self.library.contains(&wind);
+        if best && windy && strong > 9.0 && may_join(&drag, &fit.hypothesis) {
+            for w in [-2.0, 2.0] {
+                moves.push(vec![(drag.clone(), vec![0.02]), (wind.clone(), vec![w])]);
+            }
+        }
+        moves
+    }
+
+    /// The search on the training part and the judgement on the held-out part.
+    pub fn run(&self, base: Fit) -> Found {
+        let base_scores = self.library_scores(&base);
+        let base = self.judge(base);
+        let base_criterion = base.criterion;
+        let mut tried = vec![base.clone()];
+        let mut beam = vec![base];
+        for level in 1..=MOST_EFFECTS {
+            let jobs: Vec<(usize, Vec<(Addition, Vec<f64>)>)> = beam
+                .par_iter()
+                .enumerate()
+                .map(|(i, j)| {
+                    self.moves(&j.fit, level, i == 0).into_iter().map(|m| (i, m)).collect::<Vec<_>>()
+                })
+                .flatten_iter()
+                .collect();
+            let jobs = self.without_repeats(jobs, &beam, &tried);
+            let fitted: Vec<Judged> = jobs.par_iter().map(|(i, m)| self.plus(&beam[*i].fit, m)).collect();
+            let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
+            tried.extend(fitted.iter().cloned());
+            let mut next = fitted;
+            next.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+            next.truncate(BEAM);
+            // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
+            let (top, gain) =
+                next.first().map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
+            next.retain(|j| j.criterion < top + POOL + 0.3 * gain);
+            let improved = next.first().is_some_and(|j| j.criterion < before);
+            if !improved {
+                break;
+            }
+            beam = next;
+        }
+        self.refine(&mut tried);
+        tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+        let best = tried[0].criterion;
+        let mut pool: Vec<Judged> =
+            tried.iter().filter(|j| j.criterion < best + POOL).take(12).cloned().collect();
+        if !pool.iter().any(|j| j.additions().is_empty()) {
+            pool.extend(tried.iter().find(|j| j.additions().is_empty()).cloned());
+        }
+        let heldout: Vec<f64> = pool.par_iter().map(|j| self.heldout(&j.fit).ll).collect();
+        for (j, ll) in pool.iter_mut().zip(heldout) {
+            j.heldout_ll = Some(ll);
+        }
+        pool.sort_by(|a, b| a.total().total_cmp(&b.total()));
+        Found { pool, tried, base_scores }
+    }
+
+    /// The held-out part at the parameters of a fit, nuisances fitted.
+    pub fn heldout(&self, f: &Fit) -> Fit {
+        fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
+    }
+
+    fn without_repeats(
+        &self,
+        jobs: Vec<(usize, Vec<(Addition, Vec<f64>)>)>,
+        beam: &[Judged],
+        tried: &[Judged],
+    ) -> Vec<(usize, Vec<(Addition, Vec<f64>)>)> {
+        let mut seen: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
+        jobs.into_iter()
+            .filter(|(i, m)| {
+                let mut all = beam[*i].additions().to_vec();
+                all.extend(m.iter().map(|(a, _)| a.clone()));
+                let mut key = labels(&all);
+                if m.len() > 1 {
+                    // The two starts of a pair are different attempts.
+                    key.push(format!("{:?}", m[1].1));
+                }
+                let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS + 1;
+                seen.push(key);
+                fresh
+            })
+            .collect()
+    }
+
+    /// Drops, swaps and adds around the best until nothing is better.
+    fn refine(&self, tried: &mut Vec<Judged>) {
+        for _ in 0..4 {
+            let Some(best) = tried.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned() else {
+                return;
+            };
+            let now = best.additions().to_vec();
+            if now.is_empty() {
+                return;
+            }
+            let mut sets: Vec<Vec<(Addition, Vec<f64>)>> = Vec::new();
+            for i in 0..now.len() {
+                let mut rest = now.clone();
+                let gone = rest.remove(i);
+                let keep: Vec<_> = rest.iter().map(|a| (a.clone(), vec![])).collect();
+                let wind_alone = rest.iter().any(|a| a.kind() == "wind") && gone.kind() == "quadratic-drag";
+                if wind_alone {
+                    continue;
+                }
+                if now.len() > 1 {
+                    sets.push(keep.clone());
+                }
+                // What would take its place: the best scores at the fit without it.
+                let without = if rest.is_empty() {
+                    tried.iter().find(|j| j.additions().is_empty()).cloned()
+                } else {
+                    None
+                };
+                let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
+                let mut list = self.library_scores(&without.fit);
+                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+                for s in list.into_iter().filter(|s| s.addition != gone && s.statistic > 6.0).take(4) {
+                    let mut set = keep.clone();
+                    set.push((s.addition, s.estimate));
+                    sets.push(set);
+                }
+                if let Addition::Scatter(per) = gone {
+                    let other =
+                        if per == ScatterPer::Impact { ScatterPer::Trajectory } else { ScatterPer::Impact };
+                    let mut set = keep.clone();
+                    set.push((Addition::Scatter(other), vec![]));
+                    sets.push(set);
+                }
+            }
+            if now.len() < MOST_EFFECTS {
+                let mut list = self.library_scores(&best.fit);
+                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+                for s in list.into_iter().filter(|s| s.statistic > 6.0).take(3) {
+                    let mut set: Vec<_> = now.iter().map(|a| (a.clone(), vec![])).collect();
+                    set.push((s.addition, s.estimate));
+                    sets.push(set);
+                }
+            }
+            let mut seen: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
+            sets.retain(|set| {
+                let key = labels(&set.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>());
+                let fresh = !seen.contains(&key);
+                seen.push(key);
+                fresh
+            });
+            let fitted: Vec<Judged> = sets
+                .par_iter()
+                .map(|set| {
+                    let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
+                    self.refit(&best.fit, &additions, set)
+                })
+                .collect();
+            let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
+            tried.extend(fitted);
+            if !improved {
+                return;
+            }
+        }
+    }
+}
+
+/// A set of additions as a key.
+pub(crate) fn labels(additions: &[Addition]) -> Vec<String> {
+    let mut l: Vec<String> = additions.iter().map(Addition::label).collect();
+    l.sort();
+    l
+}

@@ -1,0 +1,201 @@
+//! Where a trajectory hits the ground, found without a mechanical model.
+//!
+//! An impact is a jump of the vertical velocity: a large positive second difference of the height. The threshold is set by
+//! the noise; weak bounces below it end the trajectory's use, because an arc with a hidden bounce in it imitates coloured
+//! noise.
+
+use crate::record::Record;
+use crate::statistics::median;
+
+/// Lag of the second difference, s.
+const LAG: f64 = 0.030;
+/// Smallest jump that counts, m.
+const SMALLEST_JUMP: f64 = 0.025;
+/// Length of the fits on both sides of an impact, s.
+const SIDE: f64 = 0.120;
+/// Distance from impacts below which samples are not used for arcs, s.
+const MARGIN: f64 = 0.015;
+/// Shortest arc that is used: duration (s) and samples.
+const SHORTEST_ARC: (f64, usize) = (0.16, 9);
+/// Most impacts of one trajectory that are used: later ones carry little and cost derivatives.
+const MOST_IMPACTS: usize = 10;
+
+/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, m.
+pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
+    let mut misfits: Vec<f64> = (0..times.len().saturating_sub(3))
+        .filter_map(|k| {
+            // Lagrange weights of samples k, k+1, k+3 at the time of k+2.
+            let (a, b, c, x) = (times[k], times[k + 1], times[k + 3], times[k + 2]);
+            let wa = (x - b) * (x - c) / ((a - b) * (a - c));
+            let wb = (x - a) * (x - c) / ((b - a) * (b - c));
+            let wc = (x - a) * (x - b) / ((c - a) * (c - b));
+            let misfit = y[k + 2] - wa * y[k] - wb * y[k + 1] - wc * y[k + 3];
+            let size = (1.0 + wa * wa + wb * wb + wc * wc).sqrt();
+            misfit.is_finite().then(|| (misfit / size).abs())
+        })
+        .collect();
+    1.4826 * median(&mut misfits)
+}
+
+/// Height and slope at `t0` of the least-squares parabola of curvature `-g` through samples `range`; `None` if too few.
+fn ballistic(
+    times: &[f64],
+    y: &[f64],
+    range: impl Iterator<Item = usize>,
+    t0: f64,
+    g: f64,
+) -> Option<(f64, f64)> {
+    let (mut n, mut st, mut stt, mut sy, mut sty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for k in range {
+        let t = times[k] - t0;
+        let v = y[k] + 0.5 * g * t * t;
+        if v.is_finite() {
+            n += 1.0;
+            st += t;
+            stt += t * t;
+            sy += v;
+            sty += t * v;
+        }
+    }
+    let det = n * stt - st * st;
+    (n >= 3.0 && det > 0.0).then(|| ((stt * sy - st * sty) / det, (n * sty - st * sy) / det))
+}
+
+/// Finds impacts (if the model knows of any) and arcs of a record, cuts what follows the last usable arc, and sets the rough start.
+pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, bounces: bool) {
+    let times = record.times.clone();
+    let z = without_spikes(&record.y[vertical], sigma);
+    let n = times.len();
+    let mut gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let dt = median(&mut gaps).max(1e-6);
+    let m = ((LAG / dt).round() as usize).max(1);
+    let threshold = (4.5 * 6f64.sqrt() * sigma).max(SMALLEST_JUMP);
+    let lag = m as f64 * dt;
+    let jump = |k: usize| {
+        let (before, after) = (times[k] - times[k - m], times[k + m] - times[k]);
+        ((z[k + m] - z[k]) / after - (z[k] - z[k - m]) / before) * lag
+    };
+    let mut peaks: Vec<usize> = Vec::new();
+    let mut k = m;
+    while bounces && k + m < n {
+        if jump(k) > threshold {
+            let mut best = k;
+            while k + m < n && jump(k) > threshold {
+                if jump(k) > jump(best) {
+                    best = k;
+                }
+                k += 1;
+            }
+            peaks.push(best);
+        }
+        k += 1;
+    }
+    let side = SIDE.max(4.5 * dt);
+    let near = dt.max(MARGIN);
+    let mut end = n;
+    let mut out_speed = None;
+    let mut arc_start = 0;
+    for (i, &p) in peaks.iter().enumerate() {
+        let t0 = times[p];
+        let before = peaks.get(i.wrapping_sub(1)).map_or(f64::NEG_INFINITY, |&q| times[q]);
+        let after = peaks.get(i + 1).map_or(f64::INFINITY, |&q| times[q]);
+        let left = (0..p).filter(|&k| times[k] > (t0 - side).max(before + near) && times[k] < t0 - near);
+        let right = (p..n).filter(|&k| times[k] < (t0 + side).min(after - near) && times[k] > t0 + near);
+        let lines = ballistic(&times, &z, left, t0, g).zip(ballistic(&times, &z, right, t0, g));
+        let Some(((zl, vl), (zr, vr))) = lines else {
+            end = arc_end(&times, t0, near);
+            break;
+        };
+        let s = ((zl - zr) / (vr - vl)).clamp(-lag, lag);
+        let (time, v_in, v_out) = (t0 + s, g * s - vl, vr - g * s);
+        let arc = arc_start..arc_end(&times, time, near);
+        let begins = times.get(arc_start).copied().unwrap_or(time);
+        let late = out_speed.is_some_and(|v: f64| time - begins > 2.0 * v / g * 1.15 + 0.05);
+        let short = arc.len() < SHORTEST_ARC.1 || time - begins < SHORTEST_ARC.0;
+        // The first arc may be short: the release can be low. A later short or overlong arc ends the record.
+        if i > 0 && (short || late) || i >= MOST_IMPACTS || v_in <= 0.0 {
+            end = if late && out_speed.is_some() {
+                end_of_hop(&times, begins, out_speed, g, near)
+            } else {
+                arc_start
+            };
+            if i > 0 && short && !late {
+                // The impact before the short arc is only seen from one side: it goes as well.
+                end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
+                record.impacts.pop();
+                record.ratios.pop();
+                record.arcs.retain(|a| a.end <= end);
+            }
+            break;
+        }
+        record.arcs.push(arc);
+        record.impacts.push(time);
+        record.ratios.push((v_out / v_in).clamp(0.02, 1.1));
+        out_speed = Some(v_out);
+        arc_start = (0..n).find(|&k| times[k] > time + near).unwrap_or(n);
+        end = n;
+    }
+    if end == n && arc_start < n {
+        // The last arc has no impact at its end: it must not be longer than its hop.
+        let begins = times[arc_start];
+        if !record.impacts.is_empty() {
+            end = end_of_hop(&times, begins, out_speed, g, near);
+        }
+        if end.saturating_sub(arc_start) >= 5 {
+            record.arcs.push(arc_start..end);
+        } else if !record.impacts.is_empty() {
+            end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
+            record.impacts.pop();
+            record.ratios.pop();
+        }
+    }
+    record.arcs.retain(|a| a.len() >= 5 && a.end <= end);
+    record.times.truncate(end);
+    record.y.iter_mut().for_each(|c| c.truncate(end));
+    record.linked = (0..end).map(|k| k > 0 && times[k] - times[k - 1] < 1.6 * dt).collect();
+    rough_start(record, vertical, g);
+}
+
+/// The heights with isolated wrong samples replaced by the mean of their neighbours, for the detection only. A wrong
+/// sample makes second differences of alternating sign; an impact makes none of negative sign.
+fn without_spikes(y: &[f64], sigma: f64) -> Vec<f64> {
+    let mut z = y.to_vec();
+    let limit = (7.0 * 6f64.sqrt() * sigma).max(1e-3);
+    let second = |z: &[f64], k: usize| z[k + 1] - 2.0 * z[k] + z[k - 1];
+    for k in 2..z.len().saturating_sub(2) {
+        let (d, left, right) = (second(&z, k), second(&z, k - 1), second(&z, k + 1));
+        let opposite = |e: f64| e * d < 0.0 && e.abs() > 0.3 * d.abs();
+        if d.is_nan() || (d.abs() > limit && opposite(left) && opposite(right)) {
+            z[k] = 0.5 * (z[k - 1] + z[k + 1]);
+        }
+    }
+    z
+}
+
+fn arc_end(times: &[f64], impact: f64, near: f64) -> usize {
+    times.iter().position(|&t| t >= impact - near).unwrap_or(times.len())
+}
+
+fn end_of_hop(times: &[f64], begins: f64, out_speed: Option<f64>, g: f64, near: f64) -> usize {
+    let duration = out_speed.map_or(f64::INFINITY, |v| 2.0 * v / g);
+    arc_end(times, begins + 0.93 * duration, near)
+}
+
+fn rough_start(record: &mut Record, vertical: usize, g: f64) {
+    let Some(first) = record.arcs.first().cloned() else {
+        return;
+    };
+    let t0 = record.times[0];
+    let axes: &[usize] = match record.y.len() {
+        1 => &[2],
+        2 => &[0, 2],
+        _ => &[0, 1, 2],
+    };
+    for (channel, &axis) in axes.iter().enumerate() {
+        let pull = if channel == vertical { g } else { 0.0 };
+        if let Some((p, v)) = ballistic(&record.times, &record.y[channel], first.clone(), t0, pull) {
+            record.start.0[axis] = p;
+            record.start.1[axis] = v;
+        }
+    }
+}

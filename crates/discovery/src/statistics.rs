@@ -1,0 +1,112 @@
+//! Distribution functions that the thresholds need.
+
+/// Logarithm of the gamma function (Lanczos, g = 7).
+fn ln_gamma(x: f64) -> f64 {
+    const C: [f64; 9] = [
+        0.999_999_999_999_809_9,
+        676.520_368_121_885_1,
+        -1_259.139_216_722_402_8,
+        771.323_428_777_653_1,
+        -176.615_029_162_140_6,
+        12.507_343_278_686_905,
+        -0.138_571_095_265_720_12,
+        9.984_369_578_019_572e-6,
+        1.505_632_735_149_311_6e-7,
+    ];
+    let x = x - 1.0;
+    let t = x + 7.5;
+    let sum = C[0] + C[1..].iter().enumerate().map(|(i, c)| c / (x + 1.0 + i as f64)).sum::<f64>();
+    0.5 * (2.0 * std::f64::consts::PI).ln() + (x + 0.5) * t.ln() - t + sum.ln()
+}
+
+/// Probability that a chi-squared variable with `df` degrees of freedom exceeds `x`.
+///
+/// Incomplete gamma function by series or continued fraction (Abramowitz and Stegun 6.5.29, 6.5.31).
+pub(crate) fn chi2_tail(x: f64, df: f64) -> f64 {
+    if df <= 0.0 || !x.is_finite() || x <= 0.0 {
+        return if x > 0.0 && df > 0.0 { 0.0 } else { 1.0 };
+    }
+    let (a, z) = (0.5 * df, 0.5 * x);
+    let front = (a * z.ln() - z - ln_gamma(a)).exp();
+    if z < a + 1.0 {
+        let (mut term, mut sum, mut n) = (1.0 / a, 1.0 / a, a);
+        while term > sum * 1e-16 {
+            n += 1.0;
+            term *= z / n;
+            sum += term;
+        }
+        (1.0 - front * sum).clamp(0.0, 1.0)
+    } else {
+        let (mut b, mut c) = (z + 1.0 - a, 1e300);
+        let mut d = 1.0 / b;
+        let mut h = d;
+        for i in 1..500 {
+            let an = -f64::from(i) * (f64::from(i) - a);
+            b += 2.0;
+            d = 1.0 / (an * d + b);
+            c = b + an / c;
+            h *= d * c;
+            if (d * c - 1.0).abs() < 1e-15 {
+                break;
+            }
+        }
+        (front * h).clamp(0.0, 1.0)
+    }
+}
+
+/// The value that a chi-squared variable with `df` degrees of freedom exceeds with probability `tail`.
+pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 10.0 * df + 200.0);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if chi2_tail(middle, df) > tail { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Median of a slice, 0 if it is empty; the slice is reordered.
+pub(crate) fn median(x: &mut [f64]) -> f64 {
+    if x.is_empty() {
+        return 0.0;
+    }
+    x.sort_by(f64::total_cmp);
+    let n = x.len();
+    if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
+}
+
+/// Quantile `p` of sorted values by linear interpolation.
+pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(top) = sorted.len().checked_sub(1) else {
+        return f64::NAN;
+    };
+    let u = p.clamp(0.0, 1.0) * top as f64;
+    let i = (u as usize).min(top.saturating_sub(1));
+    let next = sorted[(i + 1).min(top)];
+    sorted[i] + (next - sorted[i]) * (u - i as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: tails as in printed tables, three to four digits.
+    use super::*;
+
+    #[test]
+    fn tails_match_tables() {
+        for (x, df, p) in [
+            (3.841, 1.0, 0.05),
+            (18.307, 10.0, 0.05),
+            (124.342, 100.0, 0.05),
+            (11.8, 1.0, 5.92e-4),
+            (6.635, 1.0, 0.01),
+        ] {
+            assert!((chi2_tail(x, df) / p - 1.0).abs() < 2e-3, "{x} {df} {}", chi2_tail(x, df));
+            assert!((chi2_quantile(p, df) / x - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn middle_of_values() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(quantile(&[0.0, 1.0, 2.0], 0.25), 0.5);
+    }
+}

@@ -1,0 +1,261 @@
+//! Scoring of discoveries on sealed sets: the truth is opened after the verdict.
+
+use crate::sealed::{Truth, draw, seal};
+use augsim_data::random_stream;
+use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
+use augsim_physics::effects::ScatterPer;
+use augsim_physics::model::Model;
+use std::fmt;
+use std::time::Instant;
+
+/// A family of sealed sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Battery {
+    /// Nothing to find.
+    Null,
+    /// One effect of the library.
+    Single,
+    /// Two effects of the library.
+    Pair,
+    /// A law that the library does not have.
+    Unlisted,
+    /// Unusual noise and nothing else.
+    Noise,
+}
+
+impl Battery {
+    /// By name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "null" => Self::Null,
+            "single" => Self::Single,
+            "pair" => Self::Pair,
+            "unlisted" => Self::Unlisted,
+            "noise" => Self::Noise,
+            _ => return None,
+        })
+    }
+}
+
+/// One set's outcome.
+pub struct Row {
+    /// Printable.
+    pub line: String,
+    /// The answer is right (or the effect cannot be seen and nothing was claimed).
+    pub right: bool,
+}
+
+/// Counts over a battery.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    pub sets: usize,
+    /// Sets whose truth can be seen.
+    pub visible: usize,
+    /// Right among the visible.
+    pub exact: usize,
+    /// The truth is among the alternatives, or was named with others.
+    pub ambiguous: usize,
+    /// Claims of an effect where there is none to see.
+    pub false_alarms: usize,
+    /// Unlisted laws passed off as explained.
+    pub wrongly_explained: usize,
+    /// Parameters whose 95 % interval holds the truth, and how many there were.
+    pub covered: (usize, usize),
+    /// Error after, relative to the oracle's.
+    pub ratios: Vec<f64>,
+    pub seconds: Vec<f64>,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut s = self.seconds.clone();
+        s.sort_by(f64::total_cmp);
+        let mut r = self.ratios.clone();
+        r.sort_by(f64::total_cmp);
+        let mid = |v: &[f64]| v.get(v.len() / 2).copied().unwrap_or(f64::NAN);
+        let within = r.iter().filter(|r| **r <= 1.02).count();
+        write!(
+            f,
+            "{} sets, {} visible, {} exact, {} ambiguous, {} false alarms, {} wrongly explained, intervals {}/{}, error within 2 % of the oracle {}/{} (worst {:.3}), seconds median {:.2} worst {:.2}",
+            self.sets,
+            self.visible,
+            self.exact,
+            self.ambiguous,
+            self.false_alarms,
+            self.wrongly_explained,
+            self.covered.0,
+            self.covered.1,
+            within,
+            r.len(),
+            r.last().copied().unwrap_or(f64::NAN),
+            mid(&s),
+            s.last().copied().unwrap_or(f64::NAN)
+        )
+    }
+}
+
+fn truth_kinds(truth: &Truth) -> Vec<String> {
+    let mut k: Vec<String> = truth.effects.iter().map(|e| e.name().to_string()).collect();
+    k.sort();
+    k
+}
+
+fn found_kinds(d: &Discovery) -> Vec<String> {
+    let mut k: Vec<String> = d.effects.iter().map(|e| e.kind.clone()).collect();
+    k.sort();
+    k
+}
+
+/// Runs sets `first .. first + count` of a battery.
+pub fn run(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
+    let mut summary = Summary::default();
+    for seed in first..first + count {
+        let row = one(battery, seed, &mut summary);
+        each(&row);
+    }
+    summary
+}
+
+fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
+    let purpose = format!("sealed {battery:?}");
+    let mut rng = random_stream(seed, &purpose, 0);
+    let effects = match battery {
+        Battery::Null | Battery::Noise => Some(0),
+        Battery::Single => Some(1),
+        Battery::Pair => Some(2),
+        Battery::Unlisted => None,
+    };
+    let (scene, truth) = draw(&mut rng, effects, battery == Battery::Noise);
+    let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
+    let sealed = match seal(&scene, truth, &mut rng) {
+        Ok(s) => s,
+        Err(e) => return fail(e.to_string()),
+    };
+    let model = match Model::parse(&sealed.model, "sealed.toml") {
+        Ok(m) => m,
+        Err(e) => return fail(e.to_string()),
+    };
+    let options = Options::default();
+    let begun = Instant::now();
+    summary.sets += 1;
+    let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
+        Ok(d) => d,
+        Err(e) => return fail(e.to_string()),
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    summary.seconds.push(seconds);
+    // The verdict is in: now the truth.
+    let truth = sealed.truth();
+    let (mine, theirs) = (found_kinds(&d), truth_kinds(truth));
+    let claims = d.verdict != Verdict::NothingToAdd;
+    let mut right;
+    let mut note = String::new();
+    match battery {
+        Battery::Null => {
+            right = !claims;
+            summary.false_alarms += usize::from(claims);
+        }
+        Battery::Noise => {
+            let want = if truth.correlation > 0.0 {
+                "noise-autocorrelated"
+            } else if truth.jitter_s > 0.0 {
+                "timing-jitter"
+            } else if truth.outliers > 0.0 {
+                "outliers"
+            } else {
+                "noise-scale"
+            };
+            let named = d.noise.findings.iter().any(|f| f == want);
+            summary.visible += 1;
+            summary.exact += usize::from(named);
+            summary.false_alarms += usize::from(claims);
+            right = named && !claims;
+            note = format!("want {want}, findings {:?}", d.noise.findings);
+        }
+        Battery::Single | Battery::Pair => {
+            let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
+            let shared = truth.effects.iter().any(|e| matches!(e, crate::sealed::Kind::ScatterTrajectory(_)));
+            let per = if shared { ScatterPer::Trajectory } else { ScatterPer::Impact };
+            let told = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
+            let oracle = match told(&names) {
+                Ok(o) => o,
+                Err(e) => return fail(e.to_string()),
+            };
+            let mut visible = oracle.visible();
+            // Of two effects each must be visible beside the other.
+            if names.len() > 1 {
+                for n in &names {
+                    let rest: Vec<&str> = names.iter().copied().filter(|m| m != n).collect();
+                    let gain = told(&rest).map_or(0.0, |o| oracle.gain - o.gain);
+                    visible &= gain > oracle.penalty / names.len() as f64;
+                }
+            }
+            let exact = mine == theirs && d.verdict == Verdict::Explained;
+            let ambiguous = !exact && d.alternatives.contains(&theirs);
+            right = exact || ambiguous || !visible && (!claims || mine.iter().all(|k| theirs.contains(k)));
+            if visible {
+                summary.visible += 1;
+                summary.exact += usize::from(exact);
+                summary.ambiguous += usize::from(ambiguous);
+                let ratio = d.error.augmented.rmse / oracle.rmse_m;
+                summary.ratios.push(ratio);
+                if exact {
+                    for e in &truth.effects {
+                        let value = e.value();
+                        let found = d
+                            .effects
+                            .iter()
+                            .find(|f| f.kind == e.name())
+                            .and_then(|f| f.parameters.values().next());
+                        if let Some(p) = found {
+                            let inside = p.ci95[0] <= value && value <= p.ci95[1];
+                            summary.covered.0 += usize::from(inside);
+                            summary.covered.1 += 1;
+                        }
+                    }
+                }
+                note = format!("gain {:.1}/{:.1} ratio {ratio:.3}", oracle.gain, oracle.penalty);
+            } else {
+                if !right {
+                    summary.false_alarms += 1;
+                }
+                note = format!("invisible {:.1}/{:.1}", oracle.gain, oracle.penalty);
+            }
+        }
+        Battery::Unlisted => {
+            right = matches!(d.verdict, Verdict::Unknown | Verdict::PartlyExplained);
+            summary.visible += usize::from(claims);
+            summary.exact += usize::from(right);
+            summary.wrongly_explained += usize::from(d.verdict == Verdict::Explained);
+            if !claims {
+                right = true;
+                note = "nothing claimed".into();
+            }
+        }
+    }
+    let truth_text = format!(
+        "{:?} {:?} rho {} jitter {} outliers {}",
+        truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
+    );
+    let unexplained = d
+        .unexplained
+        .as_ref()
+        .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
+    let line = format!(
+        "seed {seed} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lof {:.1e} lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
+        if scene.plane { "2-D" } else { "1-D" },
+        scene.trajectories,
+        scene.rate_hz,
+        1e3 * scene.noise_m,
+        if right { "ok" } else { "WRONG" },
+        d.verdict,
+        mine,
+        d.alternatives,
+        d.tests.lack_of_fit,
+        d.tests.library,
+        d.tests.laws,
+        d.tests.heterogeneity,
+        d.tests.periodicity,
+    );
+    Row { line, right }
+}

@@ -1,0 +1,132 @@
+//! From a truth to a data set, and the model file that declares nothing of it.
+
+use super::integrate::{Physics, Start};
+use super::truth::{Kind, Scene, Truth, Unlisted};
+use augsim_data::{DataError, Dataset, Trajectory};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// A set with its truth closed away.
+pub struct Sealed {
+    /// What was measured.
+    pub data: Dataset,
+    /// The model file that goes with it.
+    pub model: String,
+    truth: Truth,
+}
+
+impl Sealed {
+    /// Opens the envelope: only after the verdict.
+    pub fn truth(&self) -> &Truth {
+        &self.truth
+    }
+}
+
+/// The declared model: gravity, restitution to be calibrated, the instrument's noise.
+pub fn model_text(scene: &Scene, sd_m: f64) -> String {
+    let release = if scene.at_rest { "rest" } else { "free" };
+    let geometry = if scene.plane { "radius_m = 0.02\ninertia_ratio = 0.4\n" } else { "" };
+    format!(
+        "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = {{ nominal = 9.81, frozen = true }}\n\
+         restitution = {{ nominal = 0.65, min = 0.0, max = 1.0 }}\n{geometry}[sensor]\nposition_sd_m = {sd_m:?}\n[release]\nkind = \"{release}\"\n"
+    )
+}
+
+fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// Makes the set of a scene and a truth.
+///
+/// # Errors
+/// None that a scene of this module's own can cause.
+pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result<Sealed, DataError> {
+    let physics = Physics { truth: &truth, restitution: scene.restitution };
+    let find = |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
+    let per_impact = find(&|k| {
+        if let Kind::ScatterImpact(s) = k { Some(*s) } else { None }
+    });
+    let per_trajectory = find(&|k| {
+        if let Kind::ScatterTrajectory(s) = k { Some(*s) } else { None }
+    });
+    let late = find(&|k| {
+        if let Kind::Latency(s) = k { Some(*s) } else { None }
+    });
+    let offset = find(&|k| {
+        if let Kind::HeightOffset(s) = k { Some(*s) } else { None }
+    });
+    let roll = find(&|k| {
+        if let Kind::Roll(s) = k { Some(*s) } else { None }
+    });
+    let pause = 1200.0 / scene.trajectories as f64;
+    let mut trajectories = Vec::new();
+    for j in 0..scene.trajectories {
+        let session = j as f64 * pause + rng.random_range(0.0..0.5 * pause);
+        let shared = per_trajectory * normal(rng);
+        let start = Start {
+            x: if scene.plane { rng.random_range(-0.3..0.3) } else { 0.0 },
+            z: rng.random_range(0.4..2.2),
+            vx: if scene.plane { rng.random_range(0.2..1.8) } else { 0.0 },
+            vz: if scene.at_rest { 0.0 } else { rng.random_range(-1.0..1.5) },
+            spin: if scene.plane { rng.random_range(-80.0..80.0) } else { 0.0 },
+            clock: session - 600.0,
+            session,
+            offsets: (0..40).map(|_| shared + per_impact * normal(rng)).collect(),
+        };
+        let n = (rng.random_range(1.5..2.6) * scene.rate_hz) as usize;
+        let mut times: Vec<f64> = Vec::new();
+        for k in 0..n {
+            // Irregular sets lose samples and have uneven times.
+            if scene.irregular && rng.random_bool(0.05) {
+                continue;
+            }
+            let uneven = if scene.irregular { rng.random_range(0.0..0.3) } else { 0.0 };
+            times.push((k as f64 + uneven) / scene.rate_hz);
+        }
+        let seen: Vec<f64> = times.iter().map(|t| t - late + truth.jitter_s * normal(rng)).collect();
+        let mut order: Vec<usize> = (0..seen.len()).collect();
+        order.sort_by(|&a, &b| seen[a].total_cmp(&seen[b]));
+        let sorted: Vec<f64> = order.iter().map(|&i| seen[i].max(0.0)).collect();
+        let found = physics.positions(&start, &sorted);
+        let mut truth_at = vec![(0.0, 0.0); seen.len()];
+        order.iter().zip(found).for_each(|(&i, p)| truth_at[i] = p);
+        let (mut ex, mut ez) = (0.0, 0.0);
+        let rho = truth.correlation;
+        let innovation = (1.0 - rho * rho).sqrt();
+        let (mut xs, mut zs) = (Vec::new(), Vec::new());
+        for (k, &(x, z)) in truth_at.iter().enumerate() {
+            let fresh = if k == 0 { 1.0 } else { innovation };
+            ex = rho * ex + fresh * normal(rng);
+            ez = rho * ez + fresh * normal(rng);
+            let mut spike = || {
+                if rng.random::<f64>() < truth.outliers { 12.0 * normal(rng) } else { 0.0 }
+            };
+            let (sx, sz) = (spike(), spike());
+            let bent = match truth.unlisted {
+                Some(Unlisted::Lens(a)) => z + a * (z - 0.7).powi(3),
+                _ => z,
+            };
+            xs.push(x * roll.cos() - bent * roll.sin() + scene.noise_m * (ex + sx));
+            zs.push(x * roll.sin() + bent * roll.cos() + offset + scene.noise_m * (ez + sz));
+        }
+        let count = times.len();
+        let constant = |v: f64| vec![v; count];
+        let values = if scene.plane {
+            vec![xs, zs, constant(session), constant(start.spin)]
+        } else {
+            vec![zs, constant(session)]
+        };
+        trajectories.push(Trajectory::new(format!("{j}"), times, values)?);
+    }
+    let names: &[&str] = if scene.plane {
+        &["x_m", "z_m", "start_time_s", "spin_rad_s"]
+    } else {
+        &["height_m", "start_time_s"]
+    };
+    Ok(Sealed {
+        data: Dataset::from_names(names, trajectories)?,
+        model: model_text(scene, scene.noise_m / truth.declared_ratio),
+        truth,
+    })
+}
