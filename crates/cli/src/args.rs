@@ -42,6 +42,8 @@ pub enum Command {
     Demo(Demo),
     /// Generate trajectories of a known law, with a truth record beside them.
     Simulate(Simulate),
+    /// Close the loop: what the model lacks, added and proved on held-out trajectories, or an honest no.
+    Discover(Discover),
     /// Train a net on trajectories; a run directory is the result.
     Train(Train),
     /// Forecast from the first state of each trajectory with a trained run.
@@ -74,6 +76,21 @@ pub struct Simulate {
     /// File to write (`.csv` or `.csv.gz`); what was drawn goes to `<name>.truth.csv` beside it.
     #[arg(long, default_value = "out/ball.csv")]
     pub out: PathBuf,
+}
+
+/// Options of `discover`.
+#[derive(Debug, ClapArgs)]
+pub struct Discover {
+    /// Model file (TOML): what is declared.
+    pub model: PathBuf,
+    /// Measured trajectories (CSV, plain or gzip).
+    pub data: PathBuf,
+    /// Directory for `result.json`, `report.html` and the augmented `model.toml`.
+    #[arg(long, default_value = "out/discover")]
+    pub out: PathBuf,
+    /// Share of the trajectories that fits may see; the rest judges them.
+    #[arg(long, default_value_t = 0.7)]
+    pub train_share: f64,
 }
 
 /// Nets that can be trained.
@@ -195,5 +212,13 @@ pub enum DataAction {
     Inspect {
         /// The file (CSV, plain or gzip).
         file: PathBuf,
+    },
+    /// Turn a measured set in its own layout into a data file and a model file to begin with.
+    Convert {
+        /// Folder of the set; its name says which set it is.
+        folder: PathBuf,
+        /// Directory for `data.csv` and `model.toml`.
+        #[arg(long, default_value = "out/data")]
+        out: PathBuf,
     },
 }

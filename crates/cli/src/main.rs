@@ -3,6 +3,7 @@
 mod args;
 mod ball;
 mod commands;
+mod discovery_page;
 mod exit;
 mod interrupt;
 mod output;

@@ -45,3 +45,34 @@ impl TrainingProgress {
         self.0.finish_and_clear();
     }
 }
+
+/// The step that a shorter piece of work is at; shown once it takes longer than a moment.
+#[derive(Debug)]
+pub struct Steps(ProgressBar);
+
+impl Steps {
+    /// Nothing is shown until the first step.
+    pub fn new(output: &Output) -> Self {
+        let target = if output.shows_progress() {
+            ProgressDrawTarget::stderr_with_hz(5)
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(None, target);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Steps(bar)
+    }
+
+    /// The work is at this step.
+    pub fn show(&self, step: &'static str) {
+        self.0.set_message(step);
+    }
+
+    /// Takes the line away.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}

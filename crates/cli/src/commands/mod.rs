@@ -2,6 +2,7 @@
 
 mod data;
 mod demo;
+mod discover;
 mod evaluate;
 mod predict;
 mod reproduce;
@@ -18,6 +19,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
     match &args.command {
         Command::Demo(a) => demo::run(a, seed, output),
         Command::Simulate(a) => simulate::run(a, seed, output),
+        Command::Discover(a) => discover::run(a, seed, output),
         Command::Train(a) => train::run(a, seed, output),
         Command::Predict(a) => predict::run(a, output),
         Command::Evaluate(a) => evaluate::run(a, output),

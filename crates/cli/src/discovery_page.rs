@@ -1,0 +1,240 @@
+//! A discovery as a page.
+
+use crate::args::Discover;
+use augsim_discovery::{Bin, Discovery, Estimate, Rmse, Verdict};
+use augsim_physics::model::Model;
+use augsim_report::discovery as page;
+use augsim_report::page::{DataSource, Method, Provenance};
+use augsim_report::{DiscoveryReport, discovery};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Percentiles that a discovery lists, as quantiles of a normal law: 1, 5, 25, 50, 75, 95, 99 %.
+const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
+
+/// Fills the page's input.
+pub fn page(args: &Discover, seed: u64, model: &Model, d: &Discovery) -> DiscoveryReport {
+    let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
+    DiscoveryReport {
+        title: format!("{name}: what the model lacks"),
+        scenario: "ball".to_owned(),
+        verdict: match d.verdict {
+            Verdict::NothingToAdd => page::Verdict::NothingToAdd,
+            Verdict::Explained => page::Verdict::Explained,
+            Verdict::PartlyExplained => page::Verdict::PartlyExplained,
+            Verdict::Unknown => page::Verdict::Unknown,
+        },
+        sentence: d.sentence.clone(),
+        error: page::ErrorSummary {
+            quantity: "forecast after the first flight".to_owned(),
+            unit: d.error.unit.clone(),
+            heldout_trajectories: d.error.heldout_trajectories as u64,
+            declared: Some(rmse(d.error.declared)),
+            calibrated: Some(rmse(d.error.calibrated)),
+            augmented: Some(rmse(d.error.augmented)),
+            noise_floor: Some(rmse(d.error.noise_floor)),
+            explained_share: d.error.explained_share,
+        },
+        calibrated: model
+            .parameters
+            .iter()
+            .filter_map(|p| {
+                let fitted = d.parameters.get(&p.name);
+                (fitted.is_some() || p.frozen).then(|| page::CalibratedParameter {
+                    parameter: match fitted {
+                        Some(e) => parameter(&p.name, e),
+                        None => {
+                            page::Parameter { name: p.name.clone(), value: p.nominal, ..Default::default() }
+                        }
+                    },
+                    declared: p.nominal,
+                    frozen: p.frozen,
+                })
+            })
+            .collect(),
+        effects: d
+            .effects
+            .iter()
+            .map(|e| page::FoundEffect {
+                kind: e.kind.clone(),
+                stands_for: e.stands_for.join(", "),
+                parameters: parameters(&e.parameters),
+                share: Some(e.share),
+            })
+            .collect(),
+        anatomy: anatomy(d),
+        candidates: d
+            .candidates
+            .iter()
+            .map(|c| page::Candidate {
+                kinds: c.kinds.clone(),
+                parameters: parameters(&c.parameters),
+                score: Some(c.gain - c.penalty),
+                chosen: c.chosen,
+                why: c.why.clone(),
+            })
+            .collect(),
+        score_unit: "gain in -2 ln likelihood less its penalty".to_owned(),
+        correlations: page::Correlations {
+            names: d.correlations.0.clone(),
+            values: d.correlations.1.iter().map(|row| row.iter().copied().map(Some).collect()).collect(),
+        },
+        noise: page::Noise {
+            sd: Some(d.noise.sd),
+            unit: d.noise.unit.clone(),
+            findings: d
+                .noise
+                .findings
+                .iter()
+                .map(|kind| page::NoiseFinding { kind: kind.clone(), text: noise_text(kind, d) })
+                .collect(),
+            ..Default::default()
+        },
+        alternatives: d.alternatives.clone(),
+        unexplained: d.unexplained.as_ref().map(|u| page::Unexplained {
+            r#where: u.place.clone(),
+            against: u.against.clone(),
+            term: format!("{}: {}", u.target, u.term),
+        }),
+        next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
+        model_toml: d.model_toml.clone(),
+        reproduce: vec![format!(
+            "augsim discover {} {} --out {} --train-share {} --seed {seed}",
+            args.model.display(),
+            args.data.display(),
+            args.out.display(),
+            args.train_share
+        )],
+        methods: methods(),
+        seconds: Some(d.seconds),
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: Some(seed),
+            data: vec![source(&args.model), source(&args.data)],
+            ..Provenance::default()
+        },
+        ..DiscoveryReport::default()
+    }
+}
+
+fn rmse(r: Rmse) -> page::Rmse {
+    page::Rmse { rmse: r.rmse, ci95: Some(r.ci95) }
+}
+
+fn parameter(name: &str, e: &Estimate) -> page::Parameter {
+    page::Parameter { name: name.to_owned(), value: e.value, ci95: Some(e.ci95), unit: e.unit.clone() }
+}
+
+fn parameters(all: &BTreeMap<String, Estimate>) -> Vec<page::Parameter> {
+    all.iter().map(|(name, e)| parameter(name, e)).collect()
+}
+
+/// Unit and words of a feature that residuals are binned by.
+fn feature(name: &str) -> (String, String) {
+    let (words, unit) = match name {
+        "time_s" => ("time", "s"),
+        "height_m" => ("height", "m"),
+        "speed_m_s" => ("speed", "m/s"),
+        other => (other, ""),
+    };
+    (words.to_owned(), unit.to_owned())
+}
+
+fn anatomy(d: &Discovery) -> page::Anatomy {
+    let a = &d.anatomy;
+    let empty = Vec::new();
+    page::Anatomy {
+        profiles: a
+            .before
+            .iter()
+            .map(|(name, before)| {
+                let (against, against_unit) = feature(name);
+                discovery::Profile {
+                    against,
+                    against_unit,
+                    residual: "mean residual".to_owned(),
+                    unit: "noise sd".to_owned(),
+                    before: bins(before),
+                    after: bins(a.after.get(name).unwrap_or(&empty)),
+                }
+            })
+            .collect(),
+        autocorrelation: Some(page::ResidualAutocorrelation {
+            lag: (0..a.autocorrelation_before.len()).map(|l| l as f64).collect(),
+            lag_unit: "samples".to_owned(),
+            before: a.autocorrelation_before.clone(),
+            after: a.autocorrelation_after.clone(),
+            white95: None,
+        }),
+        quantiles: Some(page::ResidualQuantiles {
+            normal: NORMAL_QUANTILES.to_vec(),
+            before: a.quantiles_before.clone(),
+            after: a.quantiles_after.clone(),
+        }),
+        ..Default::default()
+    }
+}
+
+/// Means with 95 % intervals.
+fn bins(all: &[Bin]) -> page::Bins {
+    let half =
+        |b: &Bin| 1.96 * (b.rms * b.rms - b.mean * b.mean).max(0.0).sqrt() / (b.count.max(1) as f64).sqrt();
+    page::Bins {
+        x: all.iter().map(|b| b.x).collect(),
+        mean: all.iter().map(|b| b.mean).collect(),
+        lower95: all.iter().map(|b| b.mean - half(b)).collect(),
+        upper95: all.iter().map(|b| b.mean + half(b)).collect(),
+    }
+}
+
+fn noise_text(kind: &str, d: &Discovery) -> String {
+    let n = &d.noise;
+    match kind {
+        "noise-autocorrelated" => format!("neighbouring samples correlate with {:.2}", n.correlation),
+        "timing-jitter" => format!("time stamps scatter by {:.2} ms", 1e3 * n.jitter_s),
+        "outliers" => format!("{} samples lie too far off and were left out", n.outliers),
+        "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
+        _ => String::new(),
+    }
+}
+
+fn source(path: &Path) -> DataSource {
+    let hash = std::fs::read(path).map(|b| format!("crc32:{:08x}", crc32fast::hash(&b)));
+    DataSource { path: path.display().to_string(), hash: hash.unwrap_or_default() }
+}
+
+fn methods() -> Vec<Method> {
+    [
+        (
+            "Variable projection",
+            "initial states are eliminated from every fit",
+            "Golub, Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares, 1973",
+        ),
+        (
+            "Levenberg-Marquardt with exact sensitivities",
+            "fits through impacts, by dual numbers with the derivative of the event time",
+            "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
+        ),
+        (
+            "Score test",
+            "which effect the residual asks for",
+            "Rao: Large sample tests of statistical hypotheses, 1948",
+        ),
+        (
+            "Laplace approximation, evidence fixed point",
+            "restitution that scatters",
+            "MacKay: Bayesian Interpolation, Neural Computation 1992",
+        ),
+        (
+            "Bootstrap over trajectories",
+            "intervals of the held-out error",
+            "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
+        ),
+    ]
+    .map(|(name, purpose, reference)| Method {
+        name: name.to_owned(),
+        purpose: purpose.to_owned(),
+        reference: reference.to_owned(),
+    })
+    .into()
+}
