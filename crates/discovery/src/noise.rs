@@ -258,6 +258,17 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
             }
         }
     }
+    if rho != 0.0 {
+        // What low frequencies hold is an extrapolation by the correlation: it is worth all samples.
+        let all: Vec<&Arc> = arcs.iter().collect();
+        rho = golden(
+            |r| criterion(&all, channels, r, growth),
+            (rho - 0.06).max(-0.4),
+            (rho + 0.06).min(0.95),
+            10,
+        )
+        .0;
+    }
     let mut freedom = 0.0;
     for (channel, sd) in sd.iter_mut().enumerate() {
         let (mut rss, mut f) = (0.0, 0.0);
@@ -294,11 +305,10 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         findings.push("timing-jitter");
     }
     let expected = 1e-4 * total_samples as f64;
-    let spoilt = outliers as f64 > expected + 3.0 * expected.sqrt().max(0.5);
-    if spoilt {
+    if outliers as f64 > expected + 3.0 * expected.sqrt().max(0.5) {
         findings.push("outliers");
     }
-    weigh(data, &arcs, &masked, &sd, growth, spoilt);
+    weigh(data, &arcs, &masked, &sd, growth);
     Noise { sd_m: sd, correlation: rho, jitter_s, findings, outliers, freedom }
 }
 
@@ -341,8 +351,7 @@ fn weigh(
                         if known[k].is_finite() {
                             last = known[k];
                         }
-                        // Where samples are wrong, those near impacts, which no arc can vouch for, are left out.
-                        if masked[j][c][k] || spoilt && !known[k].is_finite() {
+                        if masked[j][c][k] {
                             0.0
                         } else {
                             1.0 / (sd[c] * (1.0 + (growth * last).powi(2)).sqrt())

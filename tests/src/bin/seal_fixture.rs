@@ -2,15 +2,17 @@
 #![expect(clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_data::{DataError, random_stream, write_csv};
-use augsim_tests::sealed::{draw, seal};
+use augsim_tests::sealed::{Kind, draw, seal};
 use std::path::Path;
 
-const SEED: u64 = 20_260;
+const SEED: u64 = 20_263;
 
 fn write(folder: &Path) -> Result<(), DataError> {
     let mut rng = random_stream(SEED, "fixture", 0);
-    let (mut scene, truth) = draw(&mut rng, Some(1), false);
+    let (mut scene, mut truth) = draw(&mut rng, Some(0), false);
+    truth.effects = vec![Kind::QuadraticDrag(0.031)];
     (scene.trajectories, scene.rate_hz, scene.irregular) = (30, 60.0, false);
+    (scene.plane, scene.at_rest) = (true, false);
     let sealed = seal(&scene, truth, &mut rng)?;
     let io = |cause| DataError::Unreadable { path: folder.to_owned(), cause };
     std::fs::create_dir_all(folder).map_err(io)?;
