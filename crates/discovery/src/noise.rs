@@ -325,14 +325,7 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     arcs
 }
 
-fn weigh(
-    data: &mut Measured,
-    arcs: &[Arc],
-    masked: &[Vec<Vec<bool>>],
-    sd: &[f64],
-    growth: f64,
-    spoilt: bool,
-) {
+fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
     let mut speeds: Vec<Vec<Vec<f64>>> =
         data.records.iter().map(|r| r.y.iter().map(|c| vec![f64::NAN; c.len()]).collect()).collect();
     for arc in arcs {
