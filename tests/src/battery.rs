@@ -48,6 +48,7 @@ pub struct Row {
 /// Counts over a battery.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
+    /// Sets that were run.
     pub sets: usize,
     /// Sets whose truth can be seen.
     pub visible: usize,
@@ -63,6 +64,7 @@ pub struct Summary {
     pub covered: (usize, usize),
     /// Error after, relative to the oracle's.
     pub ratios: Vec<f64>,
+    /// Seconds of each discovery.
     pub seconds: Vec<f64>,
 }
 

@@ -8,7 +8,7 @@ use crate::hypothesis::{Addition, Hypothesis};
 use crate::prepare::{Prepared, prepare};
 use crate::report::{Parts, report};
 use crate::result::{Discovery, ErrorTable, Rmse, Verdict};
-use crate::search::{Found, Judged, Search};
+use crate::search::{Judged, Search};
 use crate::statistics::median;
 use crate::unlisted::unlisted;
 use crate::{DiscoveryError, Options, Progress};

@@ -266,8 +266,8 @@ fn normal_wide<const N: usize>(
         }
     }
     let mut out = Square::zero(count);
-    for i in 0..count {
-        out.a[i * count..(i + 1) * count].copy_from_slice(&h[i][..count]);
+    for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
+        to.copy_from_slice(&from[..count]);
     }
     let mut g = g[..count].to_vec();
     let first = lanes.fixed_nuisances();

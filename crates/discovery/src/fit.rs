@@ -34,8 +34,6 @@ pub(crate) struct Fit {
     pub theta: Vec<f64>,
     /// Nuisances of each chosen record.
     pub nuisance: Vec<Vec<f64>>,
-    /// Sum of squared whitened residuals and priors.
-    pub q: f64,
     /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
@@ -196,7 +194,6 @@ fn fit_with(
         hypothesis: h,
         theta: state.theta,
         nuisance: state.nuisance,
-        q: state.q,
         ll,
         information,
         impacts: state.normals.into_iter().map(|n| n.impacts).collect(),
@@ -210,8 +207,8 @@ fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> f64 {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
         let c = normal.h.sub(&tail).cholesky().inverse();
         let first = l.fixed_nuisances();
-        for i in first..first + l.offsets {
-            sum += n[i] * n[i];
+        for (i, x) in n.iter().enumerate().skip(first).take(l.offsets) {
+            sum += x * x;
             freedom += 1.0 - c.at(i, i) / (sd * sd);
         }
     }

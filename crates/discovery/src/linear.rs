@@ -120,8 +120,8 @@ impl Cholesky {
     pub fn forward(&self, x: &mut [f64]) {
         for i in 0..self.n {
             let mut s = x[i];
-            for k in 0..i {
-                s -= self.l[i * self.n + k] * x[k];
+            for (l, y) in self.l[i * self.n..].iter().zip(&x[..i]) {
+                s -= l * y;
             }
             x[i] = s / self.l[i * self.n + i];
         }
@@ -132,8 +132,8 @@ impl Cholesky {
         self.forward(x);
         for i in (0..self.n).rev() {
             let mut s = x[i];
-            for k in i + 1..self.n {
-                s -= self.l[k * self.n + i] * x[k];
+            for (k, y) in x.iter().enumerate().skip(i + 1) {
+                s -= self.l[k * self.n + i] * y;
             }
             x[i] = s / self.l[i * self.n + i];
         }

@@ -19,6 +19,9 @@ pub(crate) const MOST_EFFECTS: usize = 6;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
+/// Additions with the values that their parameters begin at (empty: a share of the typical size).
+type Move = Vec<(Addition, Vec<f64>)>;
+
 /// What a search needs to know.
 pub(crate) struct Search<'a> {
     pub model: &'a Model,
@@ -168,12 +171,12 @@ impl<'a> Search<'a> {
         scores(&self.train, fit, &list)
     }
 
-    fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Vec<(Addition, Vec<f64>)>> {
+    fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Move> {
         let mut list = self.library_scores(fit);
         list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
         let (most, least) = if level == 1 { (9, 4.0) } else { (5, 6.0) };
         let strong = list.first().map_or(0.0, |s| s.statistic);
-        let mut moves: Vec<Vec<(Addition, Vec<f64>)>> = list
+        let mut moves: Vec<Move> = list
             .iter()
             .filter(|s| s.statistic > least)
             .take(most)
@@ -209,7 +212,7 @@ impl<'a> Search<'a> {
         let mut tried = vec![base.clone()];
         let mut beam = vec![base];
         for level in 1..=MOST_EFFECTS {
-            let jobs: Vec<(usize, Vec<(Addition, Vec<f64>)>)> = beam
+            let jobs: Vec<(usize, Move)> = beam
                 .par_iter()
                 .enumerate()
                 .map(|(i, j)| {
@@ -257,10 +260,10 @@ impl<'a> Search<'a> {
 
     fn without_repeats(
         &self,
-        jobs: Vec<(usize, Vec<(Addition, Vec<f64>)>)>,
+        jobs: Vec<(usize, Move)>,
         beam: &[Judged],
         tried: &[Judged],
-    ) -> Vec<(usize, Vec<(Addition, Vec<f64>)>)> {
+    ) -> Vec<(usize, Move)> {
         let mut seen: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
         jobs.into_iter()
             .filter(|(i, m)| {
@@ -288,7 +291,7 @@ impl<'a> Search<'a> {
             if now.is_empty() {
                 return;
             }
-            let mut sets: Vec<Vec<(Addition, Vec<f64>)>> = Vec::new();
+            let mut sets: Vec<Move> = Vec::new();
             for i in 0..now.len() {
                 let mut rest = now.clone();
                 let gone = rest.remove(i);
