@@ -16,6 +16,13 @@ pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcom
     if !(args.train_share > 0.0 && args.train_share < 1.0) {
         return Err(Usage(format!("--train-share {}: must lie between 0 and 1", args.train_share)).into());
     }
+    let found = close_loop(args, seed, output)?;
+    output.result(&found, || text(args, &found))?;
+    Ok(Outcome::Done)
+}
+
+/// Makes the discovery and writes `result.json`, `model.toml` and `report.html`.
+pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Discovery> {
     let model = Model::read(&args.model)?;
     let data = read_dataset(&args.data, MissingCells::AsGap)?;
     let options = Options { seed, train_share: args.train_share };
@@ -28,8 +35,7 @@ pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcom
     write("result.json", &serde_json::to_string_pretty(&found)?)?;
     write("model.toml", &found.model_toml)?;
     write("report.html", &augsim_report::discovery_report(&page(args, seed, &model, &found)))?;
-    output.result(&found, || text(args, &found))?;
-    Ok(Outcome::Done)
+    Ok(found)
 }
 
 /// The result in a few lines.
