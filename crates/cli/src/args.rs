@@ -180,9 +180,13 @@ pub enum Scenario {
 pub struct Reproduce {
     /// Which.
     pub scenario: Scenario,
-    /// Directory with `train.csv.gz` and `test_1000.csv.gz`; without it the same law is generated.
+    /// Directory with `train.csv.gz` and `test_1000.csv.gz`; where there is none, drops of the same law are
+    /// generated, and the table says so.
     #[arg(long)]
     pub data: Option<PathBuf>,
+    /// Test drops, where they are generated.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub test_drops: u32,
     /// Directory for runs, `result.json` and `report.html`.
     #[arg(long, default_value = "out/ball")]
     pub out: PathBuf,

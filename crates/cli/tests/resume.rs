@@ -55,6 +55,26 @@ fn a_killed_run_resumes_bit_for_bit() {
     assert_eq!(metrics.lines().count(), 12);
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_saves_a_checkpoint_and_has_code_130() {
+    let dir = tempfile::tempdir().unwrap();
+    simulate(dir.path());
+    let mut child =
+        command(dir.path(), "run", &[]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let metrics = dir.path().join("run/metrics.jsonl");
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !metrics.exists() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let interrupted = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(interrupted.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(dir.path().join("run/checkpoint.bin").exists());
+    let out = command(dir.path(), "run", &["--resume"]).output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
 #[test]
 fn resuming_on_other_data_is_refused() {
     let dir = tempfile::tempdir().unwrap();

@@ -62,3 +62,32 @@ fn simulate_train_predict_evaluate() {
     std::fs::write(d.join("changed.csv"), changed).unwrap();
     assert_eq!(predict("changed.csv"), forecast);
 }
+
+#[test]
+fn reproduce_without_the_data_generates_the_same_law_and_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let args = ["reproduce", "ball", "--data", "nowhere", "--iterations", "2", "--test-drops", "100"];
+    let out =
+        Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).args(["--out", "ball"]).current_dir(d).output();
+    let out = out.unwrap();
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.success() && error.contains("nowhere does not exist"), "{error}");
+    let text = std::fs::read_to_string(d.join("ball/result.json")).unwrap();
+    let result: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(result["schema"], "augsim.reproduce/1");
+    assert_eq!(result["test_set"], "generated");
+    let row = |model: &str, protocol: &str| {
+        let rows = result["rows"].as_array().unwrap();
+        rows.iter().find(|r| r["model"] == model && r["protocol"] == protocol).unwrap().clone()
+    };
+    // 100 other drops of the law: its figures within three standard deviations of such a set (0.017, 0.0095
+    // and 0.013 m).
+    assert!((row("Zero", "forecast")["pos_m"].as_f64().unwrap() - 0.642).abs() < 0.051);
+    assert!((row("Physics", "forecast")["pos_m"].as_f64().unwrap() - 0.168).abs() < 0.029);
+    assert!((row("Floor", "floor")["pos_m"].as_f64().unwrap() - 0.111).abs() < 0.039);
+    for recipe in ["Neural", "Hybrid", "Hybrid+"] {
+        assert!(row(recipe, "reconstruction")["crps_pos_m"].as_f64().is_some());
+    }
+    assert!(std::fs::read_to_string(d.join("ball/report.html")).unwrap().contains("generated"));
+}

@@ -7,9 +7,8 @@ use crate::output::Output;
 use crate::run_dir::DataSource;
 use augsim_trainer::Recipe;
 
-/// The paper's numbers of trajectories and iterations.
+/// The paper's numbers of training trajectories and iterations.
 const TRAIN: usize = 800;
-const TEST: usize = 1000;
 const ITERATIONS: u64 = 10_000;
 /// Added to the seed of generated training data, so that test data are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
@@ -23,7 +22,14 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
 
 fn ball(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
-    let (train, test, test_name) = match &args.data {
+    let published = args.data.as_ref().filter(|dir| {
+        if !dir.exists() {
+            output
+                .note(format!("{} does not exist: generating drops of the same law instead", dir.display()));
+        }
+        dir.exists()
+    });
+    let (train, test, test_name) = match published {
         Some(dir) => (
             DataSource::File(dir.join("train.csv.gz")),
             DataSource::File(dir.join("test_1000.csv.gz")),
@@ -31,11 +37,14 @@ fn ball(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outcome>
         ),
         None => (
             DataSource::PaperLaw { trajectories: TRAIN, seed },
-            DataSource::PaperLaw { trajectories: TEST, seed: seed.wrapping_add(TEST_SEED_OFFSET) },
+            DataSource::PaperLaw {
+                trajectories: args.test_drops as usize,
+                seed: seed.wrapping_add(TEST_SEED_OFFSET),
+            },
             "generated".to_owned(),
         ),
     };
-    let data = args.data.as_ref().map_or(String::new(), |d| format!(" --data {}", d.display()));
+    let data = published.map_or(String::new(), |d| format!(" --data {}", d.display()));
     let experiment = Experiment {
         title: "Bouncing ball: forecasts from the first state".to_owned(),
         command: format!(
