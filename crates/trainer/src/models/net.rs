@@ -19,6 +19,15 @@ pub struct NetModel {
     params: Params<f32>,
 }
 
+/// What a roll-out adds to the mean correction of each step.
+#[derive(Debug, Clone, Copy)]
+enum StepNoise {
+    /// A draw from the predicted distribution: a forecast.
+    Drawn,
+    /// Nothing: the decoder's mean given the latent, as the reconstructions of the paper's nets are.
+    Mean,
+}
+
 impl NetModel {
     /// The net of a saved state.
     ///
@@ -62,7 +71,8 @@ impl NetModel {
                     let l = i / samples;
                     *w = (mean[l] + sd[l] * f64::from(*w)) as f32;
                 }
-                self.roll(net, q.state(0), q.time, index, &w, samples)
+                let task = Task { start: q.state(0), time: q.time, index };
+                self.roll(net, task, &w, samples, StepNoise::Mean)
             }
         }
     }
@@ -82,12 +92,12 @@ impl NetModel {
     fn roll(
         &self,
         net: &Stepwise,
-        start: &[f64],
-        time: usize,
-        index: u64,
+        task: Task<'_>,
         w: &[f32],
         samples: usize,
+        noise: StepNoise,
     ) -> Result<Samples, TrainerError> {
+        let Task { start, time, index } = task;
         let (s, sizes, scales) = (start.len(), net.sizes(), &self.state.scales);
         let engine = &self.state.settings.engine;
         let mut tape = Tape::new();
@@ -125,7 +135,10 @@ impl NetModel {
             for sample in 0..samples {
                 for j in 0..s {
                     let at = j * samples + sample;
-                    let draw: f64 = StandardNormal.sample(&mut rng);
+                    let draw: f64 = match noise {
+                        StepNoise::Drawn => StandardNormal.sample(&mut rng),
+                        StepNoise::Mean => 0.0,
+                    };
                     let correction = f64::from(mean[at]) + f64::from(sd[at]) * draw;
                     let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
                     moved[j] = to[j] + scales.unit(j, from, to) * correction;
@@ -164,7 +177,7 @@ impl Forecaster for NetModel {
                     return Err(TrainerError::Foreign { what: what.into() });
                 };
                 let w = law.draw(&self.noise("forecast", task.index, net.sizes().latent * samples), samples);
-                self.roll(net, task.start, task.time, task.index, &w, samples)
+                self.roll(net, task, &w, samples, StepNoise::Drawn)
             }
         }
     }
