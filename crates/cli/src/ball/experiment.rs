@@ -2,11 +2,11 @@
 
 use super::report::report;
 use super::rows::{Errors, Row};
-use super::{load, paper_engine};
+use super::{load, paper_engine, read, sequences};
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource, RunDir};
 use crate::session::{self, Ended, Trained};
-use augsim_data::{MissingCells, atomic_write, read_dataset};
+use augsim_data::{Dataset, atomic_write};
 use augsim_physics::ball::floor::{FloorOptions, paper_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_trainer::models::{Law, Physics, Zero};
@@ -92,7 +92,8 @@ pub struct Scored<'a> {
 impl Experiment {
     /// Runs it; `None` if the user stopped it (run again with `--resume`).
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
-        let (train, test) = (load(&self.train)?, load(&self.test)?);
+        let (train, test_data) = (load(&self.train)?, read(&self.test)?);
+        let test = sequences(&test_data)?;
         let mut trained = Vec::new();
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
@@ -124,7 +125,7 @@ impl Experiment {
             let score = evaluate_reconstruction(&t.model, &test)?;
             rows.push(Row::of_net(t.model.name(), Protocol::Reconstruction, &score));
         }
-        rows.push(self.floor()?);
+        rows.push(self.floor(&test_data)?);
         let score = evaluate_forecast(&law, &test)?;
         rows.push(Row::of_net(law.name(), Protocol::Floor, &score));
         scored.push(Scored { model: &law, score });
@@ -161,18 +162,9 @@ impl Experiment {
     }
 
     /// The best that any predictor can do from the first state.
-    fn floor(&self) -> anyhow::Result<Row> {
-        let dataset = match &self.test {
-            DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
-            DataSource::PaperLaw { trajectories, seed } => {
-                PaperLaw::default().generate(*trajectories, *seed)?.0
-            }
-        };
-        let floor = paper_floor(
-            &PaperLaw::default(),
-            &dataset,
-            FloorOptions { seed: self.seed, ..Default::default() },
-        )?;
+    fn floor(&self, test: &Dataset) -> anyhow::Result<Row> {
+        let options = FloorOptions { seed: self.seed, ..Default::default() };
+        let floor = paper_floor(&PaperLaw::default(), test, options)?;
         let errors = Errors {
             trans_percent: floor.weighted_median.trans_percent.mean,
             pos_m: floor.median.position_m.mean,

@@ -40,16 +40,15 @@ pub fn report(
             let task = Task { start: q.state(0), time: q.time, index: index as u64 };
             let samples = s.model.forecast(task, SAMPLES)?;
             for (column, (channel, unit)) in CHANNELS.into_iter().enumerate() {
-                let band = |q: f64| -> Vec<f64> {
-                    let row = |t: usize| &samples.values[(t * 2 + column) * samples.count..][..samples.count];
-                    (0..task.time)
-                        .map(|t| {
-                            let mut sorted = row(t).to_vec();
-                            sorted.sort_unstable_by(f32::total_cmp);
-                            quantile(&sorted, q)
-                        })
-                        .collect()
-                };
+                let sorted: Vec<Vec<f32>> = (0..q.time)
+                    .map(|t| {
+                        let mut row =
+                            samples.values[(t * 2 + column) * samples.count..][..samples.count].to_vec();
+                        row.sort_unstable_by(f32::total_cmp);
+                        row
+                    })
+                    .collect();
+                let band = |level: f64| sorted.iter().map(|row| quantile(row, level)).collect::<Vec<f64>>();
                 forecasts.push(Forecast {
                     model: s.model.name().to_owned(),
                     trajectory: format!("trajectory {}", q.id),

@@ -5,7 +5,7 @@ use crate::ball;
 use crate::exit::Outcome;
 use crate::output::Output;
 use crate::run_dir::{DataSource, RunDir};
-use augsim_data::{Column, Dataset, MissingCells, Trajectory, read_dataset, write_csv};
+use augsim_data::{Column, Dataset, Trajectory, write_csv};
 use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Task};
 use rayon::prelude::*;
@@ -22,13 +22,13 @@ struct Written {
 /// Runs the subcommand.
 pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
     let model = NetModel::new(RunDir::open(&args.run).read_model()?)?;
-    let starts = ball::load(&DataSource::File(args.data.clone()))?;
-    let times = read_dataset(&args.data, MissingCells::AsGap)?;
+    let data = ball::read(&DataSource::File(args.data.clone()))?;
+    let starts = ball::sequences(&data)?;
     let samples = args.samples as usize;
     let rows = starts
         .items
         .par_iter()
-        .zip(times.trajectories())
+        .zip(data.trajectories())
         .enumerate()
         .map(|(i, (q, t))| {
             let task = Task { start: q.state(0), time: q.time, index: i as u64 };
