@@ -10,6 +10,9 @@ use super::support::{Support, free_twist, mobility};
 use super::surface::{Matrix, Surface};
 use crate::{Dual, Scalar};
 
+/// Relative size of a last Newton step: the error after it is its square.
+const CONVERGED: f64 = 1e-7;
+
 /// What the contact does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -208,7 +211,8 @@ fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, st
         };
         let change = (next - x).abs();
         x = next;
-        if change <= 1e-14 * scale {
+        // Newton's method is quadratic: after a step this small nothing is left to gain.
+        if change <= CONVERGED * scale {
             break;
         }
     }
@@ -265,7 +269,8 @@ fn slide_root(
         if !step.iter().all(|s| s.is_finite()) {
             break;
         }
-        if step[0].abs() <= 1e-13 * speed && step[1].abs() * c <= 1e-13 * speed {
+        if step[0].abs() <= CONVERGED * speed && step[1].abs() * c <= CONVERGED * speed {
+            x = [x[0] - step[0], x[1] - step[1]];
             converged = true;
             break;
         }
