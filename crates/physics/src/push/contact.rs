@@ -89,16 +89,30 @@ impl<S: Scalar> Response<S> {
 /// The twist of an object that the rod touches, and the force between them. `friction` is the coefficient of the contact.
 #[inline]
 pub fn respond<S: Scalar>(support: &Support<'_, S>, touch: &Touch<S>, friction: S) -> Response<S> {
-    let approach = dot(touch.velocity, touch.normal);
+    let approach = dot(touch.velocity, touch.normal).value();
+    let Some(inertia) = &support.inertia else {
+        if approach <= 0.0 {
+            return Response::without_force(Mode::Separate, Twist::zero());
+        }
+        return match (&support.surface, support.loaded) {
+            (Surface::Ellipsoid { c }, false) => ellipsoid(support, *c, touch, friction),
+            _ => general(support, touch, friction),
+        };
+    };
+    // With inertia an object may run ahead. Contact and free motion exclude each other (the one has a pushing force exactly
+    // when the other would overlap), so that the likelier is tried first.
+    let rate = |twist: &Twist<S>| dot(twist.at(touch.point), touch.normal).value();
+    if approach > rate(&inertia.previous) {
+        let response = general(support, touch, friction);
+        if dot(response.force, touch.normal).value() > 0.0 {
+            return response;
+        }
+    }
     let free = free_twist(support);
-    let leaving = dot(free.at(touch.point), touch.normal).value() >= approach.value();
-    if leaving {
+    if rate(&free) >= approach {
         return Response::without_force(Mode::Separate, free);
     }
-    match (&support.surface, support.loaded, &support.inertia) {
-        (Surface::Ellipsoid { c }, false, None) => ellipsoid(support, *c, touch, friction),
-        _ => general(support, touch, friction),
-    }
+    general(support, touch, friction)
 }
 
 fn slid(sign: f64) -> Mode {

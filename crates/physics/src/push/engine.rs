@@ -17,6 +17,9 @@ use thiserror::Error;
 /// Overlap of rod and object that counts as an error of measurement at the start, m; half the rod's radius if that is more.
 const TOLERATED_OVERLAP_M: f64 = 1e-3;
 
+/// Speed below which an object with inertia that nothing moves is at rest, m/s.
+const RESTING_M_S: f64 = 1e-6;
+
 /// A push that cannot be simulated.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PushError {
@@ -374,6 +377,14 @@ impl<'a, S: Scalar> Stepper<'a, S> {
 
     fn inertial<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, state: &mut State<S>) {
         let (begin, end) = (S::constant(start), S::constant(start + h));
+        let still = |v: Vector<S>| dot(v, v).value() < RESTING_M_S * RESTING_M_S;
+        let turning = state.twist.rotation.value() * self.scene.world.mean_radius_m;
+        let rests = still(state.twist.velocity) && turning.abs() < RESTING_M_S;
+        if rests && still(piece.velocity(begin)) && still(piece.velocity(end)) {
+            // On a level table nothing starts by itself; on a tilted one friction holds it.
+            state.twist = Twist::zero();
+            return;
+        }
         let rod = self.bent(piece, &state.pose, begin);
         let next_rod = self.scene.true_rod(piece.position(end));
         let length = S::constant(h);

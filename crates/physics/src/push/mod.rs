@@ -37,6 +37,7 @@ pub mod effects;
 mod engine;
 mod field;
 mod instant;
+pub mod laboratory;
 mod moments;
 mod object;
 mod outline;
