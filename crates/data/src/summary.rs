@@ -212,19 +212,19 @@ impl fmt::Display for Summary {
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {
-            writeln!(
-                f,
-                "{} {} Hz ({}), {}, {} to {} s long",
-                if self.streams.is_empty() { "sampled at" } else { "union of the streams' clocks, rows at" },
-                digits(s.median_rate_hz),
-                if s.regular { "regular" } else { "irregular" },
+            let rate = digits(s.median_rate_hz);
+            if self.streams.is_empty() {
+                let regular = if s.regular { "regular" } else { "irregular" };
+                write!(f, "sampled at {rate} Hz ({regular}), ")?;
                 match s.gaps {
-                    0 => "no gaps".to_owned(),
-                    n => format!("{n} gaps up to {} s", digits(s.longest_interval_s)),
-                },
-                digits(s.duration_s[0]),
-                digits(s.duration_s[1]),
-            )?;
+                    0 => write!(f, "no gaps, ")?,
+                    n => write!(f, "{n} gaps up to {} s, ", digits(s.longest_interval_s))?,
+                }
+            } else {
+                // Gaps belong to the streams; between the rows of a union they mean nothing.
+                write!(f, "rows on the union of the streams' clocks ({rate} Hz), ")?;
+            }
+            writeln!(f, "{} to {} s long", digits(s.duration_s[0]), digits(s.duration_s[1]))?;
         }
         for stream in &self.streams {
             writeln!(f, "{stream}")?;

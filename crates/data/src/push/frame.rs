@@ -65,9 +65,8 @@ pub fn in_start_frame(data: &Dataset) -> Result<Dataset, DataError> {
             theta_rad: values[theta][first],
         };
         let mut pairs = |[x, y]: [usize; 2], moved: &dyn Fn([f64; 2]) -> [f64; 2]| {
-            for k in 0..t.len() {
-                [values[x][k], values[y][k]] = moved([values[x][k], values[y][k]]);
-            }
+            let both = values[x].iter().zip(&values[y]).map(|(&x, &y)| moved([x, y]));
+            (values[x], values[y]) = both.map(|[x, y]| (x, y)).unzip();
         };
         points.iter().for_each(|&point| pairs(point, &|p| start.point_back(p)));
         force.iter().for_each(|&force| pairs(force, &|f| start.rotate_back(f)));

@@ -90,11 +90,12 @@ impl Stream {
     pub fn without_repeats(&self) -> Stream {
         let mut repeat = vec![false; self.len()];
         let mut first = 0;
-        for k in 1..self.len() {
-            if self.sample(k) == self.sample(first) {
+        for k in 1..=self.len() {
+            let end = k == self.len();
+            if !end && self.sample(k) == self.sample(first) {
                 continue;
             }
-            if self.time_s[k] - self.time_s[first] <= LONGEST_REPEAT_S {
+            if self.time_s[k - usize::from(end)] - self.time_s[first] <= LONGEST_REPEAT_S {
                 repeat[first + 1..k].fill(true);
             }
             first = k;
@@ -145,7 +146,7 @@ mod tests {
 
     #[test]
     fn confused_markers_are_left_out_and_wraps_are_undone() {
-        let yaw = [3.1, 3.12, 3.14 - 1.57, 3.15 - 1.57, 3.16 - TAU, 3.18 - TAU];
+        let yaw = [3.1, 3.12, 3.13 - 1.57, 3.15 - 1.57, 3.16 - TAU, 3.18 - TAU];
         let rows: Vec<_> = yaw.iter().zip(0..).map(|(&a, k)| [f64::from(k) * 0.004, 0.0, 0.0, a]).collect();
         let (kept, confused) = stream(&rows).without_quarter_turns();
         assert_eq!(confused, 2);
