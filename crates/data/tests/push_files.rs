@@ -179,13 +179,14 @@ fn the_official_trial_has_its_known_figures() {
     assert!((trial.start_s - 1_460_088_637.23).abs() < 0.01);
     let TrialName::Motion(m) = trial.name else { panic!("a trial of the set") };
     assert_eq!((m.surface, m.shape, m.speed_m_s), (Surface::Plywood, PushShape::Hex, Some(0.15)));
-    // In contact the rod keeps its radius, 4.75 mm, from the hexagon; its centre is 56 to 61 mm from the object's.
+    // In contact the rod's centre is its radius, 4.75 mm, outside the hexagon (inner radius sqrt(3)/2 of the outer,
+    // 60.5 mm), give or take the motion capture's 0.5 mm.
     let data = read_push_dataset(&folder).unwrap();
     let t = &data.trajectories()[0];
     let get = |name| column(&data, t, name);
     for k in (0..t.len()).filter(|&k| (0.2..0.5).contains(&t.time_s()[k])) {
         let gap = (get("pusher_x_m")[k] - get("x_m")[k]).hypot(get("pusher_y_m")[k] - get("y_m")[k]);
-        assert!((0.0605 * 0.75_f64.sqrt() + 0.0045..0.0605 + 0.0055).contains(&gap), "{gap}");
+        assert!((0.0605 * 0.75_f64.sqrt() + 0.00425..0.0605 + 0.00525).contains(&gap), "{gap}");
     }
 }
 
