@@ -4,6 +4,7 @@ use crate::latent::infer;
 use crate::nets::{Dcvrnn, Net, Stepwise};
 use crate::prepare::{conditions, prepare};
 use crate::sequences::Sequence;
+use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
@@ -61,7 +62,7 @@ impl NetModel {
                 let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
                 let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
                 let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
-                Ok(Samples { count: samples, values: tape.value(passed.mean_x).to_vec() })
+                Ok(self.samples(samples, tape.value(passed.mean_x).to_vec()))
             }
             Net::Stepwise(net) => {
                 let (mean, sd) = infer(net, &self.params, &prepared)?;
@@ -75,6 +76,13 @@ impl NetModel {
                 self.roll(net, task, &w, samples, StepNoise::Mean)
             }
         }
+    }
+
+    fn samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
+        if self.state.settings.recipe == Recipe::HybridStandardised {
+            self.state.scales.restore(&mut values, count);
+        }
+        Samples { count, values }
     }
 
     fn frozen(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
@@ -151,7 +159,7 @@ impl NetModel {
 
     fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
-        let u = conditions(settings.recipe, &settings.engine, task.start, task.time);
+        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, task.start, task.time);
         let u: Vec<f32> = u.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect();
         let (mut tape, bound) = self.frozen()?;
         let sizes = net.sizes();
@@ -159,7 +167,7 @@ impl NetModel {
         let eps = self.noise("forecast", task.index, task.time * sizes.latent * samples);
         let eps = tape.constant(&[task.time, sizes.latent, samples], &eps)?;
         let (mean, _) = net.generate(&mut tape, &bound, u, eps)?;
-        Ok(Samples { count: samples, values: tape.value(mean).to_vec() })
+        Ok(self.samples(samples, tape.value(mean).to_vec()))
     }
 }
 
