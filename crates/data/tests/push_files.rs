@@ -8,7 +8,8 @@ mod shared_data;
 
 use augsim_data::convert::CONVERTERS;
 use augsim_data::push::{
-    PushShape, PushTrial, Surface, TrialName, in_start_frame, read_push_dataset, read_push_trials, resample,
+    PlanarPose, PushShape, PushTrial, Surface, TrialName, in_start_frame, read_push_dataset,
+    read_push_trials, resample,
 };
 use augsim_data::{Dataset, MissingCells, Summary, Trajectory, read_dataset, write_dataset};
 use shared_data::{shared_data, workspace};
@@ -179,14 +180,21 @@ fn the_official_trial_has_its_known_figures() {
     assert!((trial.start_s - 1_460_088_637.23).abs() < 0.01);
     let TrialName::Motion(m) = trial.name else { panic!("a trial of the set") };
     assert_eq!((m.surface, m.shape, m.speed_m_s), (Surface::Plywood, PushShape::Hex, Some(0.15)));
-    // In contact the rod's centre is its radius, 4.75 mm, outside the hexagon (inner radius sqrt(3)/2 of the outer,
-    // 60.5 mm), give or take the motion capture's 0.5 mm.
+    // In contact the rod's centre is its radius, 4.75 mm, off the hexagon (inner radius sqrt(3)/2 of the outer, 60.5
+    // mm), give or take the motion capture's 0.5 mm. While it moves at 150 mm/s the clocks of robot and motion capture,
+    // up to 10 ms apart in sets of this laboratory, add 1.5 mm.
     let data = read_push_dataset(&folder).unwrap();
     let t = &data.trajectories()[0];
     let get = |name| column(&data, t, name);
-    for k in (0..t.len()).filter(|&k| (0.2..0.5).contains(&t.time_s()[k])) {
-        let gap = (get("pusher_x_m")[k] - get("x_m")[k]).hypot(get("pusher_y_m")[k] - get("y_m")[k]);
-        assert!((0.0605 * 0.75_f64.sqrt() + 0.00425..0.0605 + 0.00525).contains(&gap), "{gap}");
+    for k in 0..t.len() {
+        let pose = PlanarPose { x_m: get("x_m")[k], y_m: get("y_m")[k], theta_rad: get("theta_rad")[k] };
+        let [x, y] = pose.point_back([get("pusher_x_m")[k], get("pusher_y_m")[k]]);
+        let face = |side: u32| (f64::from(30 + 60 * side)).to_radians();
+        let outside = (0..6).map(|side| x * face(side).cos() + y * face(side).sin()).fold(f64::MIN, f64::max);
+        let gap = outside - 0.0605 * 0.75_f64.sqrt();
+        let moving = (0.15..0.55).contains(&t.time_s()[k]);
+        let allowed = if moving { 0.0005 + 0.0015 } else { 0.0005 };
+        assert!((gap - 0.00475).abs() < allowed, "{gap} at {} s", t.time_s()[k]);
     }
 }
 

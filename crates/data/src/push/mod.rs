@@ -4,7 +4,9 @@
 //! rod), `x_m, y_m, theta_rad` (pose of the object's area centroid) and, where measured, `force_x_N,
 //! force_y_N` (force on the rod), in the frame of the robot's base, z up. Where rod, object and force have
 //! their own clocks the rows stand on the union of these, and `pusher_new`, `object_new`, `force_new` are 1 at
-//! the fresh samples of each: only those are observations, the values between them are interpolated.
+//! the fresh samples of each: only those are observations, the values between them are interpolated. The clocks
+//! of robot and motion capture may be some 10 ms apart (a rod in contact then seems to sink into the object while
+//! it moves, 0.5 mm at 50 mm/s, 1.2 mm in the official trial at 150 mm/s): nothing corrects that here.
 //!
 //! [`read_push_trials`] reads the published files as they are, [`read_push_dataset`] brings them into that
 //! form, [`resample`] onto a clock of one rate, [`in_start_frame`] into the frame of the object's first pose.
