@@ -1,4 +1,4 @@
-//! The loop on a measured set: `discover_measured FOLDER-OF-SETS NAME`; prints the answer.
+//! The loop on a measured set: `discover_measured FOLDER-OF-SETS NAME` (or the folder or file of one set of pushes); prints the answer.
 #![expect(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use augsim_data::convert::CONVERTERS;
@@ -28,7 +28,8 @@ fn main() {
         }
     }
     for (set, convert) in CONVERTERS.iter().filter(|(set, _)| set == name) {
-        let converted = match convert(&Path::new(root).join(set)) {
+        let inner = Path::new(root).join(set);
+        let converted = match convert(if inner.exists() { &inner } else { Path::new(root) }) {
             Ok(c) => c,
             Err(e) => return println!("{e}"),
         };

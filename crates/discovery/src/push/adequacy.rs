@@ -8,8 +8,8 @@ use crate::statistics::{chi2_tail, median};
 /// Relative standard error of the estimated noise variance: a misfit within it is no misfit.
 const NOISE_UNCERTAINTY: f64 = 0.03;
 
-/// Tests of a fit.
-pub(crate) fn tests(search: &Search<'_>, fit: &Fit) -> Tests {
+/// Tests of a fit. `rejected` are kinds that were fitted beside it and did not pay: a score only forecasts what a fit settles.
+pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests {
     let p = fit.theta.len();
     let mut ratios: Vec<f64> = fit
         .pieces
@@ -23,7 +23,8 @@ pub(crate) fn tests(search: &Search<'_>, fit: &Fit) -> Tests {
     // chi2_1 of z is the two-sided normal tail.
     let lack_of_fit = if z > 0.0 { chi2_tail(z * z, 1.0) } else { 1.0 };
 
-    let scores = search.scores(fit);
+    let mut scores = search.scores(fit);
+    scores.retain(|s| !rejected.contains(&s.kind));
     let m = scores.len().max(1) as f64;
     let dispersion = search.dispersion.max(fit.dispersion(&search.train));
     let library = scores

@@ -6,7 +6,7 @@ use super::fit::{Fit, Sample, fit, fit_starts};
 use super::forecast::{self, Counted, Squares};
 use super::hypothesis::Hypothesis;
 use super::measured::{Measured, Window, measure};
-use super::report::{Parts, report};
+use super::report::{Parts, Ranking, report};
 use super::search::{Judged, Search};
 use crate::assess::Assessment;
 use crate::result::{Discovery, ErrorTable, Horizon, Rmse, Verdict};
@@ -42,6 +42,8 @@ pub fn discover_push(
     progress(Progress::Search);
     search.run(&mut || progress(Progress::Search));
     let best = search.best();
+    let ranking = Ranking::of(&search, best);
+    let rejected = search.rejected(best);
 
     // Windows that neither the calibrated nor the best model follows are left out, and both are fitted again.
     let outliers = [
@@ -61,7 +63,7 @@ pub fn discover_push(
     }
 
     progress(Progress::Adequacy);
-    let tests = adequacy::tests(&search, &search.tried[best].fit);
+    let tests = adequacy::tests(&search, &search.tried[best].fit, &rejected);
     let named = !search.tried[best].kinds().is_empty();
     let verdict = match (named, tests.pass) {
         (false, true) => Verdict::NothingToAdd,
@@ -125,7 +127,7 @@ pub fn discover_push(
     Ok(report(Parts {
         model,
         search: &search,
-        best,
+        ranking,
         everything: &everything,
         full: &last,
         tests,

@@ -34,11 +34,11 @@ impl Hypothesis {
     pub fn new(model: &PushModel, kinds: &[&'static str]) -> Self {
         let (mut world, mut values) = model.world();
         let mut free = Vec::new();
-        let declared = model.parameters.iter().zip([None; 8]).chain(
-            model.effects.iter().filter_map(|b| Some((b, spec_of(&b.kind)?))).flat_map(|(b, s)| {
-                b.parameters.iter().map(move |p| (p, Some(s.kind)))
-            }).map(|(p, k)| (p, k)),
-        );
+        // Scatter is no law and has no place in the vector.
+        let blocks = model.effects.iter().filter(|b| index_of(&b.kind).is_some());
+        let of_effects =
+            blocks.flat_map(|b| b.parameters.iter().map(|p| (p, spec_of(&b.kind).map(|s| s.kind))));
+        let declared = model.parameters.iter().map(|p| (p, None)).chain(of_effects);
         for (index, (p, kind)) in declared.enumerate() {
             if !p.frozen {
                 let unit = if kind.is_none() { base_unit(&p.name) } else { "" };
@@ -160,7 +160,7 @@ pub(crate) fn probes(spec: &EffectSpec) -> Vec<Vec<f64>> {
     match spec.kind {
         "table-anisotropy" | "object-anisotropy" => vec![vec![1.02, 0.0]],
         "table-tilt" => vec![vec![0.001, 0.0]],
-        "speed-dependent-friction" => vec![vec![0.1, 0.01], vec![0.1, 0.05]],
+        "speed-dependent-friction" => vec![vec![0.1, 0.02]],
         _ => vec![null],
     }
 }

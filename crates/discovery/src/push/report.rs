@@ -16,11 +16,26 @@ const AMBIGUOUS: f64 = 9.2;
 /// Sets within this of the best on the training part alone are told as well.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
 
+/// How the candidates came out, on the windows of the search.
+pub(crate) struct Ranking {
+    alternatives: Vec<Vec<String>>,
+    candidates: Vec<Candidate>,
+    shares: Vec<(&'static str, f64)>,
+}
+
+impl Ranking {
+    pub fn of(search: &Search<'_>, best: usize) -> Self {
+        let alternatives = alternatives(search, best);
+        let candidates = candidates(search, best, &alternatives);
+        Self { candidates, alternatives, shares: shares(search, best) }
+    }
+}
+
 /// What the answer is made of.
 pub(crate) struct Parts<'a> {
     pub model: &'a PushModel,
     pub search: &'a Search<'a>,
-    pub best: usize,
+    pub ranking: Ranking,
     pub everything: &'a Sample<'a>,
     /// The best set fitted to all windows.
     pub full: &'a Fit,
@@ -46,17 +61,26 @@ fn estimates(fit: &Fit, ci95: &[[f64; 2]], kind: Option<&str>) -> BTreeMap<Strin
         .collect()
 }
 
-fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
-    let search = parts.search;
-    let (base, best) = (search.base(), &search.tried[parts.best]);
+/// Share of the gain in likelihood that each effect of a set is worth.
+fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
+    let (base, best) = (search.base(), &search.tried[best]);
     let cost = |j: &Judged| j.fit.cost(&search.train);
     let whole = (cost(base) - cost(best)).max(1e-300);
     let kinds = best.kinds().to_vec();
-    let mut found: Vec<FoundEffect> = kinds
+    let share = |kind: &&'static str| {
+        let rest: Vec<&'static str> = kinds.iter().copied().filter(|k| k != kind).collect();
+        let without = if rest.is_empty() { cost(base) } else { cost(&search.refit(&best.fit, &rest, None)) };
+        (*kind, ((without - cost(best)) / whole).clamp(0.0, 1.0))
+    };
+    kinds.iter().map(share).collect()
+}
+
+fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
+    let mut found: Vec<FoundEffect> = parts
+        .ranking
+        .shares
         .iter()
-        .map(|kind| {
-            let rest: Vec<&'static str> = kinds.iter().copied().filter(|k| k != kind).collect();
-            let without = if rest.is_empty() { cost(base) } else { cost(&search.refit(&best.fit, &rest, None)) };
+        .map(|&(kind, share)| {
             let mut also: Vec<String> = spec_of(kind)
                 .map_or(&[][..], |s| s.stands_for)
                 .iter()
@@ -68,7 +92,7 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: estimates(parts.full, ci95, Some(kind)),
-                share: ((without - cost(best)) / whole).clamp(0.0, 1.0),
+                share,
                 per: None,
             }
         })
@@ -78,9 +102,8 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
 }
 
 /// Other sets that explain the data as well.
-fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
-    let search = parts.search;
-    let best = &search.tried[parts.best];
+fn alternatives(search: &Search<'_>, chosen: usize) -> Vec<Vec<String>> {
+    let best = &search.tried[chosen];
     if best.kinds().is_empty() {
         return Vec::new();
     }
@@ -88,7 +111,7 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
     for (i, j) in search.tried.iter().enumerate() {
         // A set with the answer in it explains nothing that the answer does not.
         let wider = best.kinds().iter().all(|k| j.kinds().contains(k));
-        if i == parts.best || j.held.is_none() || wider || j.kinds().len() > best.kinds().len() + 1 {
+        if i == chosen || j.held.is_none() || wider || j.kinds().len() > best.kinds().len() + 1 {
             continue;
         }
         let behind = search.total(j) - search.total(best);
@@ -101,12 +124,11 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
     list.into_iter().map(|(_, kinds)| kinds).collect()
 }
 
-fn candidates(parts: &Parts<'_>, rivals: &[Vec<String>]) -> Vec<Candidate> {
-    let search = parts.search;
+fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec<Candidate> {
     let base = search.base();
     let scale = search.dispersion;
     let base_cost = base.fit.cost(&search.train) / scale;
-    let best = &search.tried[parts.best];
+    let best = &search.tried[answer];
     let held = |j: &Judged| j.held.as_ref().map(|f| f.cost(&search.test) / scale);
     let mut order: Vec<usize> = (1..search.tried.len()).collect();
     order.sort_by(|&a, &b| {
@@ -126,7 +148,7 @@ fn candidates(parts: &Parts<'_>, rivals: &[Vec<String>]) -> Vec<Candidate> {
             let gain = base_cost - j.fit.cost(&search.train) / scale;
             let penalty = search.penalty(j.kinds());
             let kinds: Vec<String> = j.kinds().iter().map(|k| k.to_string()).collect();
-            let chosen = i == parts.best;
+            let chosen = i == answer;
             let behind = search.criterion(j) - search.criterion(best);
             let why = if chosen {
                 "explains the training pushes best and holds on the others".into()
@@ -255,7 +277,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
 pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let ci95 = parts.full.ci95(parts.everything);
     let found = effects(&parts, &ci95);
-    let rivals = alternatives(&parts);
+    let rivals = parts.ranking.alternatives.clone();
     let kinds: Vec<&str> = found.iter().map(|e| e.kind.as_str()).collect();
     let next_experiment = rivals.first().map_or_else(|| confirm(&kinds), |r| separate(&kinds, r));
     let h = &parts.full.hypothesis;
@@ -284,7 +306,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
             outliers: 0,
             findings: noise.findings.clone(),
         },
-        candidates: candidates(&parts, &rivals),
+        candidates: parts.ranking.candidates.clone(),
         effects: found,
         alternatives: rivals,
         unexplained: None,

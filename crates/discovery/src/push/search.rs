@@ -3,7 +3,7 @@
 use super::evaluate::MOST_FREE;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Hypothesis, Polar, probes};
-use crate::statistics::{chi2_quantile, median};
+use crate::statistics::{chi2_quantile, median, quantile};
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::{all, spec_of};
@@ -18,7 +18,7 @@ const MOST_EFFECTS: usize = 4;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 /// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
-const BEND: f64 = 9.0;
+pub(crate) const BEND: f64 = 9.0;
 
 /// A kind tested at a fit, by one Gauss-Newton step from its probe.
 #[derive(Clone, Debug)]
@@ -66,7 +66,8 @@ impl<'a> Search<'a> {
             .map(|e| e.spec())
             .filter(|s| {
                 let clash = |kind: &str| s.kind == kind || s.excludes.contains(&kind);
-                !model.effects.iter().any(|b| clash(&b.kind))
+                let slow = s.kind == "inertia" && coasting_m(model, &train) < 3.0 * train.data.noise.sd[0];
+                !model.effects.iter().any(|b| clash(&b.kind)) && !slow
             })
             .collect();
         let h = Hypothesis::new(model, &[]);
@@ -188,6 +189,20 @@ impl<'a> Search<'a> {
         self.tried.iter().any(|j| {
             j.kinds().len() == kinds.len() && kinds.iter().all(|k| j.kinds().contains(k))
         })
+    }
+
+    /// Kinds that were fitted beside the best set and did not pay.
+    pub fn rejected(&self, best: usize) -> Vec<&'static str> {
+        let now = self.tried[best].kinds();
+        self.library
+            .iter()
+            .map(|s| s.kind)
+            .filter(|kind| {
+                let mut with = now.to_vec();
+                with.push(kind);
+                self.known(&with)
+            })
+            .collect()
     }
 
     fn ranked(&self) -> Vec<usize> {
@@ -313,6 +328,24 @@ impl<'a> Search<'a> {
         let held = |i: usize| self.tried[i].held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
         if held(best) < held(0) { best } else { 0 }
     }
+}
+
+/// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
+fn coasting_m(model: &PushModel, sample: &Sample<'_>) -> f64 {
+    let mut speeds: Vec<f64> = sample
+        .data
+        .records
+        .iter()
+        .flat_map(|r| {
+            (1..r.rod_time.len()).map(move |k| {
+                (r.rod_x[k] - r.rod_x[k - 1]).hypot(r.rod_y[k] - r.rod_y[k - 1])
+                    / (r.rod_time[k] - r.rod_time[k - 1])
+            })
+        })
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    let friction = model.parameters[augsim_physics::push::SUPPORT_FRICTION].nominal;
+    quantile(&speeds, 0.9).powi(2) / (2.0 * friction * augsim_physics::push::GRAVITY_M_S2)
 }
 
 fn same(a: &[&str], b: &[&str]) -> bool {
