@@ -44,6 +44,39 @@ impl Sample<'_> {
             .collect()
     }
 
+    /// Pieces at new parameters and starts; a window that its new start makes worse keeps the old one, if that is better.
+    pub fn guarded(
+        &self,
+        h: &Hypothesis,
+        theta: &[f64],
+        moved: &[[f64; 3]],
+        old: &[[f64; 3]],
+        before: &[Piece],
+    ) -> (Vec<[f64; 3]>, Vec<Piece>) {
+        self.windows
+            .par_iter()
+            .zip(moved)
+            .zip(old.par_iter().zip(before))
+            .map(|((w, &new), (&old, before))| {
+                let at = |s| piece(h, theta, s, &self.data.records[w.record], w, self.data.noise.sd);
+                let trial = at(new);
+                if trial.q <= before.q {
+                    return (new, trial);
+                }
+                let kept = at(old);
+                if kept.q < trial.q { (old, kept) } else { (new, trial) }
+            })
+            .unzip()
+    }
+
+    /// What one more Gauss-Newton step of everything promises, in the quadratic approximation.
+    pub fn promise(&self, pieces: &[Piece], p: usize) -> f64 {
+        let (s, mut u, _) = self.normal(pieces, p);
+        s.cholesky().forward(&mut u);
+        let starts: f64 = pieces.iter().map(|w| self.cost(w.q, w.m).1 * w.start_gain(p)).sum();
+        starts + u.iter().map(|v| v * v).sum::<f64>()
+    }
+
     /// Curvature and gradient of the globals, and the gradient of every window.
     pub fn normal(&self, pieces: &[Piece], p: usize) -> (Square, Vec<f64>, Vec<Vec<f64>>) {
         let (mut s, mut u, mut each) = (Square::zero(p), vec![0.0; p], Vec::new());
@@ -153,6 +186,7 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
     let mut pieces = sample.pieces(hypothesis, &theta, &starts);
     let mut cost = sample.total(&pieces);
     let mut lambda = 1e-3;
+    let mut polished = false;
     for _ in 0..MOST_ITERATIONS {
         let (s, u, _) = sample.normal(&pieces, p);
         let mut gained = None;
@@ -179,8 +213,7 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
                     [0, 1, 2].map(|c| s[c] + shrink * d[c])
                 })
                 .collect();
-            let trial = sample.pieces(hypothesis, &next, &moved);
-            // A window whose start overshot keeps its own.
+            let (moved, trial) = sample.guarded(hypothesis, &next, &moved, &starts, &pieces);
             let trial_cost = sample.total(&trial);
             if trial_cost < cost {
                 gained = Some(cost - trial_cost);
@@ -192,6 +225,14 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
         }
         match gained {
             Some(gain) if gain > 0.05 + 1e-5 * cost => {}
+            // A start that hits the rod turns a corner that no common step follows: each window once by itself.
+            _ if !polished => {
+                polished = true;
+                let fitted = fit_starts_from(sample, hypothesis, &theta, &starts);
+                (starts, pieces) = (fitted.starts, fitted.pieces);
+                cost = sample.total(&pieces);
+                lambda = 1e-3;
+            }
             _ => break,
         }
     }
@@ -200,13 +241,17 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
 
 /// Fits the starts alone, at given parameters; each window for itself.
 pub(crate) fn fit_starts(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64]) -> Fit {
+    fit_starts_from(sample, hypothesis, theta, &sample.starts())
+}
+
+fn fit_starts_from(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], from: &[[f64; 3]]) -> Fit {
     let sd = sample.data.noise.sd;
     let still = vec![0.0; theta.len()];
     let (starts, pieces): (Vec<_>, Vec<_>) = sample
         .windows
         .par_iter()
-        .zip(sample.starts())
-        .map(|(w, mut start)| {
+        .zip(from)
+        .map(|(w, &(mut start))| {
             let r = &sample.data.records[w.record];
             let mut now = piece(hypothesis, theta, start, r, w, sd);
             let mut share = 1.0;

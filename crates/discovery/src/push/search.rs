@@ -121,6 +121,9 @@ impl<'a> Search<'a> {
             .collect();
         let mut list: Vec<Score> =
             candidates.into_par_iter().map(|(s, probe)| self.score(from, s, &probe)).collect();
+        // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
+        let common = self.train.promise(&from.pieces, from.theta.len());
+        list.iter_mut().for_each(|s| s.gain -= common);
         list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut seen: Vec<&str> = Vec::new();
         list.retain(|s| {
