@@ -63,7 +63,12 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
-            oracle = format!("oracle gain {:.1} ({:.1}) rmse {:.3} mm", told.gain, told.penalty, 1e3 * told.rmse_m);
+            oracle = format!(
+                "oracle gain {:.1} ({:.1}) rmse {:.3} mm",
+                told.gain,
+                told.penalty,
+                1e3 * told.rmse_m
+            );
             if told.visible() {
                 summary.visible += 1;
                 let exact = found == [kind.name()];
@@ -91,7 +96,10 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         truth.c_m,
         truth.contact_friction,
         d.verdict,
-        d.effects.iter().flat_map(|e| e.parameters.iter().map(|(n, e)| format!("{n} {:.4}", e.value))).collect::<Vec<_>>(),
+        d.effects
+            .iter()
+            .flat_map(|e| e.parameters.iter().map(|(n, e)| format!("{n} {:.4}", e.value)))
+            .collect::<Vec<_>>(),
         d.alternatives,
         1e3 * d.error.declared.rmse,
         1e3 * d.error.calibrated.rmse,

@@ -69,7 +69,8 @@ fn refusal(names: &[&str], count: usize, away: f64) -> String {
     let trajectories = (0..count)
         .map(|j| {
             let t: Vec<f64> = (0..20).map(|k| f64::from(k) / 20.0).collect();
-            let all = [t.iter().map(|t| -away + 0.02 * t).collect(), vec![0.0; 20], vec![0.0; 20], vec![0.0; 20]];
+            let all =
+                [t.iter().map(|t| -away + 0.02 * t).collect(), vec![0.0; 20], vec![0.0; 20], vec![0.0; 20]];
             let mut values: Vec<Vec<f64>> = all.into_iter().chain([vec![0.0; 20]]).collect();
             values.truncate(names.len());
             Trajectory::new(format!("{j}"), t, values).expect("well formed")
@@ -85,7 +86,10 @@ const NAMES: [&str; 5] = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"]
 #[test]
 fn a_rod_that_never_touches() {
     let text = refusal(&NAMES, 4, 0.2);
-    assert!(text.contains("the rod never comes nearer to rect1 than") && text.contains("check the outline"), "{text}");
+    assert!(
+        text.contains("the rod never comes nearer to rect1 than") && text.contains("check the outline"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -124,7 +128,9 @@ fn measured_runs_are_forecast_better_with_what_is_found() {
     let (_, convert) = CONVERTERS.iter().find(|(set, _)| *set == "mit-pusher-slider").expect("a converter");
     let converted = convert(&folder).expect("convertible");
     let text = converted.model_toml.expect("a model file");
-    let Ok(ModelFile::Push(model)) = ModelFile::parse(&text, "model.toml") else { panic!("a model of pushing") };
+    let Ok(ModelFile::Push(model)) = ModelFile::parse(&text, "model.toml") else {
+        panic!("a model of pushing")
+    };
     let d = discover_push(&model, &converted.data, &Options::default(), &mut |_| {}).expect("an answer");
     assert!(!d.effects.is_empty(), "{}", d.sentence);
     assert!(d.error.reduction.ci95[0] > 0.0, "{}\n{:?}", d.sentence, d.error);

@@ -16,7 +16,9 @@ const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.6
 pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> DiscoveryReport {
     let (scenario, quantity, declared): (&str, &str, &[Parameter]) = match model {
         ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
-        ModelFile::Push(m) => ("push", "position of the object, open loop from a measured pose", &m.parameters),
+        ModelFile::Push(m) => {
+            ("push", "position of the object, open loop from a measured pose", &m.parameters)
+        }
     };
     let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
     DiscoveryReport {

@@ -38,6 +38,6 @@ pub use error::DiscoveryError;
 pub use options::{Options, Progress};
 pub use push::{assess_push, discover_push};
 pub use result::{
-    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, Rmse, SCHEMA, Tests,
-    Unexplained, Verdict,
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound,
+    Rmse, SCHEMA, Tests, Unexplained, Verdict,
 };

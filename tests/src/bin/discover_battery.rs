@@ -14,8 +14,9 @@ fn main() {
     } {
         let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
         let pushes = number(4, 150) as usize;
-        let summary =
-            push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| println!("{}", row.line));
+        let summary = push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| {
+            println!("{}", row.line)
+        });
         println!("{summary}");
         return;
     }

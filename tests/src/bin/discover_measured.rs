@@ -36,13 +36,19 @@ fn main() {
         println!("{} trajectories", converted.data.trajectories().len());
         let text = converted.model_toml.as_deref().unwrap_or_default();
         if let Ok(ModelFile::Push(model)) = ModelFile::parse(text, "model.toml") {
-            match discover_push(&model, &converted.data, &Options::default(), &mut |p| println!("{}", p.describe())) {
+            match discover_push(&model, &converted.data, &Options::default(), &mut |p| {
+                println!("{}", p.describe())
+            }) {
                 Ok(d) => {
                     println!("{}\n{:#?}\n{:#?}\n{:#?}", d.sentence, d.effects, d.parameters, d.push);
                     println!("{:#?}\n{:?}\n{:?}\n{:.2} s", d.error, d.tests, d.alternatives, d.seconds);
                     for c in d.candidates.iter().take(30) {
-                        let p: Vec<_> = c.parameters.iter().map(|(n, e)| format!("{n} {:.5}", e.value)).collect();
-                        println!("{:?} gain {:.1} penalty {:.1} heldout {:?} {} {p:?}", c.kinds, c.gain, c.penalty, c.heldout_gain, c.why);
+                        let p: Vec<_> =
+                            c.parameters.iter().map(|(n, e)| format!("{n} {:.5}", e.value)).collect();
+                        println!(
+                            "{:?} gain {:.1} penalty {:.1} heldout {:?} {} {p:?}",
+                            c.kinds, c.gain, c.penalty, c.heldout_gain, c.why
+                        );
                     }
                 }
                 Err(e) => println!("{e}"),

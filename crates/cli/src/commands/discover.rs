@@ -107,7 +107,11 @@ fn text(args: &Discover, d: &Discovery) -> String {
         );
     }
     for (name, e) in &d.parameters {
-        let _ = writeln!(out, "  {name} = {:.5} {} (95 % interval {:.5} to {:.5})", e.value, e.unit, e.ci95[0], e.ci95[1]);
+        let _ = writeln!(
+            out,
+            "  {name} = {:.5} {} (95 % interval {:.5} to {:.5})",
+            e.value, e.unit, e.ci95[0], e.ci95[1]
+        );
     }
     if let Some(share) = e.explained_share {
         let _ = writeln!(out, "  removed {:.1} % of the removable squared error", 100.0 * share);

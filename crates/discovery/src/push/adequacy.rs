@@ -11,12 +11,8 @@ const NOISE_UNCERTAINTY: f64 = 0.03;
 /// Tests of a fit. `rejected` are kinds that were fitted beside it and did not pay: a score only forecasts what a fit settles.
 pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests {
     let p = fit.theta.len();
-    let mut ratios: Vec<f64> = fit
-        .pieces
-        .iter()
-        .filter(|w| w.m > 3)
-        .map(|w| w.q / (w.m as f64 - 3.0))
-        .collect();
+    let mut ratios: Vec<f64> =
+        fit.pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
     let freedom: f64 = fit.pieces.iter().map(|w| w.m as f64 - 3.0).sum::<f64>().max(1.0);
     let excess = median(&mut ratios) - 1.0;
     let z = excess / (NOISE_UNCERTAINTY + (4.0 / freedom).sqrt());
@@ -30,7 +26,8 @@ pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests 
     let library = scores
         .iter()
         .map(|s| {
-            let rank = augsim_physics::push::effects::spec_of(s.kind).map_or(1, |s| s.parameters.len().max(1));
+            let rank =
+                augsim_physics::push::effects::spec_of(s.kind).map_or(1, |s| s.parameters.len().max(1));
             m * chi2_tail(s.gain.max(0.0) / dispersion, rank as f64)
         })
         .fold(1.0, f64::min);

@@ -76,11 +76,8 @@ pub fn discover_push(
     let plain = Hypothesis::new(model, &[]);
     let nominal = plain.start();
     let fits = [&search.tried[0].fit, &search.tried[best].fit];
-    let models = [
-        (&plain, &nominal),
-        (&fits[0].hypothesis, &fits[0].theta),
-        (&fits[1].hypothesis, &fits[1].theta),
-    ];
+    let models =
+        [(&plain, &nominal), (&fits[0].hypothesis, &fits[0].theta), (&fits[1].hypothesis, &fits[1].theta)];
     let (windows, horizons) = forecast_windows(&measured, &search.test, &outliers[1]);
     let lists = models.map(|(h, theta)| forecast::errors(&measured, &windows, h, theta, Counted::All));
     let floor = forecast::floor(&measured, &windows, models[2].0, models[2].1, options.seed);
@@ -89,7 +86,17 @@ pub fn discover_push(
         0.5 * (cost(0) - cost(best)) / search.dispersion
     };
     let table = |of: fn(&Squares) -> f64, scale: f64, unit: &str| {
-        error_table(&windows, &lists, &floor, of, scale, unit, options.seed, measured.test.len(), heldout_gain)
+        error_table(
+            &windows,
+            &lists,
+            &floor,
+            of,
+            scale,
+            unit,
+            options.seed,
+            measured.test.len(),
+            heldout_gain,
+        )
     };
     let error = table(|s| s.position, 1.0, "m");
     let rotation = table(|s| s.rotation, 1f64.to_degrees(), "deg");
@@ -164,11 +171,7 @@ pub fn assess_push(
     let (windows, _) = forecast_windows(&measured, &search.test, &nothing);
     let errors = forecast::errors(&measured, &windows, &now.hypothesis, &now.theta, Counted::All);
     let gain = search.base().fit.cost(&search.train) - now.cost(&search.train);
-    Ok(Assessment {
-        gain,
-        penalty: search.penalty(&kinds),
-        rmse_m: forecast::rmse(&errors, |s| s.position),
-    })
+    Ok(Assessment { gain, penalty: search.penalty(&kinds), rmse_m: forecast::rmse(&errors, |s| s.position) })
 }
 
 fn start<'a>(model: &'a PushModel, measured: &'a Measured) -> Search<'a> {

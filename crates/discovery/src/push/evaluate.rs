@@ -52,7 +52,13 @@ impl Piece {
 }
 
 /// A simulated window: poses at its samples. One that cannot be simulated stays at its start.
-fn poses<S: Scalar>(h: &Hypothesis, parameters: &[S], start: Pose<S>, r: &Record, w: &Window) -> Vec<Pose<S>> {
+fn poses<S: Scalar>(
+    h: &Hypothesis,
+    parameters: &[S],
+    start: Pose<S>,
+    r: &Record,
+    w: &Window,
+) -> Vec<Pose<S>> {
     let times = &r.time[w.first..=w.last];
     let mut run = Run { poses: Vec::new(), instants: Vec::new(), steps: 0 };
     if let Some(path) = r.path() {

@@ -152,9 +152,8 @@ impl Fit {
                 }
             }
         }
-        let grow: Vec<f64> = (0..p)
-            .map(|i| (inverse.at(i, i) / cov.at(i, i).max(1e-300)).max(1.0).sqrt())
-            .collect();
+        let grow: Vec<f64> =
+            (0..p).map(|i| (inverse.at(i, i) / cov.at(i, i).max(1e-300)).max(1.0).sqrt()).collect();
         for i in 0..p {
             for j in 0..p {
                 *cov.at_mut(i, j) *= grow[i] * grow[j];

@@ -125,10 +125,8 @@ pub(crate) fn bootstrap(
             let drawn: Vec<usize> = (0..clusters.len())
                 .flat_map(|_| clusters[rng.random_range(0..clusters.len())].clone())
                 .collect();
-            let each: Vec<f64> = lists
-                .iter()
-                .map(|l| rmse(&drawn.iter().map(|&i| l[i]).collect::<Vec<_>>(), of))
-                .collect();
+            let each: Vec<f64> =
+                lists.iter().map(|l| rmse(&drawn.iter().map(|&i| l[i]).collect::<Vec<_>>(), of)).collect();
             statistic(&each)
         })
         .collect();

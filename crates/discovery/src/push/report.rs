@@ -131,9 +131,7 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
     let best = &search.tried[answer];
     let held = |j: &Judged| j.held.as_ref().map(|f| f.cost(&search.test) / scale);
     let mut order: Vec<usize> = (1..search.tried.len()).collect();
-    order.sort_by(|&a, &b| {
-        search.criterion(&search.tried[a]).total_cmp(&search.criterion(&search.tried[b]))
-    });
+    order.sort_by(|&a, &b| search.criterion(&search.tried[a]).total_cmp(&search.criterion(&search.tried[b])));
     let mut list: Vec<Candidate> = order
         .into_iter()
         .map(|i| {
@@ -281,11 +279,8 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let kinds: Vec<&str> = found.iter().map(|e| e.kind.as_str()).collect();
     let next_experiment = rivals.first().map_or_else(|| confirm(&kinds), |r| separate(&kinds, r));
     let h = &parts.full.hypothesis;
-    let names: Vec<String> = h
-        .free
-        .iter()
-        .map(|f| f.kind.map_or(f.name.clone(), |k| format!("{k}.{}", f.name)))
-        .collect();
+    let names: Vec<String> =
+        h.free.iter().map(|f| f.kind.map_or(f.name.clone(), |k| format!("{k}.{}", f.name))).collect();
     let covariance = parts.full.covariance(parts.everything);
     let n = names.len();
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();

@@ -189,9 +189,9 @@ impl<'a> Search<'a> {
     }
 
     fn known(&self, kinds: &[&'static str]) -> bool {
-        self.tried.iter().any(|j| {
-            j.kinds().len() == kinds.len() && kinds.iter().all(|k| j.kinds().contains(k))
-        })
+        self.tried
+            .iter()
+            .any(|j| j.kinds().len() == kinds.len() && kinds.iter().all(|k| j.kinds().contains(k)))
     }
 
     /// Kinds that were fitted beside the best set and did not pay.
@@ -306,11 +306,8 @@ impl<'a> Search<'a> {
     fn judge(&mut self) {
         let order = self.ranked();
         let least = self.criterion(&self.tried[order[0]]);
-        let mut pool: Vec<usize> = order
-            .into_iter()
-            .filter(|&i| self.criterion(&self.tried[i]) < least + POOL)
-            .take(8)
-            .collect();
+        let mut pool: Vec<usize> =
+            order.into_iter().filter(|&i| self.criterion(&self.tried[i]) < least + POOL).take(8).collect();
         if !pool.contains(&0) {
             pool.push(0);
         }

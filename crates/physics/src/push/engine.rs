@@ -147,7 +147,10 @@ fn follow<S: Scalar, P: Path<S>>(
     let begin = first - delay.value();
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
     stepper.check_start(&state.pose, rod)?;
-    if under_way && stepper.scene.has_inertia() && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M {
+    if under_way
+        && stepper.scene.has_inertia()
+        && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M
+    {
         stepper.scene.place(&state.pose);
         let velocity = push.path.piece(begin).velocity(S::constant(begin));
         state.twist = stepper.scene.at(&state.pose, rod, velocity, true).twist;
