@@ -54,6 +54,7 @@ fn gru(c: &mut Criterion) {
                     saved: &saved,
                     dy: &dy,
                     dx: &mut dx,
+                    dx_fresh: false,
                     dh0: &mut [],
                     dw_ih: &mut dw_ih,
                     dw_hh: &mut dw_hh,
@@ -90,7 +91,7 @@ fn linear(c: &mut Criterion) {
         b.iter(|| {
             let (dx, dw, db) = (&mut dx, &mut dw, &mut db);
             linear_simd::backward(
-                LinearBackward { dims, w: &w, x: black_box(&x), dy: &dy, dx, dw, db },
+                LinearBackward { dims, w: &w, x: black_box(&x), dy: &dy, dx, dx_fresh: false, dw, db },
                 &mut scratch,
             );
         });

@@ -49,6 +49,7 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
             saved: &saved,
             dy: &dy,
             dx,
+            dx_fresh: false,
             dh0,
             dw_ih,
             dw_hh,
@@ -76,6 +77,7 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
             saved: &saved64,
             dy: &dy,
             dx,
+            dx_fresh: false,
             dh0,
             dw_ih,
             dw_hh,
@@ -137,7 +139,7 @@ fn linear_simd_equals_its_twin() {
         linear_simd::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
         let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
         scratch.fill(f32::NAN);
-        let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx, dw: &mut dw, db: &mut db };
+        let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx, dx_fresh: false, dw: &mut dw, db: &mut db };
         linear_simd::backward(args, &mut scratch);
 
         let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
@@ -145,7 +147,7 @@ fn linear_simd_equals_its_twin() {
         linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
         let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
         let args =
-            LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx64, dw: &mut dw64, db: &mut db64 };
+            LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx64, dx_fresh: false, dw: &mut dw64, db: &mut db64 };
         linear_reference::backward(args);
         for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)]
         {

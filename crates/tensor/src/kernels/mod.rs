@@ -5,12 +5,17 @@
 //! function beside each says how much.
 
 pub mod activation;
+mod gates;
+mod gru_backward;
+mod gru_forward;
 pub mod gru_reference;
 pub mod gru_simd;
 pub(crate) mod lanes;
 pub mod linear_reference;
 pub mod linear_simd;
 mod matmul;
+mod outer;
+mod panels;
 
 pub use matmul::{MatmulDims, matmul};
 
@@ -58,7 +63,7 @@ pub struct GruForward<'a, T> {
     pub saved: &'a mut [T],
 }
 
-/// Operands of the GRU VJP. Every output is accumulated into.
+/// Operands of the GRU VJP. Every output is accumulated into, but a fresh `dx`.
 #[derive(Debug)]
 pub struct GruBackward<'a, T> {
     /// Extents.
@@ -77,6 +82,8 @@ pub struct GruBackward<'a, T> {
     pub dy: &'a [T],
     /// Gradient of x `[T, I, B]`; empty when not wanted.
     pub dx: &'a mut [T],
+    /// `dx` holds nothing yet: it is written, not added to.
+    pub dx_fresh: bool,
     /// Gradient of h0 `[H, B]`; empty when not wanted.
     pub dh0: &'a mut [T],
     /// Gradient of w_ih `[3H, I]`.
@@ -117,7 +124,7 @@ pub struct LinearForward<'a, T> {
     pub y: &'a mut [T],
 }
 
-/// Operands of the linear VJP. Every output is accumulated into.
+/// Operands of the linear VJP. Every output is accumulated into, but a fresh `dx`.
 #[derive(Debug)]
 pub struct LinearBackward<'a, T> {
     /// Extents.
@@ -130,6 +137,8 @@ pub struct LinearBackward<'a, T> {
     pub dy: &'a [T],
     /// Gradient of x `[T, I, B]`; empty when not wanted.
     pub dx: &'a mut [T],
+    /// `dx` holds nothing yet: it is written, not added to.
+    pub dx_fresh: bool,
     /// Gradient of w `[O, I]`.
     pub dw: &'a mut [T],
     /// Gradient of b `[O]`.

@@ -1,12 +1,13 @@
 //! Loops shared by the elementwise operations.
 
 use super::Op;
+use crate::simd::Level;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 /// Runs a plain loop compiled for the best instruction set of this machine.
 #[inline(always)]
 pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(f)
+    Level::current().dispatch(f)
 }
 
 impl<T: Scalar> Tape<T> {
