@@ -60,11 +60,6 @@ impl Level {
         })
     }
 
-    /// The level at which `lanes` sequences cost least: half a wide vector or less fits a narrow one.
-    pub(crate) fn for_lanes(self, lanes: usize) -> Level {
-        if self == Level::V4 && lanes <= 8 { Level::V3 } else { self }
-    }
-
     fn runs_here(self) -> bool {
         match self {
             Level::Scalar => true,
@@ -78,9 +73,32 @@ impl Level {
         }
     }
 
+    /// Runs a loop compiled for this level.
+    #[inline]
+    pub(crate) fn vectorised<R>(self, f: impl FnOnce() -> R) -> R {
+        self.dispatch(f)
+    }
+
+    /// Runs a kernel at this level for that many sequences: where they fill at most half of a wide vector,
+    /// narrow vectors cost less (with the wide level's registers).
+    #[inline]
+    pub(crate) fn run<K: Kernel>(self, lanes: usize, kernel: K) {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Level::V4 if lanes <= 8 => {
+                if let (Some(wide), Some(narrow)) = (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
+                    return Simd::vectorize(wide, As(kernel, narrow));
+                }
+            }
+            Level::V4 | Level::Neon => return self.dispatch(Entry::<K, true>(kernel)),
+            _ => {}
+        }
+        self.dispatch(Entry::<K, false>(kernel));
+    }
+
     /// Runs `op` at this level, or the scalar one where the machine has no such level.
     #[inline]
-    pub(crate) fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
+    fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Level::V3 => {
@@ -103,5 +121,33 @@ impl Level {
             _ => {}
         }
         Simd::vectorize(Scalar, op)
+    }
+}
+
+/// A kernel, generic over the vector. `ROOMY`: there are 32 vector registers, not 16.
+pub(crate) trait Kernel {
+    /// Does the work. To be inlined into the function that is compiled for the instruction set.
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S);
+}
+
+/// A kernel at the level that it is dispatched to.
+struct Entry<K, const ROOMY: bool>(K);
+
+impl<K: Kernel, const ROOMY: bool> WithSimd for Entry<K, ROOMY> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.run::<S, ROOMY>(simd);
+    }
+}
+
+/// A kernel on the narrow vectors of a wide level.
+struct As<K, N>(K, N);
+
+impl<K: Kernel, N: Simd> WithSimd for As<K, N> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.run::<N, true>(self.1);
     }
 }

@@ -63,15 +63,13 @@ mod tests {
     //! Contract: the bounds in the module's documentation, over all floats (every exponent, denormals and
     //! infinities), at every level of this machine; NaN stays NaN.
     use super::*;
-    use crate::simd::Level;
-    use pulp::WithSimd;
+    use crate::simd::{Kernel, Level};
 
     struct Both<'a>(&'a [f32], &'a mut [f32], &'a mut [f32]);
 
-    impl WithSimd for Both<'_> {
-        type Output = ();
+    impl Kernel for Both<'_> {
         #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) {
+        fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
             for ((x, s), t) in self.0.iter().zip(self.1).zip(self.2) {
                 let scaled = |by: f32| simd.splat_f32s(x * by);
                 let zero = simd.splat_f32s(0.0);
@@ -91,7 +89,7 @@ mod tests {
         x.retain(|v| !v.is_nan());
         let (mut s, mut t) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         for level in Level::available() {
-            level.dispatch(Both(&x, &mut s, &mut t));
+            level.run(16, Both(&x, &mut s, &mut t));
             for ((x, s), t) in x.iter().zip(&s).zip(&t) {
                 let wide = f64::from(*x);
                 let sigmoid = 1.0 / (1.0 + (-wide).exp());

@@ -7,7 +7,8 @@ use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
 use super::{GruBackward, GruDims};
-use pulp::{Simd, WithSimd};
+use crate::simd::Kernel;
+use pulp::Simd;
 
 /// Scratch elements for layer extents `(input, hidden)`.
 pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
@@ -22,10 +23,9 @@ pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
 /// Operands and scratch.
 pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
 
-impl WithSimd for Backward<'_, '_> {
-    type Output = ();
+impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let GruDims { time, input, hidden, batch } = g.dims;
         if hidden == 0 {
@@ -40,9 +40,9 @@ impl WithSimd for Backward<'_, '_> {
         let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
         let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
         let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
-        let w_hh = Panels::pack::<S>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
+        let w_hh = Panels::pack::<ROOMY>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
         let wants_dx = !g.dx.is_empty();
-        let w_ih = Panels::pack::<S>(w_ih, if wants_dx { input } else { 0 }, rows, |i, row| {
+        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { input } else { 0 }, rows, |i, row| {
             g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
         });
         let (carry, rest) = vectors::<S>(rest, hidden);
@@ -86,7 +86,7 @@ impl WithSimd for Backward<'_, '_> {
                     chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
                 let grads = &mut grads[..steps * 4 * hidden];
-                states(simd, w_hh, carry, before, saved, dy, grads);
+                states::<S, ROOMY>(simd, w_hh, carry, before, saved, dy, grads);
                 let grads = &*grads;
                 if wants_dx {
                     let out = if chunk.is_whole::<S>() {
@@ -96,7 +96,7 @@ impl WithSimd for Backward<'_, '_> {
                     };
                     let fresh = g.dx_fresh || !chunk.is_whole::<S>();
                     let from = if fresh { Start::Zero } else { Start::Output };
-                    w_ih.apply(simd, from, (grads, 4 * hidden), (out, input), steps);
+                    w_ih.apply::<S, ROOMY>(simd, from, (grads, 4 * hidden), (out, input), steps);
                     if !chunk.is_whole::<S>() {
                         let out = &dx_buffer[..steps * input];
                         if g.dx_fresh {
@@ -109,8 +109,8 @@ impl WithSimd for Backward<'_, '_> {
                 let part = |first, count| Rows { all: grads, stride: 4 * hidden, first, count };
                 let x = Rows { all: x, stride: input, first: 0, count: input };
                 let before = Rows { all: before, stride: hidden, first: 0, count: hidden };
-                outer(simd, dw_ih, part(0, rows), x, steps);
-                outer(simd, dw_hh, part(hidden, rows), before, steps);
+                outer::<S, ROOMY>(simd, dw_ih, part(0, rows), x, steps);
+                outer::<S, ROOMY>(simd, dw_hh, part(hidden, rows), before, steps);
                 sums(simd, db, part(0, 4 * hidden), steps);
                 end = start;
             }
@@ -132,7 +132,7 @@ impl WithSimd for Backward<'_, '_> {
 /// Gate gradients of a block, from its last step to its first. `carry` is the gradient of the state after
 /// the block and, at the end, of the one before it.
 #[inline(always)]
-fn states<S: Simd>(
+fn states<S: Simd, const ROOMY: bool>(
     simd: S,
     w_hh: Panels<'_>,
     carry: &mut [S::f32s],
@@ -169,6 +169,6 @@ fn states<S: Simd>(
             d_r[j] = simd.mul_f32s(simd.negate_mul_add_e_f32s(dn_r, r, dn_r), m);
             carry[j] = dh_z;
         }
-        w_hh.apply(simd, Start::Output, (&grads[hidden..], 0), (carry, 0), 1);
+        w_hh.apply::<S, ROOMY>(simd, Start::Output, (&grads[hidden..], 0), (carry, 0), 1);
     }
 }

@@ -5,9 +5,9 @@
 
 use super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::lanes::{BLOCK, Chunk, MAX_LANES, rows_mut, vectors};
-use super::panels::roomy;
 use super::{GruDims, GruForward, GruWeights};
-use pulp::{Simd, WithSimd};
+use crate::simd::Kernel;
+use pulp::Simd;
 
 /// Scratch elements for layer extents `(input, hidden)`.
 pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
@@ -18,11 +18,10 @@ pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
 /// Operands and scratch.
 pub(crate) struct Forward<'a, 'b>(pub GruForward<'a, f32>, pub &'b mut [f32]);
 
-impl WithSimd for Forward<'_, '_> {
-    type Output = ();
+impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        if roomy::<S>() { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+        if ROOMY { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
     }
 }
 

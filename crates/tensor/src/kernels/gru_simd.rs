@@ -15,7 +15,7 @@ pub fn forward(args: GruForward<'_, f32>, scratch: &mut [f32]) {
 
 /// Forward pass at a given level.
 pub fn forward_at(level: Level, args: GruForward<'_, f32>, scratch: &mut [f32]) {
-    level.for_lanes(args.dims.batch).dispatch(gru_forward::Forward(args, scratch));
+    level.run(args.dims.batch, gru_forward::Forward(args, scratch));
 }
 
 /// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
@@ -25,5 +25,5 @@ pub fn backward(args: GruBackward<'_, f32>, scratch: &mut [f32]) {
 
 /// Vector-Jacobian product at a given level.
 pub fn backward_at(level: Level, args: GruBackward<'_, f32>, scratch: &mut [f32]) {
-    level.for_lanes(args.dims.batch).dispatch(gru_backward::Backward(args, scratch));
+    level.run(args.dims.batch, gru_backward::Backward(args, scratch));
 }

@@ -4,8 +4,8 @@ use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
 use super::{LinearBackward, LinearDims, LinearForward};
-use crate::simd::Level;
-use pulp::{Simd, WithSimd};
+use crate::simd::{Kernel, Level};
+use pulp::Simd;
 
 /// Scratch elements for extents `(input, output)`.
 pub fn scratch(input: usize, output: usize) -> usize {
@@ -20,7 +20,7 @@ pub fn forward(args: LinearForward<'_, f32>, scratch: &mut [f32]) {
 
 /// Forward pass at a given level.
 pub fn forward_at(level: Level, args: LinearForward<'_, f32>, scratch: &mut [f32]) {
-    level.for_lanes(args.dims.batch).dispatch(Forward(args, scratch));
+    level.run(args.dims.batch, Forward(args, scratch));
 }
 
 /// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
@@ -30,20 +30,19 @@ pub fn backward(args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
 
 /// Vector-Jacobian product at a given level.
 pub fn backward_at(level: Level, args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
-    level.for_lanes(args.dims.batch).dispatch(Backward(args, scratch));
+    level.run(args.dims.batch, Backward(args, scratch));
 }
 
 struct Forward<'a, 'b>(LinearForward<'a, f32>, &'b mut [f32]);
 struct Backward<'a, 'b>(LinearBackward<'a, f32>, &'b mut [f32]);
 
-impl WithSimd for Forward<'_, '_> {
-    type Output = ();
+impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
         let Forward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(output, input));
-        let w = Panels::pack::<S>(packed, output, input, |o, i| g.w[o * input + i]);
+        let w = Panels::pack::<ROOMY>(packed, output, input, |o, i| g.w[o * input + i]);
         let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (y_buffer, _) = vectors::<S>(rest, BLOCK * output);
         for chunk in Chunk::all::<S>(batch) {
@@ -52,10 +51,10 @@ impl WithSimd for Forward<'_, '_> {
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
                 if chunk.is_whole::<S>() {
                     let y = rows_mut::<S>(g.y, start * output, steps * output);
-                    w.apply(simd, Start::Bias(g.b), (x, input), (y, output), steps);
+                    w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
                 } else {
                     let y = &mut y_buffer[..steps * output];
-                    w.apply(simd, Start::Bias(g.b), (x, input), (y, output), steps);
+                    w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
                     chunk.write(simd, g.y, start * output, y);
                 }
             }
@@ -63,14 +62,13 @@ impl WithSimd for Forward<'_, '_> {
     }
 }
 
-impl WithSimd for Backward<'_, '_> {
-    type Output = ();
+impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(input, output));
-        let w = Panels::pack::<S>(packed, input, output, |i, o| g.w[o * input + i]);
+        let w = Panels::pack::<ROOMY>(packed, input, output, |i, o| g.w[o * input + i]);
         let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * output);
@@ -85,7 +83,7 @@ impl WithSimd for Backward<'_, '_> {
                 let dy = chunk.read(simd, g.dy, (start * output, steps * output), dy_buffer);
                 let dy_rows = Rows { all: dy, stride: output, first: 0, count: output };
                 let x_rows = Rows { all: x, stride: input, first: 0, count: input };
-                outer(simd, dw, dy_rows, x_rows, steps);
+                outer::<S, ROOMY>(simd, dw, dy_rows, x_rows, steps);
                 sums(simd, db, dy_rows, steps);
                 if g.dx.is_empty() {
                     continue;
@@ -93,10 +91,10 @@ impl WithSimd for Backward<'_, '_> {
                 let (at, n) = (start * input, steps * input);
                 if chunk.is_whole::<S>() {
                     let from = if g.dx_fresh { Start::Zero } else { Start::Output };
-                    w.apply(simd, from, (dy, output), (rows_mut::<S>(g.dx, at, n), input), steps);
+                    w.apply::<S, ROOMY>(simd, from, (dy, output), (rows_mut::<S>(g.dx, at, n), input), steps);
                     continue;
                 }
-                w.apply(simd, Start::Zero, (dy, output), (&mut dx_buffer[..n], input), steps);
+                w.apply::<S, ROOMY>(simd, Start::Zero, (dy, output), (&mut dx_buffer[..n], input), steps);
                 if g.dx_fresh {
                     chunk.write(simd, g.dx, at, &dx_buffer[..n]);
                 } else {

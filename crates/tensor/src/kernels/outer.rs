@@ -1,6 +1,5 @@
 //! Weight gradients: sums over time of outer products, lane by lane, in register tiles.
 
-use super::panels::roomy;
 use pulp::Simd;
 
 /// Vectors of a block of steps: one row of `stride` vectors a step, of which `count` from `first` matter.
@@ -18,7 +17,7 @@ pub(crate) struct Rows<'a, V> {
 
 /// `acc[row * cols + col] += sum over steps of g[step][row] * x[step][col]`.
 #[inline(always)]
-pub(crate) fn outer<S: Simd>(
+pub(crate) fn outer<S: Simd, const ROOMY: bool>(
     simd: S,
     acc: &mut [S::f32s],
     g: Rows<'_, S::f32s>,
@@ -28,13 +27,13 @@ pub(crate) fn outer<S: Simd>(
     let mut r = 0;
     while r < g.count {
         match g.count - r {
-            6.. if roomy::<S>() => columns::<S, 6>(simd, acc, g, r, x, steps),
+            6.. if ROOMY => columns::<S, 6>(simd, acc, g, r, x, steps),
             3.. => columns::<S, 3>(simd, acc, g, r, x, steps),
             2 => columns::<S, 2>(simd, acc, g, r, x, steps),
             _ => columns::<S, 1>(simd, acc, g, r, x, steps),
         }
         r += match g.count - r {
-            6.. if roomy::<S>() => 6,
+            6.. if ROOMY => 6,
             n => n.min(3),
         };
     }

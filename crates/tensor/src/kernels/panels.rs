@@ -3,17 +3,11 @@
 
 use pulp::Simd;
 
-/// Whether the instruction set has registers for the larger tiles.
-#[inline(always)]
-pub(crate) const fn roomy<S: Simd>() -> bool {
-    S::REGISTER_COUNT >= 32
-}
-
 /// Outputs of the next tile when `rest` are left.
 #[inline(always)]
-const fn width<S: Simd>(rest: usize) -> usize {
+const fn width<const ROOMY: bool>(rest: usize) -> usize {
     match rest {
-        16.. if roomy::<S>() => 16,
+        16.. if ROOMY => 16,
         5.. => 8,
         _ => 4,
     }
@@ -35,7 +29,7 @@ pub(crate) struct Panels<'a> {
 impl<'a> Panels<'a> {
     /// Packs `weight(output, input)`.
     #[inline(always)]
-    pub fn pack<S: Simd>(
+    pub fn pack<const ROOMY: bool>(
         packed: &'a mut [f32],
         outputs: usize,
         inputs: usize,
@@ -43,7 +37,7 @@ impl<'a> Panels<'a> {
     ) -> Self {
         let (mut first, mut at) = (0, 0);
         while first < outputs {
-            let w = width::<S>(outputs - first);
+            let w = width::<ROOMY>(outputs - first);
             for input in 0..inputs {
                 for slot in &mut packed[at..at + w] {
                     *slot = 0.0;
@@ -61,7 +55,7 @@ impl<'a> Panels<'a> {
     /// For each step s: `out[s][o] = start[o] + sum_i w[o, i] x[s][i]`, where `x` and `out` hold a step
     /// every `x_stride` and `out_stride` vectors.
     #[inline(always)]
-    pub fn apply<S: Simd>(
+    pub fn apply<S: Simd, const ROOMY: bool>(
         self,
         simd: S,
         start: Start<'_>,
@@ -71,10 +65,10 @@ impl<'a> Panels<'a> {
     ) {
         let (mut first, mut packed) = (0, self.packed);
         while first < self.outputs {
-            let w = width::<S>(self.outputs - first);
+            let w = width::<ROOMY>(self.outputs - first);
             let (head, rest) = packed.split_at(w * self.inputs);
             let job = Job { packed: head, start, first, count: w.min(self.outputs - first), steps };
-            match (w, roomy::<S>()) {
+            match (w, ROOMY) {
                 (16, _) => job.run::<S, 16, 1>(simd, (x, x_stride), (out, out_stride)),
                 (8, true) => job.run::<S, 8, 2>(simd, (x, x_stride), (out, out_stride)),
                 (8, false) => job.run::<S, 8, 1>(simd, (x, x_stride), (out, out_stride)),

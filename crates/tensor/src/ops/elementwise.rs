@@ -7,7 +7,7 @@ use crate::{Scalar, Shape, Tape, TensorError, Var};
 /// Runs a plain loop compiled for the best instruction set of this machine.
 #[inline(always)]
 pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
-    Level::current().dispatch(f)
+    Level::current().vectorised(f)
 }
 
 impl<T: Scalar> Tape<T> {
