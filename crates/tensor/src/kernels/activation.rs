@@ -28,7 +28,7 @@ const TANH_P: [f32; 7] = [
 ];
 const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 /// ln(1 + u) / u on [0, 1], near-minimax of degree 8 (relative error 6e-8).
-const LN1P_POLY: [f32; 9] = [
+pub(crate) const LN1P_POLY: [f32; 9] = [
     5.253_458e-3,
     -2.958_850_7e-2,
     7.836_167e-2,

@@ -4,6 +4,7 @@
 //! The factors are folded into the weights, and two functions share one division. Bounds, tested against
 //! f64 over all floats: both within 3e-7 absolute; t is clamped to +-43, which is exact to 2^-43.
 
+use super::lanes::{at_least, at_most};
 use pulp::Simd;
 
 /// Factor of the reset and update gates' weights.
@@ -19,12 +20,10 @@ const ROUND: f32 = 12_582_912.0 + 127.0;
 /// (2^f - 1) / f on |f| <= 1/2, highest power first: minimax in the relative error of 2^f (9.2e-8).
 const EXP2: [f32; 5] = [1.326_472_7e-3, 9.671_513e-3, 5.550_733_6e-2, 2.402_224_2e-1, 6.931_47e-1];
 
-/// 1 + 2^t.
+/// 2^n and 2^f with n + f = t, n an integer and |f| <= 1/2, for t between -126 and 126.
 #[inline(always)]
-fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
+fn powers<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
     let k = |c: f32| simd.splat_f32s(c);
-    // t second: x86's minimum and maximum return the second operand if either is NaN, so NaN stays NaN.
-    let t = simd.min_f32s(k(CLAMP), simd.max_f32s(k(-CLAMP), t));
     let rounded = simd.add_f32s(t, k(ROUND));
     let f = simd.sub_f32s(t, simd.sub_f32s(rounded, k(ROUND)));
     let bits = simd.transmute_u32s_f32s(rounded);
@@ -33,8 +32,23 @@ fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     for &c in &EXP2[1..] {
         p = simd.mul_add_e_f32s(p, f, k(c));
     }
-    let p = simd.mul_add_e_f32s(p, f, k(1.0));
-    simd.mul_add_e_f32s(p, power, k(1.0))
+    (power, simd.mul_add_e_f32s(p, f, k(1.0)))
+}
+
+/// 1 + 2^t.
+#[inline(always)]
+pub(crate) fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
+    let k = |c: f32| simd.splat_f32s(c);
+    let t = at_most(simd, at_least(simd, t, -CLAMP), CLAMP);
+    let (n, f) = powers(simd, t);
+    simd.mul_add_e_f32s(f, n, k(1.0))
+}
+
+/// 2^t for t of at most 0; 2^-126 below -126.
+#[inline(always)]
+pub(crate) fn exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
+    let (n, f) = powers(simd, at_least(simd, t, -126.0));
+    simd.mul_f32s(f, n)
 }
 
 /// 1 / a and 1 / b, by one division.

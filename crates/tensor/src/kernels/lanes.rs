@@ -30,6 +30,27 @@ fn store<S: Simd>(simd: S, row: &mut [f32], v: S::f32s) {
     }
 }
 
+/// The larger of `x` and `bound`; NaN stays NaN.
+#[inline(always)]
+pub(crate) fn at_least<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
+    let bound = simd.splat_f32s(bound);
+    if S::F32_LANES == 1 {
+        return simd.select_f32s(simd.less_than_f32s(x, bound), bound, x);
+    }
+    // x second: x86's maximum returns its second operand if either is NaN.
+    simd.max_f32s(bound, x)
+}
+
+/// The smaller of `x` and `bound`; NaN stays NaN.
+#[inline(always)]
+pub(crate) fn at_most<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
+    let bound = simd.splat_f32s(bound);
+    if S::F32_LANES == 1 {
+        return simd.select_f32s(simd.greater_than_f32s(x, bound), bound, x);
+    }
+    simd.min_f32s(bound, x)
+}
+
 /// Splits `n` vectors off a scratch buffer.
 #[inline(always)]
 pub(crate) fn vectors<S: Simd>(scratch: &mut [f32], n: usize) -> (&mut [S::f32s], &mut [f32]) {

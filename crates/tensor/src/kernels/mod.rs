@@ -16,6 +16,8 @@ pub mod linear_simd;
 mod matmul;
 mod outer;
 mod panels;
+pub mod pointwise;
+pub mod pointwise_reference;
 
 pub use matmul::{MatmulDims, matmul};
 
