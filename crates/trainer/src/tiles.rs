@@ -4,10 +4,9 @@
 use crate::nets::{Net, Tile};
 use crate::prepare::Prepared;
 use crate::{TILE, TrainerError};
-use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
-use rand_distr::{Distribution, StandardNormal};
+use crate::noise::normals;
 
 /// Sums over the trajectories of one tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -112,16 +111,13 @@ impl Workspace {
             buffer.clear();
             buffer.resize(n * lanes, 0.0);
         }
+        normals(noise.seed, "noise", noise.first, lanes).fill(&mut self.eps);
         for (lane, &i) in items.iter().enumerate() {
             let item = &all[i];
             for (to, from) in [(&mut self.x, &item.x), (&mut self.u, &item.u)] {
                 for (slot, v) in to[lane..].iter_mut().step_by(lanes).zip(from) {
                     *slot = *v;
                 }
-            }
-            let mut rng = random_stream(noise.seed, "noise", noise.first + lane as u64);
-            for slot in self.eps[lane..].iter_mut().step_by(lanes) {
-                *slot = StandardNormal.sample(&mut rng);
             }
             if !equal {
                 for slot in self.mask[lane..].iter_mut().step_by(lanes).take(item.time) {

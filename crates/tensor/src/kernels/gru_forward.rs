@@ -9,16 +9,58 @@ use super::{GruDims, GruForward, GruWeights};
 use crate::simd::Kernel;
 use pulp::Simd;
 
-/// Scratch elements for layer extents `(input, hidden)`.
-pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
-    let units = hidden.next_multiple_of(4);
-    3 * units * (input + hidden) + 4 * units + MAX_LANES * (hidden + BLOCK * (input + 5 * hidden))
+/// Floats that the packed weights take for layer extents `(input, hidden)`.
+pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
+    hidden.next_multiple_of(4) * (3 * (input + hidden) + 4)
 }
 
-/// Operands and scratch.
+/// Scratch elements for layer extents `(input, hidden)` where the weights are packed already.
+pub(crate) const fn scratch_packed(input: usize, hidden: usize) -> usize {
+    MAX_LANES * (hidden + BLOCK * (input + 5 * hidden))
+}
+
+/// Scratch elements for layer extents `(input, hidden)`.
+pub(crate) const fn scratch(input: usize, hidden: usize) -> usize {
+    packed_len(input, hidden) + scratch_packed(input, hidden)
+}
+
+/// Packs weights for [`Sequence`]; the layout depends on the level.
+pub(crate) struct Pack<'a, 'b>(pub GruWeights<'a, f32>, pub GruDims, pub &'b mut [f32]);
+
+impl Kernel for Pack<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd, const ROOMY: bool>(self, _: S) {
+        if ROOMY { pack::<4>(self.0, self.1, self.2) } else { pack::<2>(self.0, self.1, self.2) }
+    }
+}
+
+/// Operands and scratch: packs the weights, then runs.
 pub(crate) struct Forward<'a, 'b>(pub GruForward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+        let Forward(GruForward { dims, weights, x, h0, y, saved }, scratch) = self;
+        let (packed, scratch) = scratch.split_at_mut(packed_len(dims.input, dims.hidden));
+        Pack(weights, dims, packed).run::<S, ROOMY>(simd);
+        Sequence { dims, packed, x, h0, y, saved, state: &mut [], scratch }.run::<S, ROOMY>(simd);
+    }
+}
+
+/// A sequence through packed weights.
+pub(crate) struct Sequence<'a> {
+    pub dims: GruDims,
+    pub packed: &'a [f32],
+    pub x: &'a [f32],
+    pub h0: &'a [f32],
+    pub y: &'a mut [f32],
+    pub saved: &'a mut [f32],
+    /// State `[H, B]` before the sequence, instead of `h0`, and then after it; may be empty.
+    pub state: &'a mut [f32],
+    pub scratch: &'a mut [f32],
+}
+
+impl Kernel for Sequence<'_> {
     #[inline(always)]
     fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
         if ROOMY { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
@@ -33,6 +75,7 @@ struct Packed<'a, const U: usize> {
     bias: &'a [[[f32; U]; 4]],
 }
 
+/// Packs the rows of the three gates of one weight matrix.
 fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, columns: usize) {
     for (at, row) in packed.as_chunks_mut::<U>().0.as_chunks_mut::<3>().0.iter_mut().enumerate() {
         let (group, column) = (at / columns.max(1), at % columns.max(1));
@@ -47,38 +90,42 @@ fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, co
     }
 }
 
+fn pack<const U: usize>(w: GruWeights<'_, f32>, d: GruDims, packed: &mut [f32]) {
+    let units = d.hidden.next_multiple_of(U);
+    let (w_ih, rest) = packed.split_at_mut(3 * units * d.input);
+    let (w_hh, rest) = rest.split_at_mut(3 * units * d.hidden);
+    pack_columns::<U>(w_ih, w.w_ih, d.hidden, d.input);
+    pack_columns::<U>(w_hh, w.w_hh, d.hidden, d.hidden);
+    for (at, v) in rest[..4 * units].iter_mut().enumerate() {
+        let (part, unit) = (at / U % 4, at / (4 * U) * U + at % U);
+        let of = |gate: usize, b: &[f32]| b[gate * d.hidden + unit];
+        *v = match part {
+            _ if unit >= d.hidden => 0.0,
+            0 | 1 => (of(part, w.b_ih) + of(part, w.b_hh)) * SIGMOID_SCALE,
+            2 => of(2, w.b_ih) * TANH_SCALE,
+            _ => of(2, w.b_hh) * TANH_SCALE,
+        };
+    }
+}
+
 impl<'a, const U: usize> Packed<'a, U> {
-    fn new(w: GruWeights<'_, f32>, d: GruDims, scratch: &'a mut [f32]) -> (Self, &'a mut [f32]) {
+    fn view(packed: &'a [f32], d: GruDims) -> Self {
         let units = d.hidden.next_multiple_of(U);
-        let (w_ih, rest) = scratch.split_at_mut(3 * units * d.input);
-        let (w_hh, rest) = rest.split_at_mut(3 * units * d.hidden);
-        let (bias, rest) = rest.split_at_mut(4 * units);
-        pack_columns::<U>(w_ih, w.w_ih, d.hidden, d.input);
-        pack_columns::<U>(w_hh, w.w_hh, d.hidden, d.hidden);
-        for (at, v) in bias.iter_mut().enumerate() {
-            let (part, unit) = (at / U % 4, at / (4 * U) * U + at % U);
-            let of = |gate: usize, b: &[f32]| b[gate * d.hidden + unit];
-            *v = match part {
-                _ if unit >= d.hidden => 0.0,
-                0 | 1 => (of(part, w.b_ih) + of(part, w.b_hh)) * SIGMOID_SCALE,
-                2 => of(2, w.b_ih) * TANH_SCALE,
-                _ => of(2, w.b_hh) * TANH_SCALE,
-            };
-        }
-        let packed = Packed {
+        let (w_ih, rest) = packed.split_at(3 * units * d.input);
+        let (w_hh, rest) = rest.split_at(3 * units * d.hidden);
+        Packed {
             w_ih: w_ih.as_chunks::<U>().0.as_chunks::<3>().0,
             w_hh: w_hh.as_chunks::<U>().0.as_chunks::<3>().0,
-            bias: bias.as_chunks::<U>().0.as_chunks::<4>().0,
-        };
-        (packed, rest)
+            bias: rest[..4 * units].as_chunks::<U>().0.as_chunks::<4>().0,
+        }
     }
 }
 
 #[inline(always)]
-fn run<S: Simd, const U: usize>(simd: S, Forward(g, scratch): Forward<'_, '_>) {
+fn run<S: Simd, const U: usize>(simd: S, g: Sequence<'_>) {
     let GruDims { time, input, hidden, batch } = g.dims;
-    let (packed, rest) = Packed::<U>::new(g.weights, g.dims, scratch);
-    let (h, rest) = vectors::<S>(rest, hidden);
+    let packed = Packed::<U>::view(g.packed, g.dims);
+    let (h, rest) = vectors::<S>(g.scratch, hidden);
     let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
     let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
     let (saved_buffer, _) = vectors::<S>(rest, BLOCK * 4 * hidden);
@@ -86,9 +133,9 @@ fn run<S: Simd, const U: usize>(simd: S, Forward(g, scratch): Forward<'_, '_>) {
 
     for chunk in Chunk::all::<S>(batch) {
         h.fill(simd.splat_f32s(0.0));
-        if !g.h0.is_empty() {
-            let h0 = chunk.read(simd, g.h0, (0, hidden), y_buffer);
-            h.copy_from_slice(h0);
+        let before = if g.state.is_empty() { g.h0 } else { &*g.state };
+        if !before.is_empty() {
+            h.copy_from_slice(chunk.read(simd, before, (0, hidden), y_buffer));
         }
         for start in (0..time).step_by(BLOCK) {
             let steps = BLOCK.min(time - start);
@@ -104,6 +151,9 @@ fn run<S: Simd, const U: usize>(simd: S, Forward(g, scratch): Forward<'_, '_>) {
                 chunk.write(simd, g.y, start * hidden, y);
                 chunk.write(simd, g.saved, start * 4 * hidden, saved);
             }
+        }
+        if !g.state.is_empty() {
+            chunk.write(simd, g.state, 0, h);
         }
     }
 }

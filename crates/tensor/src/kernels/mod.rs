@@ -8,17 +8,20 @@ pub mod activation;
 mod gates;
 mod gru_backward;
 mod gru_forward;
+mod gru_packed;
 pub mod gru_reference;
 pub mod gru_simd;
 pub(crate) mod lanes;
 pub mod linear_reference;
 pub mod linear_simd;
+pub mod normal;
 mod matmul;
 mod outer;
 mod panels;
 pub mod pointwise;
 pub mod pointwise_reference;
 
+pub use gru_packed::PackedGru;
 pub use matmul::{MatmulDims, matmul};
 
 /// Extents of one GRU layer over a sequence.
