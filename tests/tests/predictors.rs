@@ -29,7 +29,7 @@ fn data(law: &PaperLaw, trajectories: usize, seed: u64) -> Sequences {
 /// A net of each recipe, trained for a few iterations.
 fn nets(train: &Sequences) -> Vec<NetModel> {
     let engine = EngineSpec::PybulletBall(paper_engine());
-    [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus]
+    [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
         .map(|recipe| {
             let mut training = ok(Training::new(Settings::ball(recipe, 20, 1, engine), train));
             (0..20).for_each(|_| {

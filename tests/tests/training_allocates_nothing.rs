@@ -86,7 +86,7 @@ fn train(data: &Sequences, recipe: Recipe, what: &str) {
 fn a_training_iteration_allocates_nothing_after_the_first() {
     let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
     let equal = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
-    let recipes = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus];
+    let recipes = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
     for threads in [1, 2, 7] {
         let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         pool.broadcast(|_| warm_up());

@@ -14,7 +14,7 @@ use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::{EngineSpec, Losses, Recipe, Sequences, Settings, Training, TrainingState};
 use std::process::Command;
 
-const RECIPES: [Recipe; 3] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus];
+const RECIPES: [Recipe; 4] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))

@@ -100,6 +100,8 @@ pub enum RecipeArg {
     Neural,
     /// DCVRNN on the physics roll-out, as published.
     Hybrid,
+    /// The same on standardised states: reconstructs best.
+    HybridStandardised,
     /// Physics step by step, one latent per trajectory, learned deviations.
     HybridPlus,
 }

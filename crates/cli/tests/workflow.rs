@@ -28,7 +28,7 @@ fn simulate_train_predict_evaluate() {
         serde_json::from_str(&augsim(&["data", "inspect", "test.csv", "--json"], d)).unwrap();
     assert!(inspected.to_string().contains("height_m"));
 
-    for recipe in ["neural", "hybrid", "hybrid-plus"] {
+    for recipe in ["neural", "hybrid", "hybrid-standardised", "hybrid-plus"] {
         augsim(
             &["train", "--data", "train.csv.gz", "--recipe", recipe, "--iterations", "5", "--out", recipe],
             d,

@@ -61,6 +61,8 @@ pub trait Scalar:
     fn gru_scratch(input: usize, hidden: usize) -> usize;
     /// `y = ln(1 + exp(x))`, element by element.
     fn softplus_forward(x: &[Self], y: &mut [Self]);
+    /// `y = tanh x`, element by element.
+    fn tanh_forward(x: &[Self], y: &mut [Self]);
     /// `dx += g sigmoid(x)`.
     fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self]);
     /// Divergence of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
@@ -123,6 +125,9 @@ impl Scalar for f64 {
     }
     fn softplus_forward(x: &[f64], y: &mut [f64]) {
         kernels::pointwise_reference::softplus(x, y);
+    }
+    fn tanh_forward(x: &[f64], y: &mut [f64]) {
+        kernels::pointwise_reference::tanh(x, y);
     }
     fn softplus_backward(x: &[f64], g: &[f64], dx: &mut [f64]) {
         kernels::pointwise_reference::softplus_vjp(x, g, dx);
@@ -197,6 +202,9 @@ impl Scalar for f32 {
     }
     fn softplus_forward(x: &[f32], y: &mut [f32]) {
         kernels::pointwise::softplus(x, y);
+    }
+    fn tanh_forward(x: &[f32], y: &mut [f32]) {
+        kernels::pointwise::tanh(x, y);
     }
     fn softplus_backward(x: &[f32], g: &[f32], dx: &mut [f32]) {
         kernels::pointwise::softplus_vjp(x, g, dx);

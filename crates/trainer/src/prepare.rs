@@ -76,6 +76,23 @@ impl Scales {
         self.correction[j] * ((next[j] - now[j]).abs() / self.step[j] + QUIET)
     }
 
+    /// Rows of states to standard units, in place.
+    pub fn standardise(&self, rows: &mut [f32]) {
+        for row in rows.chunks_exact_mut(self.mean.len()) {
+            for ((v, mean), sd) in row.iter_mut().zip(&self.mean).zip(&self.sd) {
+                *v = ((f64::from(*v) - mean) / sd) as f32;
+            }
+        }
+    }
+
+    /// `[time, S, lane]` in standard units back to units of the data, in place.
+    pub fn restore(&self, values: &mut [f32], lanes: usize) {
+        for (row, v) in values.chunks_exact_mut(lanes).enumerate() {
+            let (mean, sd) = (self.mean[row % self.mean.len()], self.sd[row % self.mean.len()]);
+            v.iter_mut().for_each(|v| *v = (mean + sd * f64::from(*v)) as f32);
+        }
+    }
+
     /// Number of features of a step of `state` columns.
     pub fn features(state: usize) -> usize {
         5 * state
@@ -118,9 +135,12 @@ pub struct Prepared {
 pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequence) -> Prepared {
     let s = q.states.len() / q.time;
     match recipe {
-        Recipe::Neural | Recipe::Hybrid => {
-            let u = conditions(recipe, engine, q.state(0), q.time);
-            let x = q.states.iter().map(|v| *v as f32).collect();
+        Recipe::Neural | Recipe::Hybrid | Recipe::HybridStandardised => {
+            let u = conditions(recipe, engine, scales, q.state(0), q.time);
+            let mut x: Vec<f32> = q.states.iter().map(|v| *v as f32).collect();
+            if recipe == Recipe::HybridStandardised {
+                scales.standardise(&mut x);
+            }
             Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
         }
         Recipe::HybridPlus => {
@@ -140,11 +160,17 @@ pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequenc
 
 /// Conditions `[time, U]` of the paper's nets, from the first state alone: s_0, and for Hybrid the
 /// physics roll-out.
-pub fn conditions(recipe: Recipe, engine: &dyn Engine, start: &[f64], time: usize) -> Vec<f32> {
+pub fn conditions(
+    recipe: Recipe,
+    engine: &dyn Engine,
+    scales: &Scales,
+    start: &[f64],
+    time: usize,
+) -> Vec<f32> {
     let s = start.len();
     let path = match recipe {
         Recipe::Neural => Vec::new(),
-        Recipe::Hybrid | Recipe::HybridPlus => engine.rollout(start, time),
+        _ => engine.rollout(start, time),
     };
     let mut u = Vec::with_capacity(time * 2 * s);
     for t in 0..time {
@@ -152,6 +178,9 @@ pub fn conditions(recipe: Recipe, engine: &dyn Engine, start: &[f64], time: usiz
         if !path.is_empty() {
             u.extend(path[t * s..(t + 1) * s].iter().map(|v| *v as f32));
         }
+    }
+    if recipe == Recipe::HybridStandardised {
+        scales.standardise(&mut u);
     }
     u
 }

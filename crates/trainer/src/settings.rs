@@ -12,6 +12,8 @@ pub enum Recipe {
     Neural,
     /// The paper's DCVRNN: the condition is s_0 and the physics roll-out from it.
     Hybrid,
+    /// The paper's Hybrid on standardised states and conditions, with a faster learning rate.
+    HybridStandardised,
     /// Ours: physics step by step, one latent per trajectory, learned deviations.
     HybridPlus,
 }
@@ -22,6 +24,7 @@ impl Recipe {
         match self {
             Recipe::Neural => "Neural",
             Recipe::Hybrid => "Hybrid",
+            Recipe::HybridStandardised => "Hybrid-std",
             Recipe::HybridPlus => "Hybrid+",
         }
     }
@@ -81,6 +84,10 @@ impl Settings {
         };
         match recipe {
             Recipe::Neural | Recipe::Hybrid => paper,
+            Recipe::HybridStandardised => Settings {
+                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
+                ..paper
+            },
             Recipe::HybridPlus => Settings {
                 clip_norm: Some(100.0),
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },

@@ -187,6 +187,7 @@ fn describe(recipe: Recipe) -> &'static str {
     match recipe {
         Recipe::Neural => "DCVRNN of the paper without physics: the condition is the first state",
         Recipe::Hybrid => "DCVRNN of the paper: the condition is the first state and the physics roll-out",
+        Recipe::HybridStandardised => "the paper's Hybrid on standardised states and conditions",
         Recipe::HybridPlus => {
             "physics step by step from the predicted state, one latent per trajectory, learned deviations"
         }

@@ -54,7 +54,7 @@ fn ball(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outcome>
         train,
         test,
         test_name,
-        nets: [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus]
+        nets: [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
             .map(|recipe| NetPlan { recipe, iterations })
             .into(),
         seed,

@@ -81,6 +81,7 @@ fn recipe(arg: RecipeArg) -> Recipe {
     match arg {
         RecipeArg::Neural => Recipe::Neural,
         RecipeArg::Hybrid => Recipe::Hybrid,
+        RecipeArg::HybridStandardised => Recipe::HybridStandardised,
         RecipeArg::HybridPlus => Recipe::HybridPlus,
     }
 }

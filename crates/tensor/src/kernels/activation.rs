@@ -16,8 +16,8 @@ const EXP_POLY: [f32; 6] =
     [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
 
 /// tanh(x) = x P(x^2) / Q(x^2) on |x| <= 7.9, minimax.
-const TANH_CLAMP: f32 = 7.905_311;
-const TANH_P: [f32; 7] = [
+pub(crate) const TANH_CLAMP: f32 = 7.905_311;
+pub(crate) const TANH_P: [f32; 7] = [
     -2.760_768_5e-16,
     2.000_188e-13,
     -8.604_672e-11,
@@ -26,7 +26,7 @@ const TANH_P: [f32; 7] = [
     6.372_619_3e-4,
     4.893_524_6e-3,
 ];
-const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
+pub(crate) const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 /// ln(1 + u) / u on [0, 1], near-minimax of degree 8 (relative error 6e-8).
 pub(crate) const LN1P_POLY: [f32; 9] = [
     5.253_458e-3,

@@ -9,6 +9,13 @@ pub fn softplus<T: Scalar>(x: &[T], y: &mut [T]) {
     }
 }
 
+/// `y = tanh x`.
+pub fn tanh<T: Scalar>(x: &[T], y: &mut [T]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = x.tanh();
+    }
+}
+
 /// `dx += g sigmoid(x)`.
 pub fn softplus_vjp<T: Scalar>(x: &[T], g: &[T], dx: &mut [T]) {
     for ((d, x), g) in dx.iter_mut().zip(x).zip(g) {

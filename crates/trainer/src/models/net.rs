@@ -5,6 +5,7 @@ use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;
 use crate::prepare::{conditions, prepare};
 use crate::sequences::Sequence;
+use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
 use crate::{Engine, Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
@@ -65,7 +66,7 @@ impl NetModel {
                 let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
                 let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
                 let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
-                Ok(Samples { count: samples, values: tape.value(passed.mean_x).to_vec() })
+                Ok(self.samples(samples, tape.value(passed.mean_x).to_vec()))
             }
             Net::Stepwise(net) => {
                 let (mean, sd) = infer(net, &self.params, &prepared)?;
@@ -79,6 +80,13 @@ impl NetModel {
                 self.roll(net, task, &w, samples, StepNoise::Mean)
             }
         }
+    }
+
+    fn samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
+        if self.state.settings.recipe == Recipe::HybridStandardised {
+            self.state.scales.restore(&mut values, count);
+        }
+        Samples { count, values }
     }
 
     fn frozen(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
@@ -156,7 +164,7 @@ impl NetModel {
     fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Samples {
         let Task { start, time, index } = task;
         let (settings, sizes) = (&self.state.settings, net.sizes());
-        let u = conditions(settings.recipe, &settings.engine, start, time);
+        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, start, time);
         let mut values = vec![0.0; time * sizes.state * samples];
         let mut wide = Vec::new();
         let mut eps = Vec::new();
@@ -180,7 +188,7 @@ impl NetModel {
                 }
             }
         }
-        Samples { count: samples, values }
+        self.samples(samples, values)
     }
 }
 

@@ -45,7 +45,7 @@ pub struct LossVars {
 /// The net of a [`Recipe`].
 #[derive(Debug, Clone)]
 pub enum Net {
-    /// Neural and Hybrid.
+    /// Neural, Hybrid and Hybrid-std.
     Dcvrnn(Dcvrnn),
     /// Hybrid+.
     Stepwise(Stepwise),
@@ -57,7 +57,7 @@ impl Net {
         let net = settings.net;
         let condition = match settings.recipe {
             Recipe::Neural => state,
-            Recipe::Hybrid => 2 * state,
+            Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
             Recipe::HybridPlus => {
                 let sizes = StepwiseSizes {
                     state,
