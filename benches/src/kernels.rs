@@ -109,7 +109,10 @@ impl Gru {
         let weights = GruWeights { w_ih, w_hh, b_ih, b_hh };
         let saved = if save { self.saved.get_mut() } else { &mut [] };
         let (x, y) = (self.x.get(), self.y.get_mut());
-        gru_simd::forward(GruForward { dims: self.dims, weights, x, h0: &[], y, saved }, self.scratch.get_mut());
+        gru_simd::forward(
+            GruForward { dims: self.dims, weights, x, h0: &[], y, saved },
+            self.scratch.get_mut(),
+        );
     }
 
     /// Backward pass.

@@ -2,8 +2,8 @@
 //! head), in blocks of any length, one step at a time included; a sampler that is reset starts anew; and
 //! after construction nothing is left to decide: the result is a function of conditions and draws.
 
-use augsim_nn::{Bound, Params};
 use augsim_data::random_stream;
+use augsim_nn::{Bound, Params};
 use augsim_tensor::{Tape, TensorError};
 use augsim_tests::random::normals_f32;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};

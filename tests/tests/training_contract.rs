@@ -95,7 +95,8 @@ fn threads_do_not_change_the_bytes_at_any_forced_level() {
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success(), "{level:?}: {text}");
         let line = text.lines().find_map(|l| l.split("level and loss: ").nth(1));
-        let (name, loss) = line.and_then(|l| l.split_once(' ')).unwrap_or_else(|| panic!("{level:?}: {text}"));
+        let (name, loss) =
+            line.and_then(|l| l.split_once(' ')).unwrap_or_else(|| panic!("{level:?}: {text}"));
         assert_eq!(name, level.name(), "the variable was not heeded");
         losses.push(ok(loss.parse::<f64>()));
     }

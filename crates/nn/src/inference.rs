@@ -4,7 +4,7 @@
 //! Sequences are `[time, feature, lane]`, as on the tape; a runner is made for a number of lanes and for at
 //! most so many steps at once, and carries its states from call to call.
 
-use crate::{Gru, GaussianHead, Linear, Params};
+use crate::{GaussianHead, Gru, Linear, Params};
 use augsim_tensor::kernels::{GruWeights, LinearDims, LinearForward, PackedGru, linear_simd, pointwise};
 use augsim_tensor::simd::Level;
 

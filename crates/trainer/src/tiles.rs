@@ -2,11 +2,11 @@
 //! gradients are added in tile order, so that a run gives the same bytes on any number of threads.
 
 use crate::nets::{Net, Tile};
+use crate::noise::normals;
 use crate::prepare::Prepared;
 use crate::{TILE, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
-use crate::noise::normals;
 
 /// Sums over the trajectories of one tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

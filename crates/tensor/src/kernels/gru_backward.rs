@@ -82,8 +82,7 @@ impl Kernel for Backward<'_, '_> {
                     y_buffer[..hidden].copy_from_slice(h0);
                     &y_buffer[..steps * hidden]
                 };
-                let saved =
-                    chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
+                let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
                 let grads = &mut grads[..steps * 4 * hidden];
                 states::<S, ROOMY>(simd, w_hh, carry, before, saved, dy, grads);

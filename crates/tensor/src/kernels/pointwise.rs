@@ -3,8 +3,8 @@
 //!
 //! Bounds, tested against f64 over all floats: `ln` 2 ulp, `tanh` 4e-7 relative, `softplus` 4e-7 relative to max(1, |y|).
 
-use super::gates::{SIGMOID_SCALE, exp2, one_plus_exp2};
 use super::activation::{TANH_CLAMP, TANH_P, TANH_Q};
+use super::gates::{SIGMOID_SCALE, exp2, one_plus_exp2};
 use super::lanes::{at_least, at_most};
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
@@ -307,7 +307,10 @@ mod tests {
             let wide = f64::from(x);
             let want = wide.max(0.0) + (-wide.abs()).exp().ln_1p();
             let close = (f64::from(y) - want).abs() <= 4e-7 * want.max(1.0);
-            assert!(close || f64::from(y) == want || (x.is_nan() && y.is_nan()), "{level:?}: softplus({x}) = {y}");
+            assert!(
+                close || f64::from(y) == want || (x.is_nan() && y.is_nan()),
+                "{level:?}: softplus({x}) = {y}"
+            );
             // Far below zero it is exp(x): a standard deviation never becomes zero.
             assert!(x.is_nan() || y > 0.0);
             assert!(!(-60.0..-1.0).contains(&x) || (f64::from(y) / want - 1.0).abs() < 1e-5);

@@ -46,7 +46,8 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &
         w: tape.value(w),
         x: tape.value(x),
         dy: grad,
-        dx: &mut dx, dx_fresh,
+        dx: &mut dx,
+        dx_fresh,
         dw: &mut dw,
         db: &mut db,
     };
