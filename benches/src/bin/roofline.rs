@@ -17,24 +17,27 @@ use augsim_trainer::{EngineSpec, Recipe, Sequences, Settings, Training};
 
 struct Table {
     product: Product,
-    best: f64,
+    /// Best rate of the product so far, GFLOP/s.
+    peak: f64,
+    /// What, seconds, GFLOP/s.
+    rows: Vec<(String, f64, f64)>,
 }
 
 impl Table {
-    /// Prints the rate of `f` beside the product's, measured before and after (others may be using the
-    /// machine), of which the better counts.
+    /// Measures `f`, and the product once more: others may be using the machine, so the best counts.
     fn row(&mut self, what: &str, flops: f64, mut f: impl FnMut()) {
-        let before = self.peak();
         let seconds = least(1.0, &mut f);
-        let peak = before.max(self.peak());
-        let rate = flops / seconds / 1e9;
-        println!("{what:<44} {:>9.1} {rate:>9.1} {:>6.0} %", seconds * 1e6, 100.0 * rate / peak);
+        self.rows.push((what.to_owned(), seconds, flops / seconds / 1e9));
+        let product = least(0.3, || self.product.run());
+        self.peak = self.peak.max(self.product.flops() / product / 1e9);
     }
 
-    fn peak(&mut self) -> f64 {
-        let rate = self.product.flops() / least(0.3, || self.product.run()) / 1e9;
-        self.best = self.best.max(rate);
-        rate
+    fn print(&self) {
+        println!("{:<44} {:>9} {:>9} {:>8}", "", "us", "GFLOP/s", "of peak");
+        for (what, seconds, rate) in &self.rows {
+            println!("{what:<44} {:>9.1} {rate:>9.1} {:>6.0} %", seconds * 1e6, 100.0 * rate / self.peak);
+        }
+        println!("{:<44} {:>9} {:>9.1}", "matrix product 512^3 (the peak)", "", self.peak);
     }
 }
 
@@ -45,8 +48,7 @@ fn main() {
 
 fn run() {
     println!("level {}; one thread", Level::current().name());
-    println!("{:<44} {:>9} {:>9} {:>8}", "", "us", "GFLOP/s", "of peak");
-    let mut table = Table { product: Product::new(1024), best: 0.0 };
+    let mut table = Table { product: Product::new(512), peak: 0.0, rows: Vec::new() };
     let time = 400;
     for (input, hidden, wants_dx) in
         [(10, 16, false), (8, 16, false), (4, 16, true), (16, 16, true), (32, 32, true), (64, 64, true)]
@@ -73,5 +75,5 @@ fn run() {
     let mut params = Params::new(random_stream(1, "init", 0));
     let mut push = Synthetic::new(PushNet::new(&mut params), params, 100, 300);
     table.row("push: whole iteration, batch 100", PUSH_TRAINING, || push.step());
-    println!("{:<44} {:>9} {:>9.1}", "matrix product 1024^3 (the peak)", "", table.best);
+    table.print();
 }

@@ -26,16 +26,19 @@ pub(crate) fn outer<S: Simd, const ROOMY: bool>(
 ) {
     let mut r = 0;
     while r < g.count {
-        match g.count - r {
-            6.. if ROOMY => columns::<S, 6>(simd, acc, g, r, x, steps),
-            3.. => columns::<S, 3>(simd, acc, g, r, x, steps),
+        let height = match g.count - r {
+            4 | 5 | 8 if ROOMY => 4,
+            6.. if ROOMY => 6,
+            rest => rest.min(3),
+        };
+        match height {
+            6 => columns::<S, 6>(simd, acc, g, r, x, steps),
+            4 => columns::<S, 4>(simd, acc, g, r, x, steps),
+            3 => columns::<S, 3>(simd, acc, g, r, x, steps),
             2 => columns::<S, 2>(simd, acc, g, r, x, steps),
             _ => columns::<S, 1>(simd, acc, g, r, x, steps),
         }
-        r += match g.count - r {
-            6.. if ROOMY => 6,
-            n => n.min(3),
-        };
+        r += height;
     }
 }
 
