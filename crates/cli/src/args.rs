@@ -64,18 +64,60 @@ pub struct Demo {
     pub out: PathBuf,
 }
 
+/// What is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SimulateScenario {
+    /// Drops of the paper's law.
+    Ball,
+    /// Pushes of the virtual laboratory.
+    Push,
+}
+
+/// How pushes are laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PushProtocolArg {
+    /// As the MIT set: contacts, angles, speeds and accelerations; 7,128 different pushes of a rectangle.
+    Mit,
+    /// One push again and again, as the 2,000 of the MIT set.
+    Repeat,
+    /// Contact, angle, start pose and speed at random.
+    Random,
+}
+
 /// Options of `simulate`.
 #[derive(Debug, ClapArgs)]
 pub struct Simulate {
+    /// What to simulate.
+    #[arg(long, value_enum, default_value = "ball")]
+    pub scenario: SimulateScenario,
     /// Number of trajectories.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub trajectories: u32,
-    /// Samples of each trajectory, at 60 Hz.
+    /// Samples of each drop, at 60 Hz.
     #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..))]
     pub samples: u32,
-    /// File to write (`.csv` or `.csv.gz`); what was drawn goes to `<name>.truth.csv` beside it.
-    #[arg(long, default_value = "out/ball.csv")]
-    pub out: PathBuf,
+    /// Layout of the pushes.
+    #[arg(long, value_enum, default_value = "mit")]
+    pub protocol: PushProtocolArg,
+    /// Object that is pushed.
+    #[arg(long, default_value = "rect1", value_parser = clap::builder::PossibleValuesParser::new(augsim_physics::push::OBJECTS))]
+    pub object: String,
+    /// What it lies on.
+    #[arg(long, default_value = "abs", value_parser = ["abs", "delrin", "plywood", "pu"])]
+    pub surface: String,
+    /// Samples of a push per second.
+    #[arg(long, default_value_t = 100.0)]
+    pub rate_hz: f64,
+    /// Sensor noise of the pushed object's position, m.
+    #[arg(long, default_value_t = 3e-4)]
+    pub position_sd_m: f64,
+    /// Sensor noise of its angle, rad.
+    #[arg(long, default_value_t = 0.001745)]
+    pub angle_sd_rad: f64,
+    /// File to write (CSV; `.gz` compresses), `out/ball.csv` or `out/push.csv` without it; the truth record and, for pushes,
+    /// the declared model go beside it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Options of `discover`.
@@ -214,17 +256,41 @@ pub struct Data {
 /// What to do with data.
 #[derive(Debug, Subcommand)]
 pub enum DataAction {
-    /// Columns, units, lengths, rates, gaps and ranges of a file.
+    /// Columns, units, lengths, rates, gaps, streams and ranges of a data set.
     Inspect {
-        /// The file (CSV, plain or gzip).
+        /// CSV (plain or gzip), NPZ, or published push files (HDF5, JSON, a zip archive or a folder of them).
         file: PathBuf,
     },
-    /// Turn a measured set in its own layout into a data file and a model file to begin with.
+    /// Turn a measured set in its own layout into a data file and, where one fits, a model file to begin with.
+    ///
+    /// `convert SET IN OUT.csv`, or `convert FOLDER --out DIR` where the folder is called as its set.
     Convert {
-        /// Folder of the set; its name says which set it is.
-        folder: PathBuf,
-        /// Directory for `data.csv` and `model.toml`.
+        /// Name of the set (mit-push, mit-pusher-slider, cmu-mlab, desilva-ball-drops, paper-stack-bounces,
+        /// spindoe-table-tennis), or a folder of this name.
+        set: PathBuf,
+        /// Folder, archive or file of the set.
+        #[arg(requires = "file", conflicts_with = "out")]
+        input: Option<PathBuf>,
+        /// File to write: `.csv`, `.csv.gz` or `.npz`; a model file goes to `<name>.model.toml` beside it.
+        file: Option<PathBuf>,
+        /// Directory for `data.csv` and `model.toml`, with FOLDER.
         #[arg(long, default_value = "out/data")]
         out: PathBuf,
+        /// Interpolate onto a common clock of this rate; without it, streams keep their own clocks, marked by
+        /// flags of fresh samples.
+        #[arg(long)]
+        rate_hz: Option<f64>,
+        /// Frame of pushes: as recorded (the robot's base), or that of the object's first pose.
+        #[arg(long, value_enum, default_value_t = Frame::World)]
+        frame: Frame,
     },
+}
+
+/// Frame of converted pushes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Frame {
+    /// As recorded: the robot's base.
+    World,
+    /// The object begins at the origin, unturned.
+    Start,
 }

@@ -95,5 +95,8 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         let heights = track.iter().map(|s| (floor - s.1) * metres).collect();
         trajectories.push(Trajectory::new(format!("{series}/{file}"), times, vec![heights])?);
     }
-    Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
+    Ok(Converted {
+        data: Dataset::from_names(&["height_m"], trajectories)?,
+        model_toml: Some(MODEL.to_owned()),
+    })
 }
