@@ -32,13 +32,12 @@ fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64
     let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
     pool.install(|| {
         training.step();
-        let (mut wall, mut cpu, mut spent) = (f64::MAX, f64::MAX, 0.0);
-        let mut calls = 0;
-        while calls < 3 || (spent < 0.6 && calls < 200) {
-            let (w, c) = clock::time(|| training.step());
-            (wall, cpu) = (wall.min(w), cpu.min(c.unwrap_or(w)));
-            spent += w;
-            calls += 1;
+        // The system's CPU clock ticks every few milliseconds: a window is at least a fifth of a second.
+        let calls = (0.2 / clock::time(|| training.step()).0).ceil().max(1.0);
+        let (mut wall, mut cpu) = (f64::MAX, f64::MAX);
+        for _ in 0..3 {
+            let (w, c) = clock::time(|| (0..calls as usize).for_each(|_| training.step()));
+            (wall, cpu) = (wall.min(w / calls), cpu.min(c.unwrap_or(w) / calls));
         }
         (wall, cpu, extents.training(batch, steps) / cpu / 1e9)
     })
