@@ -121,16 +121,22 @@ pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
-/// Nominal values, with the restitution at the median of the rough speed ratios.
+/// Nominal values, with the restitution (of each group, where it has its own) at the median of the rough speed ratios.
 pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
-    let mut ratios: Vec<f64> = train.records().flat_map(|r| r.ratios.iter().copied()).collect();
-    let rough = median(&mut ratios);
+    let rough = |group: Option<usize>| {
+        let chosen = train.records().filter(|r| group.is_none_or(|g| r.group == g));
+        median(&mut chosen.flat_map(|r| r.ratios.iter().copied()).collect::<Vec<_>>())
+    };
+    let all = rough(None);
     let mut at = 0;
     for f in &h.free {
         let width = h.width(f);
-        if f.index == RESTITUTION && rough > 0.0 {
-            theta[at..at + width].fill(rough.clamp(f.min, f.max));
+        if f.index == RESTITUTION && all > 0.0 {
+            for (group, value) in theta[at..at + width].iter_mut().enumerate() {
+                let own = if width > 1 { rough(Some(group)) } else { all };
+                *value = if own > 0.0 { own } else { all }.clamp(f.min, f.max);
+            }
         }
         at += width;
     }
@@ -192,16 +198,13 @@ fn error_table(
     options: &Options,
 ) -> ErrorTable {
     let test = &search.test;
-    let of = |f: &Fit, theta: &[f64]| {
-        let held = fit_nuisance(test, &f.hypothesis, theta, &[]);
-        (forecast::errors(test, &held), held)
-    };
     let plain = Hypothesis::new(model, test.data, &[]);
     let nominal = plain.theta_start(0.0);
-    let (declared, _) = of(&base.fit, &nominal);
-    let (calibrated, _) = of(&base.fit, &base.fit.theta);
-    let (augmented, held) = of(&best.fit, &best.fit.theta);
-    let floor = forecast::floor(test, &held, options.seed);
+    let declared = forecast::errors(test, &base.fit, &nominal);
+    let calibrated = forecast::errors(test, &base.fit, &base.fit.theta);
+    let augmented = forecast::errors(test, &best.fit, &best.fit.theta);
+    let held = fit_nuisance(test, &best.fit.hypothesis, &best.fit.theta, &[]);
+    let floor = forecast::floor(test, &best.fit, &held, options.seed);
     let row = |e: &forecast::Errors| Rmse {
         rmse: forecast::rmse(e),
         ci95: forecast::bootstrap(&[e], options.seed, |r| r[0]),

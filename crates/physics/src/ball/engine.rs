@@ -126,6 +126,9 @@ impl<'a, S: Scalar> Engine<'a, S> {
 
     fn go(&mut self) {
         let mut state = self.throw.start;
+        for (law, p) in &self.laws {
+            law.spin(p, &mut state.spin);
+        }
         let held = state;
         self.emit(state.time, |_| held.position, |_| held.velocity);
         if self.gap(&state.position).value() <= 0.0 && self.rate(&state.velocity).value() <= 0.0 {
