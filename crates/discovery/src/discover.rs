@@ -20,6 +20,9 @@ use std::time::Instant;
 /// By how much a table must lower the criterion before the library's answer is given up.
 const MARGIN: f64 = 10.0;
 
+/// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
+const LAWFUL: f64 = 0.8;
+
 /// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
 /// terminal speed, below the quarter that wrong units leave.
 const HOPELESS: f64 = 0.2;
@@ -42,23 +45,31 @@ pub fn discover(
     let prepared = prepare(model, data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
     let on = |chosen| Sample { data: measured, chosen, correlation: noise.correlation };
-    let search = Search::new(model, on(train), on(test));
+    let mut search = Search::new(model, on(train), on(test));
 
     progress(Progress::Calibration);
     check_calibration(model, &search.train)?;
     let base = calibrate(model, &search.train);
 
     progress(Progress::Search);
-    let found = search.run(base);
+    let mut found = search.run(base);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned();
     let Some(base) = base else {
         let (data, found) = (measured.name.clone(), 0);
         return Err(DiscoveryError::TooFew { data, found });
     };
-    let mut best = found.pool.first().cloned().unwrap_or_else(|| base.clone());
-    if best.heldout_ll <= base.heldout_ll {
-        best = base.clone();
+    let mut best = confirmed(&found, &base);
+    let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
+    if best.fit.hypothesis.scatter.is_some() && forecast_of(&best) > 0.95 * forecast_of(&base) {
+        // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
+        search.scatter = false;
+        let other = search.run(base.fit.clone());
+        let lawful = confirmed(&other, &base);
+        let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
+        if forecast_of(&lawful) < LAWFUL * forecast_of(&best) {
+            (found, best) = (other, lawful);
+        }
     }
 
     progress(Progress::Adequacy);
@@ -113,6 +124,11 @@ pub fn discover(
         anatomy: residual_anatomy,
         seconds: begun.elapsed().as_secs_f64(),
     }))
+}
+
+/// The best of a search, if the held-out part confirms it.
+fn confirmed(found: &crate::search::Found, base: &Judged) -> Judged {
+    found.pool.first().filter(|best| best.heldout_ll > base.heldout_ll).unwrap_or(base).clone()
 }
 
 /// The declared model fitted.

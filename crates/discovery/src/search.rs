@@ -28,6 +28,8 @@ pub(crate) struct Search<'a> {
     pub train: Sample<'a>,
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
+    /// Whether the restitution may scatter.
+    pub scatter: bool,
 }
 
 /// A fitted hypothesis with its criterion, once also judged on the held-out part.
@@ -63,7 +65,7 @@ pub(crate) struct Found {
 
 impl<'a> Search<'a> {
     pub fn new(model: &'a Model, train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self { model, train, test, library: library(model, train.data) }
+        Self { model, train, test, library: library(model, train.data), scatter: true }
     }
 
     /// Penalty of an addition on -2 ln likelihood.
@@ -111,6 +113,7 @@ impl<'a> Search<'a> {
             }
         }
         let mut h = h;
+        h.overdispersion = old.overdispersion;
         if let (Some(new), Some(known)) = (h.scatter.as_mut(), old.scatter)
             && new.per == known.per
         {
@@ -194,7 +197,7 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
-        if best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
+        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
             moves.push(vec![(Addition::Scatter(ScatterPer::Impact), vec![])]);
             moves.push(vec![(Addition::Scatter(ScatterPer::Trajectory), vec![])]);
         }

@@ -22,7 +22,7 @@ const MODEL: &str = "\
 scenario = \"ball\"
 
 [parameters]
-gravity_m_s2 = { nominal = 9.81, min = 8.0, max = 12.0, per = \"trajectory\" }
+gravity_m_s2 = { nominal = 9.81, frozen = true }
 restitution = { nominal = 0.5, min = 0.0, max = 1.0, per = \"group\" }
 
 [release]
