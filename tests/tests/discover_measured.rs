@@ -21,7 +21,8 @@ fn answer(name: &str) -> Option<Discovery> {
     }
     let (_, convert) = CONVERTERS.iter().find(|(set, _)| *set == name).expect("a converter");
     let converted = convert(&folder).expect("convertible");
-    let model = Model::parse(converted.model_toml, "model.toml").expect("well formed");
+    let model = Model::parse(converted.model_toml.as_deref().expect("a model file"), "model.toml")
+        .expect("well formed");
     Some(discover(&model, &converted.data, &Options::default(), &mut |_| {}).expect("an answer"))
 }
 

@@ -118,6 +118,38 @@ fn damaged_checkpoints_are_named() {
 }
 
 #[test]
+fn faulty_push_files_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let convert = |name: &str, bytes: &[u8], texts: &[&str]| {
+        std::fs::write(dir.path().join(name), bytes).unwrap();
+        let out = augsim(&["data", "convert", "mit-push", name, "pushes.csv"], dir.path());
+        let error = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(3), "{error}");
+        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+        for text in texts.iter().chain([&name]) {
+            assert!(error.contains(text), "{name}: `{text}` is not in: {error}");
+        }
+        assert!(!dir.path().join("pushes.csv").exists());
+    };
+    let fixture = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000.h5";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/mit-push").join(fixture);
+    let whole = std::fs::read(path).unwrap();
+    convert(fixture, &whole[..whole.len() / 2], &["`tip_pose`", "cut off", "download it again"]);
+    convert(&fixture.replace("tri1", "star"), &whole, &["unknown shape `star`", "rect1", "butter"]);
+    let streams = br#"{"tip_pose": [[0, 0, 0, 0], [1, 0, 0, 0]]}"#;
+    convert("block=al_run=01.json", streams, &["`object_pose` is missing", "tip_pose"]);
+
+    std::fs::write(dir.path().join(fixture), &whole).unwrap();
+    let out = augsim(&["data", "convert", "mit-push", fixture, "pushes.csv", "--rate-hz", "20"], dir.path());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let model = std::fs::read_to_string(dir.path().join("pushes.model.toml")).unwrap();
+    assert!(model.contains("object = \"tri1\""));
+    let unknown = augsim(&["data", "convert", "mit-pull", fixture, "pushes.csv"], dir.path());
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("mit-pusher-slider"));
+}
+
+#[test]
 fn usage_errors_have_code_2() {
     let (dir, _) = trained();
     let again = augsim(&["train", "--data", "good.csv", "--out", "run"], dir.path());

@@ -1,6 +1,7 @@
 //! What can be wrong with data, each with the place and the remedy.
 
 use crate::atomic_file::AtomicWriteError;
+use crate::push::PushError;
 use crate::unit::Unit;
 use std::fmt;
 use std::path::PathBuf;
@@ -408,6 +409,19 @@ pub enum DataError {
         /// Target.
         path: PathBuf,
     },
+    /// An array of an NPZ file cannot be used.
+    #[error("{}: array `{array}`: {fault}", path.display())]
+    Array {
+        /// File.
+        path: PathBuf,
+        /// Name of the array.
+        array: String,
+        /// What is wrong, and the remedy.
+        fault: String,
+    },
+    /// A push file, or an archive, is faulty.
+    #[error(transparent)]
+    Push(#[from] PushError),
     /// The file could not be written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError),

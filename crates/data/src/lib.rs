@@ -2,7 +2,8 @@
 //!
 //! A [`Dataset`] holds [`Trajectory`]s that share [`Column`]s; every column name ends in its SI
 //! [`Unit`] (`height_m`, `velocity_m_s`). [`read_dataset`] reads any known layout,
-//! [`read_csv`] and [`write_csv`] exchange the long form with files, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
+//! [`read_csv`] and [`write_csv`] exchange the long form with files, [`read_npz`] and [`write_npz`] the same
+//! names with numpy, [`push`] reads measured pushes, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
 //! columns, [`Summary`] describes a set for people, [`atomic_write`] writes a file whole or not at
 //! all, and [`random_stream`] gives every (seed, purpose, index) its own random numbers.
 
@@ -17,8 +18,11 @@ mod error;
 mod format;
 mod legacy_ball;
 mod normalise;
+mod npz;
+pub mod push;
 mod random_stream;
 mod split;
+mod stream_summary;
 mod summary;
 mod trajectory;
 mod unit;
@@ -28,11 +32,13 @@ pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use dataset::Dataset;
 pub use error::{ColumnError, DataError, Source};
-pub use format::read_dataset;
+pub use format::{read_dataset, write_dataset};
 pub use legacy_ball::read_legacy_ball;
 pub use normalise::{ColumnScale, Normaliser};
+pub use npz::{read_npz, write_npz};
 pub use random_stream::random_stream;
 pub use split::{Split, SplitSize};
+pub use stream_summary::{PushSummary, StreamSummary};
 pub use summary::{ColumnSummary, LengthSummary, SamplingSummary, Statistics, Summary};
 pub use trajectory::Trajectory;
 pub use unit::Unit;

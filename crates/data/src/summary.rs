@@ -1,6 +1,7 @@
 //! What a data set contains, for `data inspect`.
 
 use crate::dataset::Dataset;
+use crate::stream_summary::{PushSummary, StreamSummary, pushes, streams};
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -27,6 +28,10 @@ pub struct Summary {
     pub length: Option<LengthSummary>,
     /// Sample times; `None` where no trajectory has two samples.
     pub sampling: Option<SamplingSummary>,
+    /// Streams with clocks of their own; empty where the set has no flags of fresh samples.
+    pub streams: Vec<StreamSummary>,
+    /// Ranges over the pushes; `None` for other data.
+    pub pushes: Option<PushSummary>,
     /// Columns, in file order.
     pub columns: Vec<ColumnSummary>,
 }
@@ -133,6 +138,8 @@ impl Summary {
             groups,
             length,
             sampling: sampling(trajectories),
+            streams: streams(dataset),
+            pushes: pushes(dataset),
             columns: columns(dataset),
         }
     }
@@ -181,7 +188,7 @@ fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
 }
 
 /// Sorts, and gives the middle (lower middle of an even number); `None` for no values.
-fn median(values: &mut [f64]) -> Option<f64> {
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len().checked_sub(1)? / 2).copied()
 }
@@ -205,18 +212,25 @@ impl fmt::Display for Summary {
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {
-            writeln!(
-                f,
-                "sampled at {} Hz ({}), {}, {} to {} s long",
-                digits(s.median_rate_hz),
-                if s.regular { "regular" } else { "irregular" },
+            let rate = digits(s.median_rate_hz);
+            if self.streams.is_empty() {
+                let regular = if s.regular { "regular" } else { "irregular" };
+                write!(f, "sampled at {rate} Hz ({regular}), ")?;
                 match s.gaps {
-                    0 => "no gaps".to_owned(),
-                    n => format!("{n} gaps up to {} s", digits(s.longest_interval_s)),
-                },
-                digits(s.duration_s[0]),
-                digits(s.duration_s[1]),
-            )?;
+                    0 => write!(f, "no gaps, ")?,
+                    n => write!(f, "{n} gaps up to {} s, ", digits(s.longest_interval_s))?,
+                }
+            } else {
+                // Gaps belong to the streams; between the rows of a union they mean nothing.
+                write!(f, "rows on the union of the streams' clocks ({rate} Hz), ")?;
+            }
+            writeln!(f, "{} to {} s long", digits(s.duration_s[0]), digits(s.duration_s[1]))?;
+        }
+        for stream in &self.streams {
+            writeln!(f, "{stream}")?;
+        }
+        if let Some(pushes) = &self.pushes {
+            writeln!(f, "{pushes}")?;
         }
         writeln!(f)?;
         write_table(f, &self.columns)
@@ -247,7 +261,7 @@ fn write_table(f: &mut fmt::Formatter<'_>, columns: &[ColumnSummary]) -> fmt::Re
 }
 
 /// Five significant digits, without an exponent where that stays short.
-fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }

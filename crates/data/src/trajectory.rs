@@ -59,6 +59,15 @@ impl Trajectory {
         Ok(self)
     }
 
+    /// The same identifier and group with other samples.
+    ///
+    /// # Errors
+    /// As [`Trajectory::new`].
+    pub fn with_samples(&self, time_s: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, DataError> {
+        let group = self.group.clone();
+        Ok(Trajectory { group, ..Self::new(self.id.clone(), time_s, values)? })
+    }
+
     /// Identifier, unique within a data set.
     pub fn id(&self) -> &str {
         &self.id

@@ -33,7 +33,7 @@ fn main() {
             Err(e) => return println!("{e}"),
         };
         println!("{} trajectories", converted.data.trajectories().len());
-        let model = match Model::parse(converted.model_toml, "model.toml") {
+        let model = match Model::parse(converted.model_toml.as_deref().unwrap_or_default(), "model.toml") {
             Ok(m) => m,
             Err(e) => return println!("{e}"),
         };

@@ -54,5 +54,8 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
             Trajectory::new(id, t, vec![z])?.with_group(ball)
         })
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
+    Ok(Converted {
+        data: Dataset::from_names(&["height_m"], trajectories)?,
+        model_toml: Some(MODEL.to_owned()),
+    })
 }

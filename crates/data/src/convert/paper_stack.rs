@@ -122,5 +122,8 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         let drop = Trajectory::new(format!("{series}/{file}"), times, vec![heights])?;
         trajectories.push(drop.with_group(stack)?);
     }
-    Ok(Converted { data: Dataset::from_names(&["height_m"], trajectories)?, model_toml: MODEL })
+    Ok(Converted {
+        data: Dataset::from_names(&["height_m"], trajectories)?,
+        model_toml: Some(MODEL.to_owned()),
+    })
 }

@@ -94,5 +94,5 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         trajectories.push(Trajectory::new(name, t[..end].to_vec(), values)?);
     }
     let names = ["x_m", "y_m", "z_m", "spin_x_rad_s", "spin_y_rad_s", "spin_z_rad_s"];
-    Ok(Converted { data: Dataset::from_names(&names, trajectories)?, model_toml: MODEL })
+    Ok(Converted { data: Dataset::from_names(&names, trajectories)?, model_toml: Some(MODEL.to_owned()) })
 }

@@ -1,0 +1,110 @@
+//! `mit-pusher-slider`: long pushes of a square under control (Hogan and Rodriguez, WAFR 2016).
+
+use super::{Converted, required};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::push::PushError;
+use crate::push::union_clock::{Source, union};
+use crate::trajectory::Trajectory;
+use std::path::{Path, PathBuf};
+
+const LAYOUT: &str =
+    "a run has `t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new`";
+const INDEX: &str = "the index has `file,perturbations`";
+
+/// The steel square of 90 mm: c of a uniform pressure, the authors' mass, rod and friction.
+const MODEL: &str = "\
+scenario = \"push\"
+object = \"rect1\"
+
+[parameters]
+c_m = { nominal = 0.0344, min = 0.005, max = 0.1 }
+contact_friction = { nominal = 0.3, min = 0.0, max = 1.0 }
+rod_radius_m = { nominal = 0.00475, frozen = true }
+support_friction = { nominal = 0.35, frozen = true }
+mass_kg = { nominal = 1.053, frozen = true }
+
+[sensor]
+position_sd_m = 0.0003
+angle_sd_rad = 0.002
+";
+
+/// Reads the runs that `index.csv` lists, `group` what it says about knocks by hand; or a single run.
+///
+/// The logger holds the last value; here each stream is interpolated between its fresh samples, and the clock
+/// begins at 0. The two clocks remain 10 to 20 ms apart, as recorded.
+pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
+    let mut trajectories = Vec::new();
+    if path.is_dir() {
+        for (file, perturbations) in runs(path)? {
+            trajectories.push(run(&file)?.with_group(perturbations)?);
+        }
+    } else {
+        trajectories.push(run(path)?);
+    }
+    let names = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad", "pusher_new", "object_new"];
+    let data = Dataset::from_names(&names, trajectories)?.with_path(path);
+    Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
+}
+
+/// Files of the runs and what the index calls their perturbations.
+fn runs(folder: &Path) -> Result<Vec<(PathBuf, String)>, DataError> {
+    let index_path = folder.join("index.csv");
+    let mut index = CsvSource::open(&index_path)?;
+    let (file, label) = (index.require("file", INDEX)?, index.require("perturbations", INDEX)?);
+    let mut runs = Vec::new();
+    while index.next_row()? {
+        let name = index.text(file)?;
+        let run = folder.join(name);
+        if !run.is_file() {
+            return Err(PushError::Unlisted { path: index_path, file: name.to_owned() }.into());
+        }
+        runs.push((run, index.text(label)?.to_owned()));
+    }
+    match runs.is_empty() {
+        true => Err(DataError::HeaderOnly { path: index_path }),
+        false => Ok(runs),
+    }
+}
+
+fn run(path: &Path) -> Result<Trajectory, DataError> {
+    let mut source = CsvSource::open(path)?;
+    let cell = |name| source.require(name, LAYOUT);
+    let time = cell("t_s")?;
+    let streams = [
+        (cell("pusher_new")?, vec![cell("pusher_x_m")?, cell("pusher_y_m")?]),
+        (cell("slider_new")?, vec![cell("slider_x_m")?, cell("slider_y_m")?, cell("slider_th_rad")?]),
+    ];
+    let mut sources = streams.clone().map(|(_, cells)| Source {
+        time_s: Vec::new(),
+        columns: vec![Vec::new(); cells.len()],
+        angular: vec![false, false, true][..cells.len()].to_vec(),
+        longest_bridge_s: f64::INFINITY,
+    });
+    let id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let (mut start_s, mut previous) = (None, None);
+    while source.next_row()? {
+        let now = required(&source, time)?;
+        let start_s = *start_s.get_or_insert(now);
+        if let Some(previous_s) = previous.replace(now).filter(|&before| now <= before) {
+            let (path, line, column) = (path.to_owned(), source.line(), "t_s");
+            let (trajectory, time_s) = (id, now);
+            return Err(DataError::TimeNotIncreasing { path, line, column, trajectory, previous_s, time_s });
+        }
+        for ((fresh, cells), stream) in streams.iter().zip(&mut sources) {
+            if required(&source, *fresh)? == 0.0 {
+                continue;
+            }
+            stream.time_s.push(now - start_s);
+            for (&cell, column) in cells.iter().zip(&mut stream.columns) {
+                column.push(required(&source, cell)?);
+            }
+        }
+    }
+    if sources.iter().any(|s| s.time_s.len() < 2) {
+        return Err(DataError::HeaderOnly { path: path.to_owned() });
+    }
+    let joined = union(&sources).ok_or_else(|| PushError::NoCommonTime { path: path.to_owned() })?;
+    Trajectory::new(id, joined.time_s, [joined.columns, joined.fresh].concat())
+}

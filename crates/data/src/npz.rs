@@ -1,0 +1,264 @@
+//! NPZ, numpy's archive of arrays: the columns of the long form as one-dimensional arrays of the same names.
+//!
+//! ```python
+//! numpy.savez("drops.npz", trajectory=["a", "a", "b"], t_s=[0, 0.1, 0], height_m=[4.4, 4.3, 4.1])
+//! ```
+//! `trajectory` (and `group`, where there is one) are texts or whole numbers; all others are numbers of any
+//! type. NaN is a gap.
+
+use crate::assemble::Assembler;
+use crate::atomic_file::atomic_write;
+use crate::column::{Column, GROUP, TIME, TRAJECTORY};
+use crate::csv_long::MissingCells;
+use crate::dataset::Dataset;
+use crate::error::{DataError, Source};
+use crate::push::archive::{members, unpack};
+use npyz::{DType, NpyFile, TypeChar, WriterBuilder};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Cursor, Write};
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{DateTime, ZipWriter};
+
+const EXTENSION: &str = ".npy";
+
+/// Reads a data set from NPZ, plain or compressed.
+///
+/// # Errors
+/// Any of the reader's [`DataError`]s, with file, array and remedy; rows are counted from 1, as lines of a CSV
+/// file without header would be.
+pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
+    let bytes = read(path)?;
+    let mut texts = BTreeMap::new();
+    let mut numbers = Vec::new();
+    let names: Vec<String> =
+        members(path, &bytes)?.into_iter().filter(|name| name.ends_with(EXTENSION)).collect();
+    unpack(path, &bytes, &names, |member, content| {
+        let name = member.strip_suffix(EXTENSION).unwrap_or(member);
+        let array = Array::parse(path, name, content)?;
+        if [TRAJECTORY, GROUP].contains(&name) {
+            texts.insert(name.to_owned(), array.texts()?);
+        } else {
+            numbers.push((name.to_owned(), array.numbers()?));
+        }
+        Ok(())
+    })?;
+    assemble(path, texts, numbers, missing)
+}
+
+fn assemble(
+    path: &Path,
+    mut texts: BTreeMap<String, Vec<String>>,
+    mut numbers: Vec<(String, Vec<f64>)>,
+    missing: MissingCells,
+) -> Result<Dataset, DataError> {
+    let available: Vec<String> = texts.keys().chain(numbers.iter().map(|(name, _)| name)).cloned().collect();
+    let absent = |column: &str| DataError::Array {
+        path: path.to_owned(),
+        array: column.to_owned(),
+        fault: format!(
+            "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and columns that end in \
+             their unit, one value a sample",
+            available.join(", ")
+        ),
+    };
+    let ids = texts.remove(TRAJECTORY).ok_or_else(|| absent(TRAJECTORY))?;
+    let time = numbers.iter().position(|(name, _)| name == TIME).ok_or_else(|| absent(TIME))?;
+    let (_, time) = numbers.remove(time);
+    let groups = texts.remove(GROUP);
+    let lengths = numbers.iter().map(|(name, values)| (name.as_str(), values.len()));
+    let groups_length = groups.iter().map(|g| (GROUP, g.len()));
+    for (name, length) in lengths.chain([(TIME, time.len())]).chain(groups_length) {
+        if length != ids.len() {
+            return Err(DataError::Array {
+                path: path.to_owned(),
+                array: name.to_owned(),
+                fault: format!(
+                    "{length} values where `trajectory` has {}; save one value for each sample",
+                    ids.len()
+                ),
+            });
+        }
+    }
+    let mut columns = Vec::new();
+    for (name, _) in &numbers {
+        let bad = |cause| DataError::BadColumn { path: path.to_owned(), cause };
+        columns.push(Column::new(name).map_err(bad)?);
+    }
+    if columns.is_empty() {
+        return Err(DataError::NoValueColumns { path: path.to_owned() });
+    }
+    let mut rows = Assembler::new(path.to_owned(), TRAJECTORY, TIME, columns.len());
+    let mut row = vec![0.0; columns.len()];
+    for (k, id) in ids.iter().enumerate() {
+        let line = k as u64 + 1;
+        let gap_or_finite = |name: &str, value: f64, gaps: bool| {
+            if value.is_finite() || (gaps && value.is_nan()) {
+                return Ok(value);
+            }
+            Err(DataError::BadNumber {
+                path: path.to_owned(),
+                line,
+                column: name.to_owned(),
+                cell: value.to_string(),
+            })
+        };
+        let time_s = gap_or_finite(TIME, time[k], false)?;
+        for (out, (name, values)) in row.iter_mut().zip(&numbers) {
+            *out = gap_or_finite(name, values[k], missing == MissingCells::AsGap)?;
+        }
+        rows.push(line, id, groups.as_ref().map(|g| g[k].as_str()), time_s, &row)?;
+    }
+    Dataset::with_origin(columns, rows.finish()?, Source::File(path.to_owned()))
+}
+
+/// Whether a zip archive holds arrays.
+pub(crate) fn is_npz(path: &Path) -> Result<bool, DataError> {
+    // A damaged archive is one, if its name says so: the reader then says what is wrong with it.
+    let named = path.extension().is_some_and(|extension| extension == "npz");
+    Ok(named || members(path, &read(path)?)?.iter().any(|name| name.ends_with(EXTENSION)))
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, DataError> {
+    fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })
+}
+
+struct Array<'a> {
+    path: &'a Path,
+    name: &'a str,
+    file: NpyFile<Cursor<Vec<u8>>>,
+}
+
+impl<'a> Array<'a> {
+    fn parse(path: &'a Path, name: &'a str, content: Vec<u8>) -> Result<Self, DataError> {
+        let size = content.len() as u64;
+        let file = NpyFile::new(Cursor::new(content)).map_err(|e| damaged(path, name, &e))?;
+        let array = Array { path, name, file };
+        if array.file.shape().len() != 1 {
+            let shape = array.file.shape().to_vec();
+            return Err(array.fault(format!("has shape {shape:?}; save it with one dimension")));
+        }
+        // A damaged header must not make us ask for more memory than the file could fill.
+        if array.file.len() > size {
+            return Err(damaged(path, name, &io::Error::from(io::ErrorKind::UnexpectedEof)));
+        }
+        Ok(array)
+    }
+
+    fn fault(&self, fault: String) -> DataError {
+        DataError::Array { path: self.path.to_owned(), array: self.name.to_owned(), fault }
+    }
+
+    /// Letter and width of the elements.
+    fn element(&self) -> Option<(TypeChar, u64)> {
+        match self.file.dtype() {
+            DType::Plain(plain) => Some((plain.type_char(), plain.size_field())),
+            _ => None,
+        }
+    }
+
+    fn values<T: npyz::Deserialize, U>(self, convert: impl FnMut(T) -> U) -> Result<Vec<U>, DataError> {
+        let (path, name) = (self.path, self.name);
+        let values = self.file.into_vec::<T>().map_err(|e| damaged(path, name, &e))?;
+        Ok(values.into_iter().map(convert).collect())
+    }
+
+    fn numbers(self) -> Result<Vec<f64>, DataError> {
+        match self.element() {
+            Some((TypeChar::Float, 8)) => self.values(|v: f64| v),
+            Some((TypeChar::Float, 4)) => self.values(|v: f32| f64::from(v)),
+            Some((TypeChar::Bool, _)) => self.values(|v: bool| if v { 1.0 } else { 0.0 }),
+            Some((TypeChar::Int, 8)) => self.values(|v: i64| v as f64),
+            Some((TypeChar::Int, 4)) => self.values(|v: i32| f64::from(v)),
+            Some((TypeChar::Int, 2)) => self.values(|v: i16| f64::from(v)),
+            Some((TypeChar::Int, 1)) => self.values(|v: i8| f64::from(v)),
+            Some((TypeChar::Uint, 8)) => self.values(|v: u64| v as f64),
+            Some((TypeChar::Uint, 4)) => self.values(|v: u32| f64::from(v)),
+            Some((TypeChar::Uint, 2)) => self.values(|v: u16| f64::from(v)),
+            Some((TypeChar::Uint, 1)) => self.values(|v: u8| f64::from(v)),
+            _ => Err(self.fault("is no array of numbers; save it as float64".to_owned())),
+        }
+    }
+
+    fn texts(self) -> Result<Vec<String>, DataError> {
+        match self.element() {
+            Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => self.values(|v: String| v),
+            Some((TypeChar::Int, 8)) => self.values(|v: i64| v.to_string()),
+            Some((TypeChar::Int, 4)) => self.values(|v: i32| v.to_string()),
+            Some((TypeChar::Uint, 8)) => self.values(|v: u64| v.to_string()),
+            Some((TypeChar::Uint, 4)) => self.values(|v: u32| v.to_string()),
+            _ => Err(self.fault("is no array of texts or whole numbers; save it as str".to_owned())),
+        }
+    }
+}
+
+fn damaged(path: &Path, name: &str, cause: &io::Error) -> DataError {
+    DataError::Array {
+        path: path.to_owned(),
+        array: name.to_owned(),
+        fault: format!("is damaged or cut off ({cause}); copy or save the file again"),
+    }
+}
+
+/// Writes `dataset` as compressed NPZ; all or nothing. The same data set gives the same bytes.
+///
+/// # Errors
+/// The data set has no trajectories, or the file cannot be written.
+pub fn write_npz(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
+    if dataset.trajectories().is_empty() {
+        return Err(DataError::NothingToWrite { path: path.to_owned() });
+    }
+    atomic_write(path, |file| {
+        let mut archive = ZipWriter::new(file);
+        let trajectories = dataset.trajectories();
+        let labels = |label: fn(&crate::Trajectory) -> Option<&str>| {
+            trajectories.iter().flat_map(move |t| label(t).map(|text| std::iter::repeat_n(text, t.len())))
+        };
+        write_texts(&mut archive, TRAJECTORY, labels(|t| Some(t.id())).flatten())?;
+        if trajectories.iter().any(|t| t.group().is_some()) {
+            write_texts(&mut archive, GROUP, labels(|t| t.group()).flatten())?;
+        }
+        write_numbers(&mut archive, TIME, trajectories.iter().flat_map(|t| t.time_s()))?;
+        for (i, column) in dataset.columns().iter().enumerate() {
+            write_numbers(&mut archive, column.name(), trajectories.iter().flat_map(|t| t.column(i)))?;
+        }
+        archive.finish().map_err(io::Error::other)?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn begin<W: Write + io::Seek>(archive: &mut ZipWriter<W>, name: &str) -> io::Result<()> {
+    let options = SimpleFileOptions::default().last_modified_time(DateTime::default()).large_file(true);
+    archive.start_file(format!("{name}{EXTENSION}"), options).map_err(io::Error::other)
+}
+
+fn write_numbers<'a, W: Write + io::Seek>(
+    archive: &mut ZipWriter<W>,
+    name: &str,
+    values: impl Iterator<Item = &'a f64> + Clone,
+) -> io::Result<()> {
+    begin(archive, name)?;
+    let length = values.clone().count() as u64;
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&[length]).writer(archive).begin_nd()?;
+    writer.extend(values.copied())?;
+    writer.finish()
+}
+
+fn write_texts<'a, W: Write + io::Seek>(
+    archive: &mut ZipWriter<W>,
+    name: &str,
+    texts: impl Iterator<Item = &'a str> + Clone,
+) -> io::Result<()> {
+    begin(archive, name)?;
+    let (length, width) =
+        texts.clone().fold((0, 1), |(n, width), text| (n + 1, width.max(text.chars().count())));
+    let kind = format!("<U{width}").parse().map_err(io::Error::other)?;
+    let options = npyz::WriteOptions::<str>::new().dtype(DType::new_scalar(kind));
+    let mut writer = options.shape(&[length]).writer(archive).begin_nd()?;
+    for text in texts {
+        writer.push(text)?;
+    }
+    writer.finish()
+}

@@ -1,0 +1,56 @@
+//! Zip archives, read from memory: the published push files and NPZ come in them.
+
+use super::error::PushError;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use zip::ZipArchive;
+
+/// Largest member that is unpacked: a guard against damaged and malicious archives, bytes.
+const LARGEST_MEMBER: u64 = 1 << 32;
+
+/// Whether the bytes begin as a zip archive does.
+pub(crate) fn is_zip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
+}
+
+/// Names of the files in the archive, in its order.
+pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushError> {
+    let archive = open(path, bytes)?;
+    let mut names = Vec::new();
+    for name in archive.file_names() {
+        let name = name.map_err(|e| damaged(path, String::new(), e.to_string()))?;
+        if !name.ends_with('/') {
+            names.push(name.into_owned());
+        }
+    }
+    Ok(names)
+}
+
+/// Unpacks the members in `names`, one after another.
+pub(crate) fn unpack(
+    path: &Path,
+    bytes: &[u8],
+    names: &[String],
+    mut each: impl FnMut(&str, Vec<u8>) -> Result<(), crate::DataError>,
+) -> Result<(), crate::DataError> {
+    let mut archive = open(path, bytes)?;
+    for name in names {
+        let damaged = |cause: String| damaged(path, format!("member `{name}`: "), cause);
+        let member = archive.by_name(name).map_err(|e| damaged(e.to_string()))?;
+        if member.size() > LARGEST_MEMBER {
+            return Err(damaged(format!("{} bytes, more than any such file has", member.size())).into());
+        }
+        let mut content = Vec::new();
+        member.take(LARGEST_MEMBER).read_to_end(&mut content).map_err(|e| damaged(e.to_string()))?;
+        each(name, content)?;
+    }
+    Ok(())
+}
+
+fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<ZipArchive<Cursor<&'a [u8]>>, PushError> {
+    ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(path, String::new(), e.to_string()))
+}
+
+fn damaged(path: &Path, member: String, cause: String) -> PushError {
+    PushError::Zip { path: path.to_owned(), member, cause }
+}

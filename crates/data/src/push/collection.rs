@@ -1,0 +1,91 @@
+//! All trials below a folder, in an archive, or in one file.
+
+use super::archive::{is_zip, members, unpack};
+use super::error::PushError;
+use super::trial::{PushTrial, TRIAL_COLUMNS};
+use crate::dataset::Dataset;
+use crate::error::{DataError, Source};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const EXPECTED: &str = "`.h5`, `.json` or `.zip` files, named `motion_surface=…` or `block=…`";
+
+/// Reads the trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder, searched to the
+/// bottom, of either. Files with other extensions are passed over; the order is that of the names.
+///
+/// # Errors
+/// The first fault in any file (see [`PushError`]), a trial that occurs twice, or nothing to read.
+pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
+    let mut trials = Vec::new();
+    if path.is_dir() {
+        for file in files_below(path)? {
+            read_file(&file, &mut trials)?;
+        }
+    } else {
+        read_file(path, &mut trials)?;
+    }
+    if trials.is_empty() {
+        return Err(PushError::Nothing { path: path.to_owned(), expected: EXPECTED }.into());
+    }
+    let mut seen = BTreeMap::new();
+    for trial in &trials {
+        if let Some(first) = seen.insert(trial.name.to_string(), &trial.path) {
+            let (first, second) = (first.clone(), trial.path.clone());
+            return Err(PushError::Twice { first, second }.into());
+        }
+    }
+    Ok(trials)
+}
+
+/// [`read_push_trials`] as a data set on union clocks (see [`PushTrial::trajectory`]), `group` the support and
+/// the object.
+///
+/// # Errors
+/// As [`read_push_trials`], and a trial whose streams have no time in common.
+pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
+    let trials = read_push_trials(path)?;
+    let trajectories = trials.iter().map(PushTrial::trajectory).collect::<Result<Vec<_>, _>>()?;
+    let columns = TRIAL_COLUMNS.iter().map(|name| crate::Column::new(name)).collect::<Result<Vec<_>, _>>()?;
+    Dataset::with_origin(columns, trajectories, Source::File(path.to_owned()))
+}
+
+fn read_file(path: &Path, trials: &mut Vec<PushTrial>) -> Result<(), DataError> {
+    let bytes = fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })?;
+    if !is_zip(&bytes) {
+        trials.push(PushTrial::from_bytes(path, bytes)?);
+        return Ok(());
+    }
+    let mut names = members(path, &bytes)?;
+    names.retain(|name| holds_trials(Path::new(name)) && !name.starts_with("__MACOSX/"));
+    names.sort_unstable();
+    unpack(path, &bytes, &names, |name, content| {
+        trials.push(PushTrial::from_bytes(&path.join(name), content)?);
+        Ok(())
+    })
+}
+
+/// By its extension, whether a file in a folder is one of the set's.
+fn holds_trials(path: &Path) -> bool {
+    let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    !hidden && extension.is_some_and(|e| ["h5", "hdf5", "json", "zip"].contains(&e.as_str()))
+}
+
+fn files_below(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
+    let unreadable = |cause| DataError::Unreadable { path: folder.to_owned(), cause };
+    let mut entries = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        entries.push(entry.map_err(unreadable)?.path());
+    }
+    entries.sort_unstable();
+    let mut files = Vec::new();
+    for entry in entries {
+        if entry.is_dir() {
+            files.extend(files_below(&entry)?);
+        } else if holds_trials(&entry) {
+            files.push(entry);
+        }
+    }
+    Ok(files)
+}

@@ -1,0 +1,57 @@
+//! The HDF5 form of a trial: one two-dimensional data set of doubles for each stream.
+
+use super::error::PushError;
+use hdf5_reader::error::Error;
+use hdf5_reader::{Hdf5File, OpenOptions};
+use std::path::Path;
+
+/// A stream of the published set has some 200 rows, one of a long repeat 4,000; this is a guard against
+/// damaged headers, bytes.
+const LARGEST_STREAM: usize = 256 << 20;
+
+/// Rows of the streams `keys`.
+pub(super) fn rows<const N: usize>(
+    path: &Path,
+    bytes: Vec<u8>,
+    keys: [&'static str; N],
+) -> Result<[Vec<[f64; 4]>; N], PushError> {
+    let damaged = |key: &str| {
+        let (path, key) = (path.to_owned(), key.to_owned());
+        move |cause| PushError::Hdf5 { path, key, cause: Box::new(cause) }
+    };
+    let options = OpenOptions::default().with_max_read_bytes(LARGEST_STREAM);
+    let file = Hdf5File::from_vec_with_options(bytes, options).map_err(damaged("/"))?;
+    let mut all: [Vec<[f64; 4]>; N] = std::array::from_fn(|_| Vec::new());
+    for (rows, key) in all.iter_mut().zip(keys) {
+        let stream = match file.dataset(key) {
+            Ok(stream) => stream,
+            Err(cause) if is_absence(&cause) => {
+                let (_, members) = file.root_group().and_then(|g| g.members()).map_err(damaged("/"))?;
+                let found = members.iter().map(|member| member.name().to_owned()).collect();
+                return Err(PushError::MissingStream { path: path.to_owned(), key, found });
+            }
+            Err(cause) => return Err(damaged(key)(cause)),
+        };
+        let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
+        let [_, 4] = stream.shape() else {
+            return Err(layout(format!("a data set of shape {:?}", stream.shape())));
+        };
+        let cells = match stream.read_array::<f64>() {
+            Ok(cells) => cells,
+            Err(Error::Context { source, .. }) if matches!(*source, Error::TypeMismatch { .. }) => {
+                return Err(layout("another type than 64-bit floating point".to_owned()));
+            }
+            Err(cause) => return Err(damaged(key)(cause)),
+        };
+        rows.extend(cells.outer_iter().map(|row| [row[0], row[1], row[2], row[3]]));
+    }
+    Ok(all)
+}
+
+fn is_absence(error: &Error) -> bool {
+    match error {
+        Error::DatasetNotFound(_) => true,
+        Error::Context { source, .. } => is_absence(source),
+        _ => false,
+    }
+}

@@ -1,0 +1,54 @@
+//! The JSON form of a trial: an object with one array of rows for each stream.
+
+use super::error::PushError;
+use serde_json::value::RawValue;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Rows of the streams `keys`.
+pub(super) fn rows<const N: usize>(
+    path: &Path,
+    bytes: &[u8],
+    keys: [&'static str; N],
+) -> Result<[Vec<[f64; 4]>; N], PushError> {
+    let members: BTreeMap<String, Box<RawValue>> =
+        serde_json::from_slice(bytes).map_err(|cause| syntax(path, bytes, cause))?;
+    let mut all: [Vec<[f64; 4]>; N] = std::array::from_fn(|_| Vec::new());
+    for (rows, key) in all.iter_mut().zip(keys) {
+        let raw = members.get(key).ok_or_else(|| PushError::MissingStream {
+            path: path.to_owned(),
+            key,
+            found: members.keys().cloned().collect(),
+        })?;
+        let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
+        let cells: Vec<Vec<Option<f64>>> = serde_json::from_str(raw.get())
+            .map_err(|cause| layout(format!("other than rows of numbers ({cause})")))?;
+        for (row, cells) in cells.iter().enumerate() {
+            let [t, a, b, c] = cells[..] else {
+                return Err(layout(format!("row {row} has {} numbers", cells.len())));
+            };
+            match (t, a, b, c) {
+                (Some(t), Some(a), Some(b), Some(c)) => rows.push([t, a, b, c]),
+                _ => return Err(PushError::NotFinite { path: path.to_owned(), key: key.to_owned(), row }),
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Python writes NaN and Infinity, which are no JSON: such a place is named by stream and row.
+fn syntax(path: &Path, bytes: &[u8], cause: serde_json::Error) -> PushError {
+    let offset: usize =
+        bytes.split_inclusive(|&b| b == b'\n').take(cause.line().saturating_sub(1)).map(<[u8]>::len).sum();
+    let at = (offset + cause.column()).min(bytes.len());
+    let before = String::from_utf8_lossy(&bytes[..at.saturating_sub(1)]);
+    let here = String::from_utf8_lossy(&bytes[at.saturating_sub(2)..(at + 12).min(bytes.len())]);
+    let stream = before.rsplit('"').nth(1);
+    match stream {
+        Some(key) if here.contains("NaN") || here.contains("Infinity") => {
+            let rows = before.rsplit('"').next().unwrap_or_default().matches('[').count();
+            PushError::NotFinite { path: path.to_owned(), key: key.to_owned(), row: rows.saturating_sub(2) }
+        }
+        _ => PushError::Json { path: path.to_owned(), cause },
+    }
+}

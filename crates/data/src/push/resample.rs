@@ -1,0 +1,52 @@
+//! Trajectories on a clock of one rate.
+
+use super::error::PushError;
+use super::union_clock::between;
+use crate::column::Column;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::trajectory::Trajectory;
+use crate::unit::Unit;
+
+/// Last word of the name of a column that marks fresh samples.
+pub(crate) const FRESH_SUFFIX: &str = "_new";
+
+/// The same trajectories at `rate_hz`, from each one's first sample on: linear between neighbouring samples,
+/// for angles the shorter way round, and nothing beyond the last one. Next to a gap there is a gap. Flags of
+/// fresh samples have no meaning on the new clock and are left out.
+///
+/// Signals are not smoothed: at a rate far below the sensor's, noise folds into what remains.
+///
+/// # Errors
+/// A rate that is not positive.
+pub fn resample(data: &Dataset, rate_hz: f64) -> Result<Dataset, DataError> {
+    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+        return Err(PushError::Rate { rate_hz }.into());
+    }
+    let kept: Vec<(usize, &Column)> =
+        data.columns().iter().enumerate().filter(|(_, c)| !c.name().ends_with(FRESH_SUFFIX)).collect();
+    let columns = kept.iter().map(|(_, column)| (*column).clone()).collect();
+    let on_grid = |t: &Trajectory| {
+        let (clock, last) = (t.time_s(), t.len() - 1);
+        let duration = clock[last] - clock[0];
+        // A duration of whole intervals keeps its last instant in spite of rounding.
+        let steps = (duration * rate_hz * (1.0 + 4.0 * f64::EPSILON)).floor() as usize;
+        let time_s: Vec<f64> =
+            (0..=steps).map(|k| (clock[0] + k as f64 / rate_hz).min(clock[last])).collect();
+        let values = kept.iter().map(|&(i, column)| {
+            let (samples, angle) = (t.column(i), column.unit() == Unit::Radian);
+            time_s.iter().map(|&at| value_at(clock, samples, at, angle)).collect()
+        });
+        t.with_samples(time_s.clone(), values.collect())
+    };
+    let trajectories = data.trajectories().iter().map(on_grid).collect::<Result<Vec<_>, _>>()?;
+    Dataset::with_origin(columns, trajectories, data.origin().clone())
+}
+
+fn value_at(clock: &[f64], samples: &[f64], at: f64, angle: bool) -> f64 {
+    let k = clock.partition_point(|&t| t <= at).saturating_sub(1);
+    if clock[k] == at || k + 1 == clock.len() {
+        return samples[k];
+    }
+    between(samples[k], samples[k + 1], (at - clock[k]) / (clock[k + 1] - clock[k]), angle)
+}

@@ -1,0 +1,171 @@
+//! One stream of a trial, on its own clock.
+
+use super::error::PushError;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::path::Path;
+
+/// A value that is held longer than this was measured again and again (the rod stands still); held shorter, it
+/// is the same measurement, repeated by a logger that runs faster than the sensor, s.
+const LONGEST_REPEAT_S: f64 = 0.05;
+/// Motion capture that confuses an object's markers turns it by a quarter between two samples, give or take
+/// this, rad. The fastest real turn in the set is 0.04 rad a sample.
+const QUARTER_TURN_TOLERANCE: f64 = 0.25;
+/// Two samples further apart than this say nothing about a jump between them, s.
+const LONGEST_JUMP_S: f64 = 0.1;
+
+/// Times and three values for each: `x, y, yaw` in m and rad, or `fx, fy, torque` in N and N m.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stream {
+    /// Times, s, strictly increasing.
+    pub time_s: Vec<f64>,
+    /// Three columns of as many values.
+    pub values: [Vec<f64>; 3],
+}
+
+impl Stream {
+    /// Stream from rows `t, a, b, c` as a file has them.
+    ///
+    /// Of rows with equal times (they occur in the published files) the first is kept.
+    ///
+    /// # Errors
+    /// A value that is not finite, time that runs backwards, fewer than two samples.
+    pub(crate) fn from_rows(path: &Path, key: &'static str, rows: &[[f64; 4]]) -> Result<Self, PushError> {
+        let mut stream = Stream::default();
+        for (row, &[time_s, a, b, c]) in rows.iter().enumerate() {
+            if ![time_s, a, b, c].iter().all(|v| v.is_finite()) {
+                return Err(PushError::NotFinite { path: path.to_owned(), key: key.to_owned(), row });
+            }
+            match stream.time_s.last() {
+                Some(&previous_s) if time_s < previous_s => {
+                    return Err(PushError::TimeDecreases {
+                        path: path.to_owned(),
+                        key,
+                        row,
+                        previous_s,
+                        time_s,
+                    });
+                }
+                Some(&previous_s) if time_s == previous_s => continue,
+                _ => stream.push(time_s, [a, b, c]),
+            }
+        }
+        if stream.len() < 2 {
+            return Err(PushError::TooShort { path: path.to_owned(), key });
+        }
+        Ok(stream)
+    }
+
+    /// Number of samples.
+    #[expect(clippy::len_without_is_empty, reason = "a stream that was read is never empty")]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    fn push(&mut self, time_s: f64, sample: [f64; 3]) {
+        self.time_s.push(time_s);
+        for (column, value) in self.values.iter_mut().zip(sample) {
+            column.push(value);
+        }
+    }
+
+    fn sample(&self, k: usize) -> [f64; 3] {
+        [self.values[0][k], self.values[1][k], self.values[2][k]]
+    }
+
+    /// The samples `keep` says yes to.
+    fn filter(&self, keep: impl Fn(usize) -> bool) -> Stream {
+        let mut kept = Stream::default();
+        (0..self.len()).filter(|&k| keep(k)).for_each(|k| kept.push(self.time_s[k], self.sample(k)));
+        kept
+    }
+
+    /// With all times `by` earlier.
+    pub(crate) fn earlier(mut self, by: f64) -> Stream {
+        self.time_s.iter_mut().for_each(|t| *t -= by);
+        self
+    }
+
+    /// Without repeats of the same measurement: three values equal to those before, for no longer than 50 ms.
+    /// What stands still for longer is kept whole, so that a rest stays a rest.
+    pub fn without_repeats(&self) -> Stream {
+        let mut repeat = vec![false; self.len()];
+        let mut first = 0;
+        for k in 1..=self.len() {
+            let end = k == self.len();
+            if !end && self.sample(k) == self.sample(first) {
+                continue;
+            }
+            if self.time_s[k - usize::from(end)] - self.time_s[first] <= LONGEST_REPEAT_S {
+                repeat[first + 1..k].fill(true);
+            }
+            first = k;
+        }
+        self.filter(|k| !repeat[k])
+    }
+
+    /// The third value as a continuous angle, and without the samples at which it is a quarter turn or more off:
+    /// motion capture that confuses the markers of an object gives a wrong pose. Also gives their number.
+    pub fn without_quarter_turns(&self) -> (Stream, usize) {
+        let mut turns = vec![0_i64; self.len()];
+        let mut angle = self.values[2].clone();
+        for k in 1..self.len() {
+            let step = self.values[2][k] - self.values[2][k - 1];
+            let quarters = (step / FRAC_PI_2).round();
+            let jump = quarters as i64 % 4 != 0
+                && (step - quarters * FRAC_PI_2).abs() < QUARTER_TURN_TOLERANCE
+                && self.time_s[k] - self.time_s[k - 1] < LONGEST_JUMP_S;
+            turns[k] = turns[k - 1] + if jump { quarters as i64 } else { 0 };
+            let whole = (step / TAU).round() * TAU;
+            angle[k] = angle[k - 1] + step - whole;
+        }
+        let unwrapped =
+            Stream { values: [self.values[0].clone(), self.values[1].clone(), angle], ..self.clone() };
+        let kept = unwrapped.filter(|k| turns[k] % 4 == 0);
+        let confused = self.len() - kept.len();
+        (kept, confused)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a held value is one measurement unless it is a rest; a pose turned by confused markers is left
+    //! out and the rest stays continuous; a wrap of the angle is no turn.
+    use super::*;
+
+    fn stream(rows: &[[f64; 4]]) -> Stream {
+        Stream::from_rows(Path::new("F"), "object_pose", rows).expect("well formed")
+    }
+
+    #[test]
+    fn repeats_of_a_slow_sensor_go_and_rests_stay() {
+        let rows: Vec<_> = (0..20).map(|k| [f64::from(k) * 0.01, f64::from(k / 2), 0.0, 0.0]).collect();
+        assert_eq!(stream(&rows).without_repeats().values[0], (0..10).map(f64::from).collect::<Vec<_>>());
+        let rest: Vec<_> = (0..20).map(|k| [f64::from(k) * 0.01, f64::from(k / 10), 0.0, 0.0]).collect();
+        assert_eq!(stream(&rest).without_repeats(), stream(&rest));
+    }
+
+    #[test]
+    fn confused_markers_are_left_out_and_wraps_are_undone() {
+        let yaw = [3.1, 3.12, 3.13 - 1.57, 3.15 - 1.57, 3.16 - TAU, 3.18 - TAU];
+        let rows: Vec<_> = yaw.iter().zip(0..).map(|(&a, k)| [f64::from(k) * 0.004, 0.0, 0.0, a]).collect();
+        let (kept, confused) = stream(&rows).without_quarter_turns();
+        assert_eq!(confused, 2);
+        assert_eq!(kept.time_s, [0.0, 0.004, 0.016, 0.020]);
+        for (angle, expected) in kept.values[2].iter().zip([3.1, 3.12, 3.16, 3.18]) {
+            assert!((angle - expected).abs() < 1e-12, "{angle} {expected}");
+        }
+    }
+
+    #[test]
+    fn equal_times_keep_the_first_and_decreasing_ones_are_refused() {
+        let rows = [[0.0, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [1.0, 3.0, 0.0, 0.0]];
+        assert_eq!(stream(&rows).values[0], [1.0, 3.0]);
+        let rows = [[0.5, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0]];
+        let error = Stream::from_rows(Path::new("F"), "tip_pose", &rows).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "F: stream `tip_pose`, row 1: time 0 s after 0.5 s; sort the rows by time, or take the trial out \
+             if its clock was reset"
+        );
+    }
+}

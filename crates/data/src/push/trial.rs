@@ -1,0 +1,129 @@
+//! One trial of the MIT Push set, as published, and its way into a trajectory.
+
+use super::archive::is_zip;
+use super::error::PushError;
+use super::frame::PlanarPose;
+use super::stream::Stream;
+use super::trial_name::TrialName;
+use super::union_clock::{Source, union};
+use super::{hdf5, json};
+use crate::error::DataError;
+use crate::trajectory::Trajectory;
+use std::path::{Path, PathBuf};
+
+/// Columns of a data set made from trials; force is the one on the rod.
+pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
+    "pusher_x_m",
+    "pusher_y_m",
+    "x_m",
+    "y_m",
+    "theta_rad",
+    "force_x_N",
+    "force_y_N",
+    "pusher_new",
+    "object_new",
+    "force_new",
+];
+
+/// A push: three streams, each on its own clock, in the frame of the robot's base (z up).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PushTrial {
+    /// What the file name says.
+    pub name: TrialName,
+    /// File, inside an archive with the archive's path before it.
+    pub path: PathBuf,
+    /// Epoch time of `t = 0`, the first instant at which all three streams were measured, s.
+    pub start_s: f64,
+    /// Centre of the rod: x, y in m, yaw of the tool in rad.
+    pub tip: Stream,
+    /// Tracked frame of the object: x, y in m, yaw in rad, continuous.
+    pub object: Stream,
+    /// On the rod: force x, y in N, torque about z in N m.
+    pub wrench: Stream,
+    /// Object poses left out because the motion capture confused the markers.
+    pub confused: usize,
+}
+
+impl PushTrial {
+    /// Reads an HDF5 or JSON file; which of the two is told by its content, what it shows by its name.
+    ///
+    /// # Errors
+    /// [`DataError::Unreadable`], or any [`PushError`] of a single file.
+    pub fn read(path: &Path) -> Result<Self, DataError> {
+        let bytes =
+            std::fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })?;
+        Ok(Self::from_bytes(path, bytes)?)
+    }
+
+    pub(super) fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, PushError> {
+        const KEYS: [&str; 3] = ["tip_pose", "object_pose", "ft_wrench"];
+        let name = TrialName::parse(path)?;
+        let rows = if is_hdf5(&bytes) {
+            hdf5::rows(path, bytes, KEYS)?
+        } else if is_json(&bytes) {
+            json::rows(path, &bytes, KEYS)?
+        } else {
+            return Err(PushError::UnknownContent { path: path.to_owned() });
+        };
+        let mut streams = Vec::with_capacity(3);
+        for (key, rows) in KEYS.into_iter().zip(&rows) {
+            streams.push(Stream::from_rows(path, key, rows)?);
+        }
+        let start_s = streams.iter().map(|s| s.time_s[0]).fold(f64::NEG_INFINITY, f64::max);
+        let mut streams = streams.into_iter().map(|s| s.earlier(start_s));
+        let mut next = || streams.next().unwrap_or_default();
+        let (tip, (object, confused), wrench) = (next(), next().without_quarter_turns(), next());
+        if object.len() < 2 {
+            return Err(PushError::TooShort { path: path.to_owned(), key: "object_pose" });
+        }
+        Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, confused })
+    }
+
+    /// The trial as a trajectory named as the file, on the union of the three clocks: rod, pose of the object's
+    /// area centroid, force on the rod, and the flags of fresh samples. Repeats of one measurement of the rod
+    /// (see [`Stream::without_repeats`]) are not fresh.
+    ///
+    /// # Errors
+    /// [`PushError::NoCommonTime`].
+    pub fn trajectory(&self) -> Result<Trajectory, DataError> {
+        let columns = |stream: &Stream, angular: &[bool]| Source {
+            time_s: stream.time_s.clone(),
+            columns: stream.values[..angular.len()].to_vec(),
+            angular: angular.to_vec(),
+            longest_bridge_s: f64::INFINITY,
+        };
+        let object = self.centroid();
+        let sources = [
+            columns(&self.tip.without_repeats(), &[false, false]),
+            columns(&object, &[false, false, true]),
+            columns(&self.wrench, &[false, false]),
+        ];
+        let joined = union(&sources).ok_or_else(|| PushError::NoCommonTime { path: self.path.clone() })?;
+        let values = [joined.columns, joined.fresh].concat();
+        Trajectory::new(self.name.to_string(), joined.time_s, values)?.with_group(self.name.group())
+    }
+
+    /// The object's stream with the position of its area centroid.
+    pub fn centroid(&self) -> Stream {
+        let mut object = self.object.clone();
+        let offset = self.name.centroid_m();
+        let [x, y, yaw] = &mut object.values;
+        for ((x_m, y_m), &theta_rad) in x.iter_mut().zip(y).zip(&*yaw) {
+            [*x_m, *y_m] = PlanarPose { x_m: *x_m, y_m: *y_m, theta_rad }.point(offset);
+        }
+        object
+    }
+}
+
+/// Whether a file that begins so holds trials: HDF5, JSON, or an archive.
+pub(crate) fn holds_trial(begin: &[u8]) -> bool {
+    is_hdf5(begin) || is_json(begin) || is_zip(begin)
+}
+
+fn is_hdf5(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x89HDF\r\n\x1a\n")
+}
+
+fn is_json(bytes: &[u8]) -> bool {
+    bytes.iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'{')
+}

@@ -1,0 +1,121 @@
+//! What `data inspect` says about streams with clocks of their own and about pushes.
+
+use crate::dataset::Dataset;
+use crate::push::FRESH_SUFFIX;
+use crate::summary::{digits, median};
+use crate::trajectory::Trajectory;
+use serde::Serialize;
+use std::fmt;
+
+/// An interval of a stream longer than this many medians is a gap: clocks of robots jitter by a factor of two.
+const GAP_FACTOR: f64 = 5.0;
+
+/// A stream whose fresh samples a column `<name>_new` marks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StreamSummary {
+    /// Name: `pusher`, `object`, `force`.
+    pub name: String,
+    /// Fresh samples in all trajectories.
+    pub samples: usize,
+    /// Reciprocal of the median interval between fresh samples, Hz; `None` without intervals.
+    pub median_rate_hz: Option<f64>,
+    /// Intervals longer than 5 medians of all.
+    pub gaps: usize,
+    /// Longest interval, s.
+    pub longest_interval_s: f64,
+}
+
+/// Ranges over the pushes of a set: `[smallest, largest]` of what each did from its first to its last sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PushSummary {
+    /// Displacement of the rod, m.
+    pub rod_m: [f64; 2],
+    /// Displacement of the object, m.
+    pub object_m: [f64; 2],
+    /// Rotation of the object, rad.
+    pub rotation_rad: [f64; 2],
+}
+
+/// The streams of `dataset`, in column order; none where it has no flags.
+pub(crate) fn streams(dataset: &Dataset) -> Vec<StreamSummary> {
+    let stream = |(i, column): (usize, &crate::Column)| {
+        let name = column.name().strip_suffix(FRESH_SUFFIX)?.to_owned();
+        let mut intervals = Vec::new();
+        let mut samples = 0;
+        for t in dataset.trajectories() {
+            let own: Vec<f64> = t
+                .time_s()
+                .iter()
+                .zip(t.column(i))
+                .filter(|(_, flag)| **flag == 1.0)
+                .map(|(t, _)| *t)
+                .collect();
+            samples += own.len();
+            intervals.extend(own.windows(2).map(|pair| pair[1] - pair[0]));
+        }
+        let typical = median(&mut intervals);
+        let gaps = typical.map_or(0, |m| intervals.iter().filter(|&&dt| dt > GAP_FACTOR * m).count());
+        let longest_interval_s = intervals.last().copied().unwrap_or(0.0);
+        let median_rate_hz = typical.map(|interval| 1.0 / interval);
+        Some(StreamSummary { name, samples, median_rate_hz, gaps, longest_interval_s })
+    };
+    dataset.columns().iter().enumerate().filter_map(stream).collect()
+}
+
+/// Ranges over the pushes; `None` where the columns are not those of pushes.
+pub(crate) fn pushes(dataset: &Dataset) -> Option<PushSummary> {
+    let index = |name| dataset.column_index(name).ok();
+    let rod = [index("pusher_x_m")?, index("pusher_y_m")?];
+    let object = [index("x_m")?, index("y_m")?];
+    let theta = index("theta_rad")?;
+    let range = |of: &dyn Fn(&Trajectory) -> Option<f64>| {
+        let values = dataset.trajectories().iter().filter_map(of);
+        let [low, high] =
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [v.min(low), v.max(high)]);
+        (low <= high).then_some([low, high])
+    };
+    let moved = |t: &Trajectory, [x, y]: [usize; 2]| Some(change(t, x)?.hypot(change(t, y)?));
+    Some(PushSummary {
+        rod_m: range(&|t| moved(t, rod))?,
+        object_m: range(&|t| moved(t, object))?,
+        rotation_rad: range(&|t| change(t, theta))?,
+    })
+}
+
+/// Difference between the last and the first value that were measured.
+fn change(t: &Trajectory, column: usize) -> Option<f64> {
+    let mut measured = t.column(column).iter().filter(|v| v.is_finite());
+    let first = *measured.next()?;
+    Some(measured.next_back().unwrap_or(&first) - first)
+}
+
+impl fmt::Display for StreamSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "stream {}: {} fresh samples", self.name, self.samples)?;
+        if let Some(rate) = self.median_rate_hz {
+            write!(f, " at {} Hz, ", digits(rate))?;
+            match self.gaps {
+                0 => write!(f, "longest interval {} s", digits(self.longest_interval_s))?,
+                n => write!(f, "{n} gaps up to {} s", digits(self.longest_interval_s))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for PushSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [[rod_low, rod_high], [low, high], [back, forth]] =
+            [self.rod_m, self.object_m, self.rotation_rad];
+        write!(
+            f,
+            "pushes: rod moved {} to {} m, object {} to {} m and {} to {} rad",
+            digits(rod_low),
+            digits(rod_high),
+            digits(low),
+            digits(high),
+            digits(back),
+            digits(forth)
+        )
+    }
+}
