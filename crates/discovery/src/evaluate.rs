@@ -103,7 +103,6 @@ pub(crate) struct Point<'a> {
     pub held: bool,
     /// Mean and 1/sd² of each of the trajectory's own parameters; 1/sd² is 0 where nothing is known.
     own_prior: Vec<(f64, f64)>,
-    overdispersion: f64,
 }
 
 impl<'a> Point<'a> {
@@ -135,7 +134,6 @@ impl<'a> Point<'a> {
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
             shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
             held: h.release == Release::Rest,
-            overdispersion: h.overdispersion,
             own_prior: h
                 .free
                 .iter()
@@ -211,29 +209,12 @@ impl<'a> Point<'a> {
 /// Degrees of freedom of the scale that each trajectory's misfit has of its own.
 const SCALE_FREEDOM: f64 = 8.0;
 
-/// Cost and relative weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom,
-/// where `s2` is typical for `q / m`: minus twice the logarithm of a multivariate t density (Lange, Little and Taylor 1989).
-/// Near `q = m s2` it is the Gaussian cost; a trajectory that no hypothesis follows (a hand in the way, a wrong covariate)
-/// counts with the logarithm of its misfit.
-fn robust(q: f64, m: f64, s2: f64) -> (f64, f64) {
+/// Cost and weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom: minus
+/// twice the logarithm of a multivariate t density (Lange, Little and Taylor 1989). Near `q = m` it is the Gaussian cost; a
+/// trajectory that no hypothesis follows (a hand in the way, a wrong covariate) counts with the logarithm of its misfit.
+fn robust(q: f64, m: f64) -> (f64, f64) {
     let n = SCALE_FREEDOM + m;
-    (n * (q / (SCALE_FREEDOM * s2)).ln_1p() + m * s2.ln(), n / (SCALE_FREEDOM + q / s2))
-}
-
-/// The typical `q / m`, at least 1, by expectation and maximisation of the density of [`robust`] from `s2` on.
-pub(crate) fn overdispersion(normals: &[Normal], mut s2: f64) -> f64 {
-    for _ in 0..30 {
-        let (sum, terms) = normals.iter().fold((0.0, 0.0), |(sum, terms), n| {
-            (sum + robust(n.misfit, n.terms, s2).1 * n.misfit, terms + n.terms)
-        });
-        let next = (sum / f64::max(terms, 1.0)).max(1.0);
-        let done = (next / s2).ln().abs() < 1e-3;
-        s2 = next;
-        if done {
-            break;
-        }
-    }
-    if s2.is_finite() { s2 } else { 1.0 }
+    (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
 }
 
 /// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
@@ -245,9 +226,6 @@ pub(crate) struct Normal {
     pub q: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
-    /// Sum of squares of the whitened residuals, and its degrees of freedom.
-    pub misfit: f64,
-    pub terms: f64,
     pub impacts: Vec<ImpactRecord<f64>>,
 }
 
@@ -311,13 +289,12 @@ fn normal_wide<const N: usize>(
         }
     }
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
-    let (misfit, terms, s2) = (q, free.max(1.0), point.overdispersion);
-    let (mut q, weight) = robust(misfit, terms, s2);
+    let (mut q, weight) = robust(q, free.max(1.0));
     let mut out = Square::zero(count);
     for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = weight / s2 * from);
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
     }
-    let mut g: Vec<f64> = g[..count].iter().map(|g| weight / s2 * g).collect();
+    let mut g: Vec<f64> = g[..count].iter().map(|g| weight * g).collect();
     let first = lanes.fixed_nuisances();
     let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
     let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
@@ -342,5 +319,5 @@ fn normal_wide<const N: usize>(
             spin: i.spin.map(|x| x.value),
         })
         .collect();
-    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, weight, misfit, terms, impacts }
+    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, weight, impacts }
 }

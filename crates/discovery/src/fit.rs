@@ -1,6 +1,6 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Lanes, Normal, Point, normal, overdispersion};
+use crate::evaluate::{Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Measured, Record};
@@ -176,22 +176,15 @@ fn fit_with(
         })
         .collect();
     let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
+    state = rescue(sample, &h, &lanes, state);
     for _ in 0..12 {
-        state = minimise(sample, &h, &lanes, rescue(sample, &h, &lanes, state), move_theta);
-        if !move_theta {
+        state = minimise(sample, &h, &lanes, state, move_theta);
+        let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
-        }
-        let s2 = overdispersion(&state.normals, h.overdispersion);
-        let mut change = 0.5 * (s2 / h.overdispersion).ln().abs();
-        h.overdispersion = s2;
-        if let Some(scatter) = h.scatter {
-            let sd = scatter_sd(&lanes, &state, scatter.sd);
-            change = change.max((sd / scatter.sd).ln().abs());
-            h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
-        }
-        if change == 0.0 {
-            break;
-        }
+        };
+        let sd = scatter_sd(&lanes, &state, scatter.sd);
+        let change = (sd / scatter.sd).ln().abs();
+        h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
         state = assemble(sample, &h, &lanes, theta, nuisance);
         if change < 0.03 {

@@ -85,9 +85,6 @@ pub(crate) struct Hypothesis {
     pub release: Release,
     /// Number of groups in the data.
     pub groups: usize,
-    /// How many times the noise's variance the typical trajectory's misfit is, at least 1: what the hypothesis leaves
-    /// unexplained everywhere is no reason to believe in one trajectory and not in another.
-    pub overdispersion: f64,
 }
 
 impl Hypothesis {
@@ -162,7 +159,6 @@ impl Hypothesis {
             additions: additions.to_vec(),
             release: model.release,
             groups: data.groups.len(),
-            overdispersion: 1.0,
         }
     }
 

@@ -113,7 +113,6 @@ impl<'a> Search<'a> {
             }
         }
         let mut h = h;
-        h.overdispersion = old.overdispersion;
         if let (Some(new), Some(known)) = (h.scatter.as_mut(), old.scatter)
             && new.per == known.per
         {
