@@ -305,6 +305,11 @@ impl<'a, S: Scalar> Engine<'a, S> {
         for _ in 0..2 {
             let end = Step::rk4(&step.start, S::constant(s.value()), self.active, acceleration).end;
             s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
+            // A grazing contact has no slope to follow: the bracket is the answer, and nothing is known of its derivative.
+            if !(0.0..=length).contains(&s.value()) {
+                s = S::constant(high);
+                break;
+            }
         }
         Step::rk4(&step.start, s, self.active, acceleration).end
     }

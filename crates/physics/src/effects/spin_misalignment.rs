@@ -7,7 +7,7 @@ use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 pub struct SpinMisalignment;
 
 const fn angle(name: &'static str) -> ParameterSpec {
-    ParameterSpec { name, unit: "rad", min: -3.2, max: 3.2, typical: 0.1 }
+    ParameterSpec { name, unit: "rad", min: -3.2, max: 3.2, typical: 0.1, null: 0.0 }
 }
 
 static SPEC: EffectSpec = EffectSpec {
