@@ -55,7 +55,8 @@ fn predictor(training: &Fit) -> Hypothesis {
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
     let first = h.world.axes.count() * if h.release == Release::Free { 2 } else { 1 };
     for k in 0..own {
-        let mut values: Vec<f64> = training.nuisance.iter().filter_map(|n| n.get(first + k).copied()).collect();
+        let mut values: Vec<f64> =
+            training.nuisance.iter().filter_map(|n| n.get(first + k).copied()).collect();
         let middle = median(&mut values);
         let mut distances: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
         let sd = (1.4826 * median(&mut distances)).max(1e-6);

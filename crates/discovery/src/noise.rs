@@ -280,7 +280,8 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     let mut freedom = 0.0;
     for (channel, sd) in sd.iter_mut().enumerate() {
         let (mut rss, mut f) = (0.0, 0.0);
-        for (r, _, free) in smooth.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth)) {
+        for (r, _, free) in smooth.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth))
+        {
             rss += r;
             f += free;
         }
@@ -331,7 +332,8 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
 /// Arcs without those whose misfit is far beyond that of the others: there was a hand on the ball, or an impact in the arc.
 /// They tell nothing about the sensor.
 fn smooth_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
-    let level = |a: &Arc| a.residuals().iter().map(|r| r * r).sum::<f64>() / (a.y.len() - a.basis[0].len()) as f64;
+    let level =
+        |a: &Arc| a.residuals().iter().map(|r| r * r).sum::<f64>() / (a.y.len() - a.basis[0].len()) as f64;
     let levels: Vec<f64> = arcs.iter().map(level).collect();
     let limits: Vec<f64> = (0..channels)
         .map(|c| {

@@ -8,8 +8,7 @@ use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const INDEX: &str =
-    "the index has `series,file,sheets,pressure_mbar,usable_impacts,accel_px_per_frame2,t_imp1_frame,v_in1_px_per_frame,note`";
+const INDEX: &str = "the index has `series,file,sheets,pressure_mbar,usable_impacts,accel_px_per_frame2,t_imp1_frame,v_in1_px_per_frame,note`";
 const DROPS: &str = "the drops have `series,file,frame,x_px,y_px`";
 const FRAMES_PER_S: f64 = 200.0;
 const GRAVITY: f64 = 9.81;
