@@ -2,6 +2,7 @@
 
 mod args;
 mod ball;
+mod chain;
 mod commands;
 mod discovery_page;
 mod exit;
