@@ -217,6 +217,8 @@ pub struct Evaluate {
 pub enum Scenario {
     /// The bouncing ball.
     Ball,
+    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one.
+    Loop,
 }
 
 /// Options of `reproduce`.
@@ -225,7 +227,7 @@ pub struct Reproduce {
     /// Which.
     pub scenario: Scenario,
     /// Directory with `train.csv.gz` and `test_1000.csv.gz`; where there is none, drops of the same law are
-    /// generated, and the table says so.
+    /// generated, and the table says so. For `loop` the folder of all sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Test drops, where they are generated.

@@ -2,6 +2,7 @@
 
 use crate::args::{Reproduce, Scenario};
 use crate::ball::{self, Experiment, NetPlan};
+use crate::chain;
 use crate::exit::Outcome;
 use crate::output::Output;
 use crate::run_dir::DataSource;
@@ -9,7 +10,7 @@ use augsim_trainer::Recipe;
 
 /// The paper's numbers of training trajectories and iterations.
 const TRAIN: usize = 800;
-const ITERATIONS: u64 = 10_000;
+pub const ITERATIONS: u64 = 10_000;
 /// Added to the seed of generated training data, so that test data are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
@@ -17,6 +18,7 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     match args.scenario {
         Scenario::Ball => ball(args, seed, output),
+        Scenario::Loop => chain::run(args, seed, output),
     }
 }
 

@@ -3,9 +3,11 @@
 mod law;
 mod net;
 mod physics;
+mod scattered;
 mod zero;
 
 pub use law::Law;
 pub use net::NetModel;
 pub use physics::Physics;
+pub use scattered::ScatteredBall;
 pub use zero::Zero;

@@ -1,16 +1,20 @@
 //! A trained net as a predictor.
 
 use crate::latent::infer;
-use crate::nets::{Dcvrnn, Net, Stepwise};
+use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
+use crate::noise::normals;
 use crate::prepare::{conditions, prepare};
 use crate::sequences::Sequence;
 use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
-use crate::{Engine, Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rand_distr::{Distribution, StandardNormal};
+
+/// Time steps that a sampler takes at once: short enough to stay in cache.
+const BLOCK: usize = 32;
 
 /// A trained net with everything that a forecast needs.
 #[derive(Debug)]
@@ -157,17 +161,34 @@ impl NetModel {
         Ok(Samples { count: samples, values })
     }
 
-    fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
-        let settings = &self.state.settings;
-        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, task.start, task.time);
-        let u: Vec<f32> = u.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect();
-        let (mut tape, bound) = self.frozen()?;
-        let sizes = net.sizes();
-        let u = tape.constant(&[task.time, sizes.condition, samples], &u)?;
-        let eps = self.noise("forecast", task.index, task.time * sizes.latent * samples);
-        let eps = tape.constant(&[task.time, sizes.latent, samples], &eps)?;
-        let (mean, _) = net.generate(&mut tape, &bound, u, eps)?;
-        Ok(self.samples(samples, tape.value(mean).to_vec()))
+    fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Samples {
+        let Task { start, time, index } = task;
+        let (settings, sizes) = (&self.state.settings, net.sizes());
+        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, start, time);
+        let mut values = vec![0.0; time * sizes.state * samples];
+        let mut wide = Vec::new();
+        let mut eps = Vec::new();
+        for first in (0..samples).step_by(TILE) {
+            let lanes = TILE.min(samples - first);
+            let mut sampler = DcvrnnSampler::new(net, &self.params, lanes, BLOCK);
+            // Up to 2^32 samples of each trajectory.
+            let mut noise = normals(settings.seed, "forecast", (index << 32) + first as u64, lanes);
+            for start in (0..time).step_by(BLOCK) {
+                let steps = BLOCK.min(time - start);
+                wide.clear();
+                for v in &u[start * sizes.condition..][..steps * sizes.condition] {
+                    wide.extend(std::iter::repeat_n(*v, lanes));
+                }
+                eps.resize(steps * sizes.latent * lanes, 0.0);
+                noise.fill(&mut eps);
+                let mean = sampler.advance(&wide, &eps).mean;
+                for (i, row) in mean.chunks_exact(lanes).enumerate() {
+                    let at = (start * sizes.state + i) * samples + first;
+                    values[at..at + lanes].copy_from_slice(row);
+                }
+            }
+        }
+        self.samples(samples, values)
     }
 }
 
@@ -178,7 +199,7 @@ impl Forecaster for NetModel {
 
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
         match &self.net {
-            Net::Dcvrnn(net) => self.generate(net, task, samples),
+            Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
             Net::Stepwise(net) => {
                 let Some(law) = &self.state.latent else {
                     let what = "its training has not ended, so the law of its latent is not fitted yet";
