@@ -291,6 +291,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
+        calibrated: {
+            let base = &search.base().fit;
+            estimates(base, &base.ci95(&search.train), None)
+        },
         parameters: estimates(parts.full, &ci95, None),
         noise: NoiseFound {
             sd: noise.white.unwrap_or(noise.sd)[0],

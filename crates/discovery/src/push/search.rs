@@ -15,6 +15,8 @@ const ALPHA: f64 = 0.01;
 const BEAM: usize = 2;
 /// Most effects in a hypothesis.
 const MOST_EFFECTS: usize = 4;
+/// Best scores that are fitted whatever the dispersion.
+const SURE: usize = 3;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 /// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
@@ -215,10 +217,13 @@ impl<'a> Search<'a> {
         order
     }
 
-    /// Scale and dispersion by the best fit so far: what it explains is no scatter.
+    /// Scale and dispersion by the closest fit so far, as of quasi-likelihood (Burnham and Anderson 2002): what it explains is
+    /// no scatter.
     fn rescale(&mut self) {
-        let best = self.ranked()[0];
-        let fit = &self.tried[best].fit;
+        let cost = |j: &Judged| j.fit.cost(&self.train);
+        let closest = self.tried.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let Some(Judged { fit, .. }) = closest.cloned() else { return };
+        let fit = &fit;
         self.train.bend = self.train.bend.min(bend(fit));
         self.test.bend = self.train.bend;
         self.dispersion = self.dispersion.min(fit.dispersion(&self.train));
@@ -236,10 +241,12 @@ impl<'a> Search<'a> {
                     self.base_scores = scores.clone();
                 }
                 let most = if level == 1 { 6 } else { 4 };
-                for s in scores.into_iter().take(most) {
+                for (rank, s) in scores.into_iter().take(most).enumerate() {
                     let mut kinds = self.tried[i].kinds().to_vec();
                     kinds.push(s.kind);
-                    let worth = s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]);
+                    // The dispersion that a missing effect makes must not hide it: the first are fitted in any case.
+                    let sure = rank < SURE && s.gain > self.penalty(&[s.kind]);
+                    let worth = sure || s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]);
                     if worth && !self.known(&kinds) && !jobs.iter().any(|j| same(&j.1, &kinds)) {
                         jobs.push((i, kinds, s.theta));
                     }
@@ -253,12 +260,12 @@ impl<'a> Search<'a> {
             let count = self.tried.len();
             self.tried.extend(fitted);
             told();
+            self.rescale();
             let order = self.ranked();
-            if order[0] == before {
+            if order[0] == before || self.tried.len() == count {
                 break;
             }
             beam = order.into_iter().filter(|&i| i >= count).take(BEAM).collect();
-            self.rescale();
         }
         self.refine(told);
         self.judge();
