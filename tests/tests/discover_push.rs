@@ -39,14 +39,6 @@ fn friction_of_the_table_with_a_grain_is_named() {
 }
 
 #[test]
-fn the_exact_surface_is_found_as_such_or_as_a_superellipsoid() {
-    let d = sealed(Some(PushKind::ExactSurface), true);
-    let found = kinds(&d);
-    assert!(found == ["exact-surface"] || found == ["superelliptic-surface"], "{}", d.sentence);
-    assert!(d.error.explained_share.is_some_and(|s| s > 0.8), "{:?}", d.error);
-}
-
-#[test]
 fn the_answer_does_not_depend_on_the_number_of_threads() {
     let truth = PushTruth { effect: None, patches: false, c_m: 0.033, contact_friction: 0.3, pushes: 6 };
     let set = seal_pushes(truth, 3).expect("well formed");
