@@ -184,7 +184,7 @@ fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> 
     };
     let asked: Vec<f64> = times.iter().map(|t| (t - late).max(0.0)).collect();
     let poses = world.poses(start, from, u, duration, &asked);
-    let mut columns = vec![Vec::with_capacity(SAMPLES); 5];
+    let mut columns = vec![Vec::new(); 5];
     for (t, pose) in times.iter().zip(&poses) {
         let t = t.min(duration);
         let (s, c) = pose[2].sin_cos();
