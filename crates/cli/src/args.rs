@@ -64,18 +64,60 @@ pub struct Demo {
     pub out: PathBuf,
 }
 
+/// What is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SimulateScenario {
+    /// Drops of the paper's law.
+    Ball,
+    /// Pushes of the virtual laboratory.
+    Push,
+}
+
+/// How pushes are laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PushProtocolArg {
+    /// As the MIT set: contacts, angles, speeds and accelerations; 7,128 different pushes of a rectangle.
+    Mit,
+    /// One push again and again, as the 2,000 of the MIT set.
+    Repeat,
+    /// Contact, angle, start pose and speed at random.
+    Random,
+}
+
 /// Options of `simulate`.
 #[derive(Debug, ClapArgs)]
 pub struct Simulate {
+    /// What to simulate.
+    #[arg(long, value_enum, default_value = "ball")]
+    pub scenario: SimulateScenario,
     /// Number of trajectories.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub trajectories: u32,
-    /// Samples of each trajectory, at 60 Hz.
+    /// Samples of each drop, at 60 Hz.
     #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..))]
     pub samples: u32,
-    /// File to write (`.csv` or `.csv.gz`); what was drawn goes to `<name>.truth.csv` beside it.
-    #[arg(long, default_value = "out/ball.csv")]
-    pub out: PathBuf,
+    /// Layout of the pushes.
+    #[arg(long, value_enum, default_value = "mit")]
+    pub protocol: PushProtocolArg,
+    /// Object that is pushed.
+    #[arg(long, default_value = "rect1", value_parser = clap::builder::PossibleValuesParser::new(augsim_physics::push::OBJECTS))]
+    pub object: String,
+    /// What it lies on.
+    #[arg(long, default_value = "abs", value_parser = ["abs", "delrin", "plywood", "pu"])]
+    pub surface: String,
+    /// Samples of a push per second.
+    #[arg(long, default_value_t = 100.0)]
+    pub rate_hz: f64,
+    /// Sensor noise of the pushed object's position, m.
+    #[arg(long, default_value_t = 3e-4)]
+    pub position_sd_m: f64,
+    /// Sensor noise of its angle, rad.
+    #[arg(long, default_value_t = 0.001745)]
+    pub angle_sd_rad: f64,
+    /// File to write (CSV; `.gz` compresses), `out/ball.csv` or `out/push.csv` without it; the truth record and, for pushes,
+    /// the declared model go beside it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Options of `discover`.

@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "camera-roll",
     location: Location::Sensor,
     parameters: &[
-        ParameterSpec { name: "phi_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.005 },
+        ParameterSpec { name: "phi_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.005, null: 0.0 },
     ],
     needs: Needs::Horizontal,
     stands_for: &[],

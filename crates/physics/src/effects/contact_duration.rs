@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "contact-duration",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003 },
+        ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

@@ -12,7 +12,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "coulomb-friction",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05 },
+        ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05, null: 0.0 },
     ],
     needs: Needs::Horizontal,
     stands_for: &[],

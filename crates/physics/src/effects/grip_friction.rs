@@ -12,7 +12,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "grip-friction",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05 },
+        ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05, null: 0.0 },
     ],
     needs: Needs::Horizontal,
     stands_for: &[],

@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "ground-tilt",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "alpha_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.01 },
+        ParameterSpec { name: "alpha_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.01, null: 0.0 },
     ],
     needs: Needs::Horizontal,
     stands_for: &[],

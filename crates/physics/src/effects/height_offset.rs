@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "height-offset",
     location: Location::Sensor,
     parameters: &[
-        ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003 },
+        ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "latency",
     location: Location::Sensor,
     parameters: &[
-        ParameterSpec { name: "delay_s", unit: "s", min: -0.5, max: 0.5, typical: 0.004 },
+        ParameterSpec { name: "delay_s", unit: "s", min: -0.5, max: 0.5, typical: 0.004, null: 0.0 },
     ],
     needs: Needs::ReleaseAtRest,
     stands_for: &["late clock", "release before or after t = 0"],

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "linear-drag",
     location: Location::Flight,
     parameters: &[
-        ParameterSpec { name: "c_per_s", unit: "1/s", min: 0.0, max: 20.0, typical: 0.05 },
+        ParameterSpec { name: "c_per_s", unit: "1/s", min: 0.0, max: 20.0, typical: 0.05, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "magnus",
     location: Location::Flight,
     parameters: &[
-        ParameterSpec { name: "s", unit: "", min: -1.0, max: 1.0, typical: 0.005 },
+        ParameterSpec { name: "s", unit: "", min: -1.0, max: 1.0, typical: 0.005, null: 0.0 },
     ],
     needs: Needs::Spin,
     stands_for: &[],

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "quadratic-drag",
     location: Location::Flight,
     parameters: &[
-        ParameterSpec { name: "k_per_m", unit: "1/m", min: 0.0, max: 5.0, typical: 0.02 },
+        ParameterSpec { name: "k_per_m", unit: "1/m", min: 0.0, max: 5.0, typical: 0.02, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

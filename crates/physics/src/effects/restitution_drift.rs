@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-drift",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "d_per_s", unit: "1/s", min: -0.1, max: 0.1, typical: 0.0001 },
+        ParameterSpec { name: "d_per_s", unit: "1/s", min: -0.1, max: 0.1, typical: 0.0001, null: 0.0 },
     ],
     needs: Needs::StartTime,
     stands_for: &[],

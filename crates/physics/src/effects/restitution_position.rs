@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-position",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "q_per_m", unit: "1/m", min: -1.0, max: 1.0, typical: 0.02 },
+        ParameterSpec { name: "q_per_m", unit: "1/m", min: -1.0, max: 1.0, typical: 0.02, null: 0.0 },
     ],
     needs: Needs::Horizontal,
     stands_for: &[],

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-speed-linear",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "b_s_per_m", unit: "s/m", min: -0.3, max: 0.3, typical: 0.01 },
+        ParameterSpec { name: "b_s_per_m", unit: "s/m", min: -0.3, max: 0.3, typical: 0.01, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-speed-power",
     location: Location::Impact,
     parameters: &[
-        ParameterSpec { name: "p", unit: "", min: -1.0, max: 1.0, typical: 0.05 },
+        ParameterSpec { name: "p", unit: "", min: -1.0, max: 1.0, typical: 0.05, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &[],

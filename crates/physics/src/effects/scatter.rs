@@ -12,7 +12,7 @@ pub const SCATTER_KIND: &str = "restitution-scatter";
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Impact,
-    parameters: &[ParameterSpec { name: "sd", unit: "", min: 0.0, max: 0.5, typical: 0.02 }],
+    parameters: &[ParameterSpec { name: "sd", unit: "", min: 0.0, max: 0.5, typical: 0.02, null: 0.0 }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

@@ -9,6 +9,12 @@ pub enum Location {
     Impact,
     /// In what is measured, not in the motion.
     Sensor,
+    /// Between a pushed object and what it lies on.
+    Support,
+    /// Between a pushed object and the rod.
+    Contact,
+    /// In the rod and what moves it.
+    Rod,
 }
 
 impl Location {
@@ -18,6 +24,9 @@ impl Location {
             Location::Flight => "flight",
             Location::Impact => "impact",
             Location::Sensor => "sensor",
+            Location::Support => "support",
+            Location::Contact => "contact",
+            Location::Rod => "rod",
         }
     }
 }
@@ -35,6 +44,8 @@ pub struct ParameterSpec {
     pub max: f64,
     /// A size at which the effect is usually seen: the scale of numbers and starts of fits.
     pub typical: f64,
+    /// The value at which the effect vanishes, when all parameters that scale it have theirs.
+    pub null: f64,
 }
 
 /// What data an effect needs before it can be looked for.
@@ -56,7 +67,7 @@ pub enum Needs {
     Effect(&'static str),
 }
 
-/// The description of an effect. At the null value, which is 0 for every parameter, the effect vanishes.
+/// The description of an effect. Where every parameter has its null value, the effect vanishes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectSpec {
     /// Name in model files, reports and `result.json`.

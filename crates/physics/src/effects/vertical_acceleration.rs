@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "vertical-acceleration",
     location: Location::Flight,
     parameters: &[
-        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1 },
+        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1, null: 0.0 },
     ],
     needs: Needs::Nothing,
     stands_for: &["wrong gravity", "buoyancy or added mass", "steady updraught", "clock rate error", "length scale error"],

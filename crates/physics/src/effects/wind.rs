@@ -10,7 +10,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "wind",
     location: Location::Flight,
     parameters: &[
-        ParameterSpec { name: "w_m_s", unit: "m/s", min: -30.0, max: 30.0, typical: 1.0 },
+        ParameterSpec { name: "w_m_s", unit: "m/s", min: -30.0, max: 30.0, typical: 1.0, null: 0.0 },
     ],
     needs: Needs::Effect("quadratic-drag"),
     stands_for: &[],

@@ -2,6 +2,8 @@
 
 mod error;
 mod parse;
+mod push;
+mod scenario;
 mod write;
 
 use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
@@ -10,6 +12,8 @@ use std::path::Path;
 
 pub use error::ModelError;
 pub(crate) use parse::edit_distance;
+pub use push::PushModel;
+pub use scenario::ModelFile;
 
 /// What one value of a parameter belongs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

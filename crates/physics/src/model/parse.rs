@@ -10,7 +10,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-type Value<'a> = Spanned<DeValue<'a>>;
+pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
 /// Levenshtein distance, for "did you mean".
 pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
@@ -48,7 +48,7 @@ pub(super) fn base_default(name: &str) -> Parameter {
     }
 }
 
-fn effect_default(spec: &ParameterSpec) -> Parameter {
+pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
     Parameter {
         name: spec.name.into(),
         nominal: spec.typical,
@@ -61,17 +61,35 @@ fn effect_default(spec: &ParameterSpec) -> Parameter {
     }
 }
 
-struct Reader<'t> {
-    text: &'t str,
-    file: &'t str,
+/// Access to a parsed model file, with errors that name file and line.
+pub(super) struct Reader<'t> {
+    pub(super) text: &'t str,
+    pub(super) file: &'t str,
 }
 
-impl Reader<'_> {
-    fn line(&self, span: Range<usize>) -> usize {
+impl<'t> Reader<'t> {
+    /// The file as a table.
+    pub(super) fn root(&self) -> Result<Spanned<DeTable<'t>>, ModelError> {
+        DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
+            file: self.file.into(),
+            line: self.line(e.span().unwrap_or(0..0)),
+            reason: e.message().into(),
+        })
+    }
+
+    /// That the file is of `scenario`.
+    pub(super) fn scenario(&self, root: &DeTable<'_>, scenario: &str) -> Result<(), ModelError> {
+        let value = root.get("scenario");
+        let example = format!("scenario = \"{scenario}\"");
+        let value = value.ok_or_else(|| self.missing(1, "the model file", "scenario", &example))?;
+        self.word("scenario", value, &[scenario]).map(|_| ())
+    }
+
+    pub(super) fn line(&self, span: Range<usize>) -> usize {
         1 + self.text.bytes().take(span.start).filter(|&b| b == b'\n').count()
     }
 
-    fn known(&self, table: &DeTable<'_>, place: &str, known: &[&str]) -> Result<(), ModelError> {
+    pub(super) fn known(&self, table: &DeTable<'_>, place: &str, known: &[&str]) -> Result<(), ModelError> {
         for (key, _) in table.iter() {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
@@ -92,7 +110,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn wrong(&self, key: &str, value: &Value<'_>, expected: &str) -> ModelError {
+    pub(super) fn wrong(&self, key: &str, value: &Value<'_>, expected: &str) -> ModelError {
         ModelError::WrongType {
             file: self.file.into(),
             line: self.line(value.span()),
@@ -101,7 +119,7 @@ impl Reader<'_> {
         }
     }
 
-    fn missing(&self, line: usize, place: &str, key: &str, example: &str) -> ModelError {
+    pub(super) fn missing(&self, line: usize, place: &str, key: &str, example: &str) -> ModelError {
         ModelError::Missing {
             file: self.file.into(),
             line,
@@ -111,7 +129,7 @@ impl Reader<'_> {
         }
     }
 
-    fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
+    pub(super) fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
         let text = match value.get_ref() {
             DeValue::Float(f) => f.as_str(),
             DeValue::Integer(i) => i.as_str(),
@@ -123,26 +141,40 @@ impl Reader<'_> {
         }
     }
 
-    fn word<'v>(&self, key: &str, value: &'v Value<'_>, words: &[&str]) -> Result<&'v str, ModelError> {
+    pub(super) fn word<'v>(
+        &self,
+        key: &str,
+        value: &'v Value<'_>,
+        words: &[&str],
+    ) -> Result<&'v str, ModelError> {
         match value.get_ref().as_str() {
             Some(w) if words.is_empty() || words.contains(&w) => Ok(w),
             _ => Err(self.wrong(key, value, &format!("one of \"{}\"", words.join("\", \"")))),
         }
     }
 
-    fn table<'v, 'a>(&self, key: &str, value: &'v Value<'a>) -> Result<&'v DeTable<'a>, ModelError> {
+    pub(super) fn table<'v, 'a>(
+        &self,
+        key: &str,
+        value: &'v Value<'a>,
+    ) -> Result<&'v DeTable<'a>, ModelError> {
         let expected = "a table such as { nominal = 0.65, min = 0.0, max = 1.0 }";
         value.get_ref().as_table().ok_or_else(|| self.wrong(key, value, expected))
     }
 
-    fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
+    pub(super) fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
         let list = value.get_ref().as_array();
         let list = list.ok_or_else(|| self.wrong(key, value, "a list of numbers"))?;
         list.iter().map(|v| self.number(key, v)).collect()
     }
 
     /// Overwrites `p` by what the file says: a bare number is a nominal value.
-    fn parameter(&self, p: &mut Parameter, value: &Value<'_>, declares: bool) -> Result<(), ModelError> {
+    pub(super) fn parameter(
+        &self,
+        p: &mut Parameter,
+        value: &Value<'_>,
+        declares: bool,
+    ) -> Result<(), ModelError> {
         if declares {
             p.frozen = false;
         }
@@ -297,17 +329,10 @@ impl Reader<'_> {
 
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let reader = Reader { text, file };
-    let root = DeTable::parse(text).map_err(|e| ModelError::Syntax {
-        file: file.into(),
-        line: reader.line(e.span().unwrap_or(0..0)),
-        reason: e.message().into(),
-    })?;
+    let root = reader.root()?;
     let root = root.get_ref();
     reader.known(root, "a model file", &["scenario", "parameters", "sensor", "release", "effect"])?;
-    let scenario = root.get("scenario");
-    let scenario =
-        scenario.ok_or_else(|| reader.missing(1, "the model file", "scenario", "scenario = \"ball\""))?;
-    reader.word("scenario", scenario, &["ball"])?;
+    reader.scenario(root, "ball")?;
 
     let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| base_default(n)).collect();
     let mut declared = Vec::new();

@@ -12,7 +12,7 @@ fn key(name: &str) -> String {
     }
 }
 
-fn entry(p: &Parameter) -> String {
+pub(super) fn entry(p: &Parameter) -> String {
     let mut s = format!("{} = {{ nominal = {:?}", p.name, p.nominal);
     let _ = write!(s, ", min = {:?}, max = {:?}", p.min, p.max);
     if p.frozen {

@@ -1,5 +1,6 @@
-//! `augsim simulate`.
+//! `augsim simulate --scenario ball`.
 
+use super::{beside, prepared};
 use crate::args::Simulate;
 use crate::exit::Outcome;
 use crate::output::Output;
@@ -7,7 +8,7 @@ use augsim_data::{atomic_write, write_csv};
 use augsim_physics::ball::paper_law::PaperLaw;
 use serde::Serialize;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Serialize)]
 struct Written {
@@ -17,15 +18,13 @@ struct Written {
     samples: usize,
 }
 
-/// Runs the subcommand.
-pub fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+/// Drops of the paper's law.
+pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let law = PaperLaw { samples: args.samples as usize, ..PaperLaw::default() };
     let (data, drops) = law.generate(args.trajectories as usize, seed)?;
-    if let Some(folder) = args.out.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    write_csv(&data, &args.out)?;
-    let truth = truth_path(&args.out);
+    let out = prepared(args.out.as_deref(), "out/ball.csv")?;
+    write_csv(&data, &out)?;
+    let truth = beside(&out, "truth.csv");
     atomic_write(&truth, |w| {
         writeln!(w, "trajectory,drop_height_m,restitution")?;
         for (i, d) in drops.iter().enumerate() {
@@ -33,8 +32,7 @@ pub fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcom
         }
         Ok(())
     })?;
-    let written =
-        Written { data: args.out.clone(), truth, trajectories: drops.len(), samples: args.samples as usize };
+    let written = Written { data: out, truth, trajectories: drops.len(), samples: args.samples as usize };
     output.result(&written, || {
         format!(
             "{} trajectories of {} samples at 60 Hz: {}\nwhat was drawn: {}",
@@ -45,11 +43,4 @@ pub fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcom
         )
     })?;
     Ok(Outcome::Done)
-}
-
-/// `ball.csv.gz` to `ball.truth.csv`.
-fn truth_path(out: &Path) -> PathBuf {
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.trim_end_matches(".gz").trim_end_matches(".csv");
-    out.with_file_name(format!("{stem}.truth.csv"))
 }

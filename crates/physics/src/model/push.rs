@@ -1,0 +1,291 @@
+//! Model files of pushing: `scenario = "push"`.
+
+use super::parse::{Reader, Value, effect_default};
+use super::{EffectBlock, ModelError, Parameter, Per, write};
+use crate::push::effects::{SCATTER_KIND, index_of, nearest_kind, spec_of};
+use crate::push::{BASE_PARAMETERS, OBJECTS, Object, World};
+use std::fmt::Write as _;
+use std::path::Path;
+use toml::de::{DeTable, DeValue};
+
+/// A model of one object pushed by a rod.
+///
+/// ```
+/// use augsim_physics::model::PushModel;
+///
+/// let text = r#"
+/// scenario = "push"
+/// object = "rect1"                 # or polygon_m = [[0.05, 0.0], [-0.03, 0.04], [-0.03, -0.04]]
+/// [parameters]
+/// contact_friction = { nominal = 0.25, min = 0.05, max = 1.0 }
+/// rod_radius_m = 0.00475
+/// [sensor]
+/// position_sd_m = 0.0003
+/// angle_sd_rad = 0.0017
+/// [[effect]]
+/// kind = "exact-surface"
+/// "#;
+/// let model = PushModel::parse(text, "push.toml").expect("a model");
+/// let (world, parameters) = model.world();
+/// assert_eq!(parameters.len(), world.parameter_count());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PushModel {
+    /// Where it is from, for messages.
+    pub file: String,
+    /// The object.
+    pub object: Object,
+    /// The outline as the file gives it, where it does, m.
+    pub polygon_m: Option<Vec<[f64; 2]>>,
+    /// The base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults (`c_m`:
+    /// that of uniform pressure).
+    pub parameters: Vec<Parameter>,
+    /// Names of the base parameters that the file declares.
+    pub declared: Vec<String>,
+    /// Declared standard deviation of the position sensor, m.
+    pub position_sd_m: Option<f64>,
+    /// Declared standard deviation of the angle sensor, rad.
+    pub angle_sd_rad: Option<f64>,
+    /// Effects in the model.
+    pub effects: Vec<EffectBlock>,
+}
+
+impl PushModel {
+    /// The textbook model of an object: ellipsoid, uniform pressure, friction 0.25, rod of 4.75 mm; `c_m` and
+    /// `contact_friction` can be calibrated.
+    pub fn textbook(object: Object) -> Self {
+        let mut parameters = base_parameters(&object);
+        parameters[0].frozen = false;
+        parameters[1].frozen = false;
+        Self {
+            file: "model".into(),
+            object,
+            polygon_m: None,
+            parameters,
+            declared: BASE_PARAMETERS.iter().map(|s| s.to_string()).collect(),
+            position_sd_m: None,
+            angle_sd_rad: None,
+            effects: Vec::new(),
+        }
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn read(path: &Path) -> Result<Self, ModelError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &file),
+            Err(source) => Err(ModelError::Read { file, source }),
+        }
+    }
+
+    /// Parses the text of a model file; `file` is used in messages.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
+        let reader = Reader { text, file };
+        let root = reader.root()?;
+        let root = root.get_ref();
+        let known = ["scenario", "object", "polygon_m", "parameters", "sensor", "effect"];
+        reader.known(root, "a model file", &known)?;
+        reader.scenario(root, "push")?;
+        let (object, polygon_m) = object(&reader, root)?;
+        let mut parameters = base_parameters(&object);
+        let mut declared = Vec::new();
+        if let Some(value) = root.get("parameters") {
+            let table = reader.table("parameters", value)?;
+            reader.known(table, "[parameters]", &BASE_PARAMETERS)?;
+            for p in &mut parameters {
+                if let Some(v) = table.get(p.name.as_str()) {
+                    // Given as numbers, these are measurements (and poses do not carry the last two).
+                    let measured = ["rod_radius_m", "support_friction", "mass_kg"].contains(&p.name.as_str());
+                    let plain_number = v.get_ref().as_table().is_none();
+                    reader.parameter(p, v, !(plain_number && measured))?;
+                    declared.push(p.name.clone());
+                }
+            }
+        }
+        let mut sd = [None; 2];
+        if let Some(value) = root.get("sensor") {
+            let table = reader.table("sensor", value)?;
+            let keys = ["position_sd_m", "angle_sd_rad"];
+            reader.known(table, "[sensor]", &keys)?;
+            for (key, slot) in keys.iter().zip(&mut sd) {
+                if let Some(v) = table.get(*key) {
+                    let number = reader.number(key, v)?;
+                    if number <= 0.0 {
+                        return Err(reader.wrong(key, v, "a positive number"));
+                    }
+                    *slot = Some(number);
+                }
+            }
+        }
+        let mut effects = Vec::new();
+        if let Some(value) = root.get("effect") {
+            let blocks = value.get_ref().as_array();
+            let blocks =
+                blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
+            for block in blocks.iter() {
+                let block = effect(&reader, block, &effects)?;
+                effects.push(block);
+            }
+        }
+        let [position_sd_m, angle_sd_rad] = sd;
+        Ok(Self {
+            file: file.into(),
+            object,
+            polygon_m,
+            parameters,
+            declared,
+            position_sd_m,
+            angle_sd_rad,
+            effects,
+        })
+    }
+
+    /// The world of this model and the nominal parameter vector. Scatter is no law and has no place in the vector.
+    pub fn world(&self) -> (World, Vec<f64>) {
+        let mut world = World::new(self.object.clone());
+        let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
+        for block in &self.effects {
+            if let Some(index) = index_of(&block.kind) {
+                world.add(index);
+                values.extend(block.parameters.iter().map(|p| p.nominal));
+            }
+        }
+        (world, values)
+    }
+
+    /// The model file's text; [`parse`](Self::parse) reads it back to the same model.
+    pub fn to_toml(&self) -> String {
+        let mut s = String::from("scenario = \"push\"\n");
+        if self.polygon_m.is_none() || self.object.name != "polygon" {
+            let _ = writeln!(s, "object = {:?}", self.object.name);
+        }
+        if let Some(vertices) = &self.polygon_m {
+            let list: Vec<_> = vertices.iter().map(|v| format!("[{:?}, {:?}]", v[0], v[1])).collect();
+            let _ = writeln!(s, "polygon_m = [{}]", list.join(", "));
+        }
+        s.push_str("\n[parameters]\n");
+        for p in self.parameters.iter().filter(|p| self.declared.contains(&p.name)) {
+            s.push_str(&write::entry(p));
+        }
+        if self.position_sd_m.is_some() || self.angle_sd_rad.is_some() {
+            s.push_str("\n[sensor]\n");
+            for (key, sd) in [("position_sd_m", self.position_sd_m), ("angle_sd_rad", self.angle_sd_rad)] {
+                if let Some(sd) = sd {
+                    let _ = writeln!(s, "{key} = {sd:?}");
+                }
+            }
+        }
+        for block in &self.effects {
+            let _ = write!(s, "\n[[effect]]\nkind = \"{}\"\n", block.kind);
+            block.parameters.iter().for_each(|p| s.push_str(&write::entry(p)));
+        }
+        s
+    }
+}
+
+fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vec<[f64; 2]>>), ModelError> {
+    let name = root.get("object");
+    let Some(outline) = root.get("polygon_m") else {
+        let example = "object = \"rect1\"";
+        let value = name.ok_or_else(|| reader.missing(1, "the model file", "object", example))?;
+        let object = value.get_ref().as_str().and_then(Object::named);
+        let expected = || {
+            let list = OBJECTS.join("\", \"");
+            format!("one of \"{list}\"; give any other outline as polygon_m = [[x, y], …] in metres")
+        };
+        return Ok((object.ok_or_else(|| reader.wrong("object", value, &expected()))?, None));
+    };
+    let vertices = polygon(reader, outline)?;
+    let name = match name {
+        Some(value) => reader.word("object", value, &[])?,
+        None => "polygon",
+    };
+    let object = Object::polygon(name, &vertices);
+    let object = object.ok_or_else(|| {
+        reader.wrong("polygon_m", outline, "an outline of three or more different vertices around an area, m")
+    })?;
+    Ok((object, Some(vertices)))
+}
+
+fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vec<[f64; 2]>, ModelError> {
+    let expected = "a list of vertices [[x, y], …] in metres";
+    let list = value.get_ref().as_array().ok_or_else(|| reader.wrong("polygon_m", value, expected))?;
+    list.iter()
+        .map(|pair| match reader.numbers("polygon_m", pair) {
+            Ok(numbers) => match numbers[..] {
+                [x, y] => Ok([x, y]),
+                _ => Err(reader.wrong("polygon_m", pair, expected)),
+            },
+            Err(_) if !matches!(pair.get_ref(), DeValue::Array(_)) => {
+                Err(reader.wrong("polygon_m", pair, expected))
+            }
+            Err(error) => Err(error),
+        })
+        .collect()
+}
+
+fn effect(
+    reader: &Reader<'_>,
+    value: &Value<'_>,
+    earlier: &[EffectBlock],
+) -> Result<EffectBlock, ModelError> {
+    let table = reader.table("effect", value)?;
+    let line = reader.line(value.span());
+    let kind_value = table.get("kind");
+    let kind_value =
+        kind_value.ok_or_else(|| reader.missing(line, "[[effect]]", "kind", "kind = \"exact-surface\""))?;
+    let kind = reader.word("kind", kind_value, &[])?;
+    let (file, line) = (reader.file.to_owned(), reader.line(kind_value.span()));
+    let Some(spec) = spec_of(kind) else {
+        return Err(ModelError::UnknownKind {
+            file,
+            line,
+            kind: kind.into(),
+            nearest: nearest_kind(kind).into(),
+        });
+    };
+    let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
+    if let Some(other) = earlier.iter().find(clash) {
+        return Err(ModelError::Conflict { file, line, kind: kind.into(), other: other.kind.clone() });
+    }
+    let mut known: Vec<&str> = vec!["kind"];
+    known.extend(spec.parameters.iter().map(|p| p.name));
+    reader.known(table, &format!("[[effect]] `{}`", spec.kind), &known)?;
+    let mut parameters = Vec::new();
+    for parameter in spec.parameters {
+        let mut p = effect_default(parameter);
+        if let Some(v) = table.get(parameter.name) {
+            reader.parameter(&mut p, v, true)?;
+        }
+        parameters.push(p);
+    }
+    let scatter = (spec.kind == SCATTER_KIND).then_some(crate::effects::ScatterPer::Trajectory);
+    Ok(EffectBlock { kind: spec.kind.into(), scatter, table: None, parameters })
+}
+
+/// The base parameters as they are when a file does not name them: frozen.
+fn base_parameters(object: &Object) -> Vec<Parameter> {
+    let nominal = World::new(object.clone()).nominal();
+    let bounds = [(0.001, 1.0), (0.0, 2.0), (0.0, 0.1), (0.001, 5.0), (0.001, 1000.0)];
+    BASE_PARAMETERS
+        .iter()
+        .zip(nominal)
+        .zip(bounds)
+        .map(|((name, nominal), (min, max))| Parameter {
+            name: name.to_string(),
+            nominal,
+            min,
+            max,
+            frozen: true,
+            per: Per::All,
+            ci95: None,
+            groups: Vec::new(),
+        })
+        .collect()
+}

@@ -1,0 +1,45 @@
+//! A model file of any scenario.
+
+use super::parse::Reader;
+use super::{Model, ModelError, PushModel};
+use std::path::Path;
+
+/// What a model file describes, by its `scenario`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelFile {
+    /// `scenario = "ball"`.
+    Ball(Model),
+    /// `scenario = "push"`.
+    Push(PushModel),
+}
+
+impl ModelFile {
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn read(path: &Path) -> Result<Self, ModelError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &file),
+            Err(source) => Err(ModelError::Read { file, source }),
+        }
+    }
+
+    /// Parses the text of a model file; `file` is used in messages.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the file, the line and the remedy.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
+        let reader = Reader { text, file };
+        let root = reader.root()?;
+        let root = root.get_ref();
+        let example = "scenario = \"push\"";
+        let value = root.get("scenario");
+        let value = value.ok_or_else(|| reader.missing(1, "the model file", "scenario", example))?;
+        match reader.word("scenario", value, &["ball", "push"])? {
+            "push" => PushModel::parse(text, file).map(ModelFile::Push),
+            _ => Model::parse(text, file).map(ModelFile::Ball),
+        }
+    }
+}

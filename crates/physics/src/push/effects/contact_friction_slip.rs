@@ -1,0 +1,31 @@
+//! Friction between rod and object that changes with the slip speed.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// mu_c = mu_c0 (1 + k |slip|)
+pub struct ContactFrictionSlip;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "contact-friction-slip",
+    location: Location::Contact,
+    parameters: &[
+        ParameterSpec { name: "k_s_per_m", unit: "s/m", min: -20.0, max: 200.0, typical: 20.0, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "mu_c = mu_c0 (1 + k |slip|)",
+    source: "Yu et al. 2016, IROS, section V (friction at several speeds)",
+};
+
+impl<S: Scalar> Effect<S> for ContactFrictionSlip {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.slip_rise_s_per_m = Some(p[0]);
+    }
+}

@@ -1,0 +1,29 @@
+//! Coulomb friction integrated over a uniformly pressed footprint.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs};
+use crate::push::setting::{Friction, Setting};
+
+/// D = `<|v + w x rho|>` over the footprint
+pub struct ExactSurface;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "exact-surface",
+    location: Location::Support,
+    parameters: &[],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &["superelliptic-surface", "speed-dependent-friction"],
+    formula: "D = <|v + w x rho|> over the footprint",
+    source: "Goyal, Ruina and Papadopoulos 1991, Wear 143:307",
+};
+
+impl<S: Scalar> Effect<S> for ExactSurface {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, _p: &[S], setting: &mut Setting<S>) {
+        setting.friction = Friction::Uniform;
+    }
+}

@@ -1,0 +1,32 @@
+//! Friction of the table that grows along a direction.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g
+pub struct FrictionGradient;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "friction-gradient",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "gx_per_m", unit: "1/m", min: -5.0, max: 5.0, typical: 1.0, null: 0.0 },
+        ParameterSpec { name: "gy_per_m", unit: "1/m", min: -5.0, max: 5.0, typical: 1.0, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["wear of the table"],
+    excludes: &[],
+    formula: "mu = mu0 (1 + g.x): the centre of friction moves by <rho rho'> g",
+    source: "Yu et al. 2016, IROS, fig. 7 (friction maps)",
+};
+
+impl<S: Scalar> Effect<S> for FrictionGradient {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.friction_gradient_per_m = Some([p[0], p[1]]);
+    }
+}

@@ -1,0 +1,32 @@
+//! Friction that differs by direction on the object's sole.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::{Anisotropy, Setting};
+
+/// D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body
+pub struct ObjectAnisotropy;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "object-anisotropy",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "ratio", unit: "", min: 0.3, max: 3.0, typical: 1.2, null: 1.0 },
+        ParameterSpec { name: "angle_rad", unit: "rad", min: -1.6, max: 1.6, typical: 0.0, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["ellipsoid with unequal force axes"],
+    excludes: &[],
+    formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body",
+    source: "Goyal 1989, thesis, Cornell",
+};
+
+impl<S: Scalar> Effect<S> for ObjectAnisotropy {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.object_anisotropy = Some(Anisotropy { ratio: p[0], angle_rad: p[1] });
+    }
+}

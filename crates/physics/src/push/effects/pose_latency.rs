@@ -1,0 +1,31 @@
+//! The pose of the object is reported late.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// reported pose at t = pose at t - delay
+pub struct PoseLatency;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "pose-latency",
+    location: Location::Sensor,
+    parameters: &[
+        ParameterSpec { name: "delay_s", unit: "s", min: -0.1, max: 0.2, typical: 0.02, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "reported pose at t = pose at t - delay",
+    source: "clocks of two instruments",
+};
+
+impl<S: Scalar> Effect<S> for PoseLatency {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.delay_s = Some(p[0]);
+    }
+}

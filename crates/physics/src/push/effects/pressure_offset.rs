@@ -1,0 +1,32 @@
+//! Centre of pressure, and of mass, that is not the centroid.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// friction acts about the body point (dx, dy)
+pub struct PressureOffset;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "pressure-offset",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "dx_m", unit: "m", min: -0.03, max: 0.03, typical: 0.003, null: 0.0 },
+        ParameterSpec { name: "dy_m", unit: "m", min: -0.03, max: 0.03, typical: 0.003, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["centre of mass off the centroid", "tracked origin off the centroid"],
+    excludes: &[],
+    formula: "friction acts about the body point (dx, dy)",
+    source: "Yu et al. 2016, IROS (table III: frames)",
+};
+
+impl<S: Scalar> Effect<S> for PressureOffset {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.pressure_offset_m = Some([p[0], p[1]]);
+    }
+}

@@ -1,0 +1,31 @@
+//! The rod pushes above the support, and the pressure moves forward.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// centre of pressure moves by z f / (m g) along the force f of the rod
+pub struct PushHeight;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "push-height",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "z_m", unit: "m", min: 0.0, max: 0.1, typical: 0.01, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "centre of pressure moves by z f / (m g) along the force f of the rod",
+    source: "Lynch 1999, ICRA (toppling); statics of the plate",
+};
+
+impl<S: Scalar> Effect<S> for PushHeight {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.push_height_m = Some(p[0]);
+    }
+}

@@ -1,0 +1,31 @@
+//! The rod and the arm that holds it yield to the force of the contact.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// true rod = reported rod - c F, F the force on the object
+pub struct RodCompliance;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "rod-compliance",
+    location: Location::Rod,
+    parameters: &[
+        ParameterSpec { name: "c_m_per_N", unit: "m/N", min: 0.0, max: 0.002, typical: 0.000125, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "true rod = reported rod - c F, F the force on the object",
+    source: "fit of the gap to the force in one published record",
+};
+
+impl<S: Scalar> Effect<S> for RodCompliance {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.compliance_m_per_n = Some(p[0]);
+    }
+}

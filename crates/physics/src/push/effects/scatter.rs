@@ -1,0 +1,21 @@
+//! Friction that differs at random over the table, anew for each push.
+//!
+//! Not an [`Effect`](super::Effect): its parameters are statistics of a draw. What poses can see of it is a centre of friction
+//! that is somewhere else in each push.
+
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+
+/// Kind of the scatter of friction.
+pub const SCATTER_KIND: &str = "friction-scatter";
+
+/// Its description.
+pub static SCATTER_SPEC: EffectSpec = EffectSpec {
+    kind: SCATTER_KIND,
+    location: Location::Support,
+    parameters: &[ParameterSpec { name: "sd_m", unit: "m", min: 0.0, max: 0.02, typical: 0.001, null: 0.0 }],
+    needs: Needs::Nothing,
+    stands_for: &["friction map per push", "dirt", "wear"],
+    excludes: &[],
+    formula: "centre of friction normal about the declared one with standard deviation sd, drawn per push",
+    source: "Yu et al. 2016, IROS, section VII (2,000 equal pushes)",
+};

@@ -1,0 +1,33 @@
+//! Friction of the support that is higher at low sliding speed.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+use crate::push::surface::patches::SpeedLaw;
+
+/// mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint
+pub struct SpeedDependentFriction;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "speed-dependent-friction",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "a", unit: "", min: -0.9, max: 2.0, typical: 0.25, null: 0.0 },
+        ParameterSpec { name: "v0_m_s", unit: "m/s", min: 0.001, max: 0.5, typical: 0.01, null: 0.01 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &["superelliptic-surface", "exact-surface"],
+    formula: "mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint",
+    source: "Stribeck 1902; Armstrong-Helouvry 1991",
+};
+
+impl<S: Scalar> Effect<S> for SpeedDependentFriction {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.speed = Some(SpeedLaw { rise: p[0], speed_m_s: p[1] });
+    }
+}

@@ -1,0 +1,31 @@
+//! Limit surface with another exponent than the ellipsoid's.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::{Friction, Setting};
+
+/// |f|^p + |m/c|^p = 1
+pub struct SuperellipticSurface;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "superelliptic-surface",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "p", unit: "", min: 1.2, max: 6.0, typical: 1.7, null: 2.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["pressure concentration"],
+    excludes: &["exact-surface", "speed-dependent-friction"],
+    formula: "|f|^p + |m/c|^p = 1",
+    source: "Zhou, Paolini, Bagnell and Mason 2016, ICRA (shapes of limit surfaces)",
+};
+
+impl<S: Scalar> Effect<S> for SuperellipticSurface {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.friction = Friction::Superellipsoid(p[0]);
+    }
+}

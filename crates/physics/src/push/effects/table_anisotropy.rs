@@ -1,0 +1,32 @@
+//! Friction that differs by direction on the table: grain, sanding.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::{Anisotropy, Setting};
+
+/// D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world
+pub struct TableAnisotropy;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "table-anisotropy",
+    location: Location::Support,
+    parameters: &[
+        ParameterSpec { name: "ratio", unit: "", min: 0.3, max: 3.0, typical: 1.2, null: 1.0 },
+        ParameterSpec { name: "angle_rad", unit: "rad", min: -1.6, max: 1.6, typical: 0.0, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world",
+    source: "Goyal 1989, thesis, Cornell; Yu et al. 2016, fig. 8",
+};
+
+impl<S: Scalar> Effect<S> for TableAnisotropy {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.table_anisotropy = Some(Anisotropy { ratio: p[0], angle_rad: p[1] });
+    }
+}

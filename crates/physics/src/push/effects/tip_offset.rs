@@ -1,0 +1,32 @@
+//! The rod is not where it is reported: calibration of robot against tracker.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::Setting;
+
+/// true rod = reported rod + (dx, dy), in the world
+pub struct TipOffset;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "tip-offset",
+    location: Location::Rod,
+    parameters: &[
+        ParameterSpec { name: "dx_m", unit: "m", min: -0.01, max: 0.01, typical: 0.0005, null: 0.0 },
+        ParameterSpec { name: "dy_m", unit: "m", min: -0.01, max: 0.01, typical: 0.0005, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &[],
+    excludes: &[],
+    formula: "true rod = reported rod + (dx, dy), in the world",
+    source: "calibration of two frames",
+};
+
+impl<S: Scalar> Effect<S> for TipOffset {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.tip_offset_m = Some([p[0], p[1]]);
+    }
+}

@@ -1,0 +1,261 @@
+//! One instant of a push: from pose and rod to contact, twist and force.
+
+use super::contact::{Mode, Response, Touch, respond};
+use super::field::Field;
+use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, dot, scale, sub};
+use super::setting::{Anisotropy, Friction, Setting};
+use super::support::{Inertia, Support};
+use super::surface::{Matrix, Surface};
+use super::world::World;
+use crate::Scalar;
+
+/// Gap up to which rod and object count as touching, m.
+pub(super) const TOUCHING_M: f64 = 1e-7;
+
+/// A push at one instant, in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Instant<S> {
+    /// What the contact does.
+    pub mode: Mode,
+    /// The object's twist.
+    pub twist: Twist<S>,
+    /// Force of the rod on the object, N.
+    pub force: Vector<S>,
+    /// Closest point of the object to the rod, in the body, m.
+    pub contact: Vector<S>,
+    /// Outward unit normal there, in the body.
+    pub outward: Vector<S>,
+    /// Gap between rod and object, m; negative where they overlap.
+    pub gap: S,
+    /// Velocity of the rod relative to the object along the tangent, m/s; see [`Response::slip`].
+    pub slip: S,
+}
+
+/// A world with its numbers filled in, ready to be asked about instants.
+#[derive(Clone, Debug)]
+pub(super) struct Scene<'a, S> {
+    pub world: &'a World,
+    pub setting: Setting<S>,
+    pub field: Option<&'a Field>,
+    weights: Vec<f64>,
+}
+
+/// Contact geometry at one instant, in the body frame.
+struct Geometry<S> {
+    rotation: Rotation<S>,
+    contact: Vector<S>,
+    outward: Vector<S>,
+    gap: S,
+}
+
+impl<'a, S: Scalar> Scene<'a, S> {
+    pub fn new(world: &'a World, parameters: &[S], field: Option<&'a Field>) -> Self {
+        let mut setting = world.setting(parameters);
+        if field.is_some() {
+            setting.friction = Friction::Patches;
+        }
+        Self { world, setting, field, weights: Vec::new() }
+    }
+
+    /// Whether objects coast.
+    pub fn has_inertia(&self) -> bool {
+        self.setting.inertia.is_some()
+    }
+
+    /// Reads the friction map where the object is. Within a sub-step the map counts as moving with the object.
+    pub fn place(&mut self, pose: &Pose<S>) {
+        if let Some(field) = self.field {
+            self.world.weigh(field, &pose.value(), &mut self.weights);
+        }
+    }
+
+    /// Where the rod really is.
+    pub fn true_rod(&self, reported: Vector<S>) -> Vector<S> {
+        self.setting.tip_offset_m.map_or(reported, |offset| add(reported, offset))
+    }
+
+    fn geometry(&self, pose: &Pose<S>, rod: Vector<S>) -> Geometry<S> {
+        let rotation = Rotation::new(pose.angle);
+        let nearest = self.world.object().outline.nearest(rotation.to_body(sub(rod, pose.position)));
+        Geometry {
+            rotation,
+            contact: nearest.point,
+            outward: nearest.outward,
+            gap: nearest.distance - self.setting.rod_radius_m,
+        }
+    }
+
+    /// Gap between the object and a rod that is not bent, m, and the outward normal in the world.
+    pub fn gap(&self, pose: &Pose<S>, rod: Vector<S>) -> (S, Vector<S>) {
+        let g = self.geometry(pose, rod);
+        (g.gap, g.rotation.to_world(g.outward))
+    }
+
+    fn surface(&self) -> Surface<'_, S> {
+        let s = &self.setting;
+        let footprint_scale = || s.c_m * (1.0 / self.world.mean_radius_m);
+        match s.friction {
+            Friction::Ellipsoid => Surface::Ellipsoid { c: s.c_m },
+            Friction::Superellipsoid(exponent) => Surface::Superellipsoid { c: s.c_m, exponent },
+            Friction::Uniform => {
+                Surface::Uniform { footprint: &self.world.uniform, scale: footprint_scale() }
+            }
+            Friction::Patches => Surface::Patches {
+                patches: &self.world.patches,
+                weights: if self.field.is_some() { &self.weights } else { &self.world.shares },
+                scale: footprint_scale(),
+                speed: s.speed,
+            },
+        }
+    }
+
+    fn metric(&self, rotation: Rotation<S>) -> Option<Matrix<S>> {
+        let s = &self.setting;
+        if s.table_anisotropy.is_none() && s.object_anisotropy.is_none() {
+            return None;
+        }
+        let on_table = s.table_anisotropy.map(|a| {
+            // R(-θ) H R(θ)
+            let h = stretch(&a);
+            let column = |e: Vector<S>| rotation.to_body(super::surface::apply(&h, rotation.to_world(e)));
+            let (zero, one) = (S::zero(), S::constant(1.0));
+            let (x, y) = (column([one, zero]), column([zero, one]));
+            [[x[0], y[0]], [x[1], y[1]]]
+        });
+        let on_object = s.object_anisotropy.map(|a| stretch(&a));
+        match (on_table, on_object) {
+            (Some(t), Some(o)) => Some(product(&t, &o)),
+            (t, o) => t.or(o),
+        }
+    }
+
+    /// What resists the object, in the body frame; `pushed` is the force of the rod in the body, in sliding forces, as far as
+    /// it is known.
+    fn support(
+        &self,
+        rotation: Rotation<S>,
+        pushed: Option<Vector<S>>,
+        inertia: Option<(S, Twist<S>)>,
+    ) -> Support<'_, S> {
+        let s = &self.setting;
+        let mut support = Support::plain(self.surface());
+        support.metric = self.metric(rotation);
+        let mut pressed = s.pressure_offset_m.unwrap_or([S::zero(); 2]);
+        if let (Some(height), Some(force)) = (s.push_height_m, pushed) {
+            pressed = add(pressed, scale(force, height * s.support_friction));
+        }
+        support.centre = pressed;
+        if let Some(gradient) = s.friction_gradient_per_m {
+            let g = rotation.to_body(gradient);
+            let [xx, xy, yy] = self.world.moments.second_m2;
+            support.centre = add(support.centre, [g[0] * xx + g[1] * xy, g[0] * xy + g[1] * yy]);
+        }
+        if let Some(downhill) = s.downhill {
+            let force = scale(rotation.to_body(downhill), S::constant(1.0) / s.support_friction);
+            support.load = Wrench { force, moment: cross(pressed, force) };
+            support.loaded = true;
+        }
+        if let (Some(share), Some((h, previous))) = (s.inertia, inertia) {
+            let mass = share * s.mass_kg / (h * s.sliding_force_n());
+            let previous =
+                Twist { velocity: rotation.to_body(previous.velocity), rotation: previous.rotation };
+            let moment = mass * self.world.moments.mean_square_radius();
+            support.inertia = Some(Inertia { mass, moment, previous });
+        }
+        support
+    }
+
+    /// The response of an object that the rod touches. Laws that depend on the response itself (the force moves the pressure,
+    /// the slip changes the friction) are found by repetition: their effect on the response is small.
+    fn response(&self, g: &Geometry<S>, velocity: Vector<S>, inertia: Option<(S, Twist<S>)>) -> Response<S> {
+        let touch = Touch { point: g.contact, normal: g.outward.map(|x| -x), velocity };
+        let s = &self.setting;
+        let support = self.support(g.rotation, None, inertia);
+        let mut response = respond(&support, &touch, s.contact_friction);
+        let repetitions = match (s.push_height_m, s.slip_rise_s_per_m) {
+            (None, None) => 0,
+            (_, None) => 3,
+            (_, Some(_)) => 8,
+        };
+        for _ in 0..repetitions {
+            if response.mode == Mode::Separate {
+                break;
+            }
+            let friction = s.slip_rise_s_per_m.map_or(s.contact_friction, |k| {
+                let factor = k * response.slip.abs() + 1.0;
+                let low = S::constant(0.05);
+                s.contact_friction * if factor.value() > 0.05 { factor } else { low }
+            });
+            let support = self.support(g.rotation, Some(response.force), inertia);
+            let next = respond(&support, &touch, friction);
+            let settled = (next.slip.value() - response.slip.value()).abs()
+                <= 1e-12 * dot(velocity, velocity).value().sqrt()
+                && s.push_height_m.is_none();
+            response = next;
+            if settled {
+                break;
+            }
+        }
+        response
+    }
+
+    /// The instant at which the object is at `pose` and the (unbent) rod at `rod`, moving with `velocity`. `touching` treats
+    /// the pair as touching whatever the gap; otherwise the gap decides.
+    #[inline]
+    pub fn at(&self, pose: &Pose<S>, rod: Vector<S>, velocity: Vector<S>, touching: bool) -> Instant<S> {
+        let g = self.geometry(pose, rod);
+        if !touching && g.gap.value() > TOUCHING_M {
+            return self.instant(&g, Response::without_force(Mode::Free, Twist::zero()));
+        }
+        let response = self.response(&g, g.rotation.to_body(velocity), None);
+        self.instant(&g, response)
+    }
+
+    /// The twist at the end of an implicit Euler step of `h` that begins at `pose` with `previous`: the rod, which moves with
+    /// `velocity`, is not passed.
+    pub fn after(
+        &self,
+        pose: &Pose<S>,
+        rod: Vector<S>,
+        velocity: Vector<S>,
+        h: S,
+        previous: Twist<S>,
+    ) -> Instant<S> {
+        let g = self.geometry(pose, rod);
+        let u = g.rotation.to_body(velocity);
+        let closing = if g.gap.value() > 0.0 { g.gap / h } else { S::zero() };
+        let response = self.response(&g, add(u, scale(g.outward, closing)), Some((h, previous)));
+        let mut instant = self.instant(&g, response);
+        if instant.mode == Mode::Separate && g.gap.value() > TOUCHING_M {
+            instant.mode = Mode::Free;
+        }
+        instant
+    }
+
+    fn instant(&self, g: &Geometry<S>, response: Response<S>) -> Instant<S> {
+        let to_world = |a: Vector<S>| g.rotation.to_world(a);
+        Instant {
+            mode: response.mode,
+            twist: Twist { velocity: to_world(response.twist.velocity), rotation: response.twist.rotation },
+            force: scale(to_world(response.force), self.setting.sliding_force_n()),
+            contact: g.contact,
+            outward: g.outward,
+            gap: g.gap,
+            slip: response.slip,
+        }
+    }
+}
+
+/// `H = A^½ = R diag(√ratio, 1/√ratio) Rᵀ`.
+fn stretch<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
+    let along = a.ratio.sqrt();
+    let across = S::constant(1.0) / along;
+    let (c, s) = (a.angle_rad.cos(), a.angle_rad.sin());
+    let off = (along - across) * c * s;
+    [[along * c * c + across * s * s, off], [off, along * s * s + across * c * c]]
+}
+
+fn product<S: Scalar>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    let at = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
+    [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
+}

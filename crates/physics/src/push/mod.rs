@@ -1,0 +1,63 @@
+//! An object on a table, pushed by one round rod: quasi-static by limit surfaces, or with inertia.
+//!
+//! A [`World`] holds an [`Object`] and the laws that act; parameter values live in a flat vector (`c_m`, `contact_friction`,
+//! `rod_radius_m`, `support_friction`, `mass_kg`, then those of the effects), in plain numbers or duals. [`simulate`] follows
+//! the rod along a [`Path`] and samples the pose; [`simulate_batch`] does so for many pushes; a [`Stepper`] moves the object
+//! from one sample to the next.
+//!
+//! ```
+//! use augsim_physics::push::{Object, Pose, Push, Run, Steps, StraightPush, World, simulate};
+//!
+//! let world = World::new(Object::named("rect1").expect("built in"));
+//! let parameters = world.nominal();
+//! let path = StraightPush {
+//!     start_m: [-0.018, 0.04975],
+//!     direction: [0.0, -1.0],
+//!     speed_m_s: 0.02,
+//!     acceleration_m_s2: 0.0,
+//!     travel_m: 0.15,
+//! };
+//! let push = Push {
+//!     world: &world,
+//!     parameters: &parameters,
+//!     start: Pose::new(0.0, 0.0, 0.0),
+//!     path: &path,
+//!     field: None,
+//!     steps: Steps::default(),
+//! };
+//! let mut run = Run::default();
+//! simulate(&push, &[0.0, 3.75, 7.5], &mut run).expect("the rod starts outside");
+//! let end = run.poses[2];
+//! assert!((end.position[0] - 0.04028).abs() < 1e-5 && (end.angle - 1.26248).abs() < 1e-5);
+//! ```
+
+mod batch;
+mod contact;
+pub mod effects;
+mod engine;
+mod field;
+mod instant;
+pub mod laboratory;
+mod moments;
+mod object;
+mod outline;
+mod path;
+pub mod planar;
+mod setting;
+mod support;
+pub mod surface;
+mod world;
+
+pub use batch::simulate_batch;
+pub use contact::{Mode, Response, Touch, respond};
+pub use engine::{Push, PushError, Run, Stepped, Stepper, Steps, simulate};
+pub use field::Field;
+pub use instant::Instant;
+pub use moments::{Moments, mean_radius};
+pub use object::{OBJECTS, Object};
+pub use outline::{Nearest, Outline, Polygon};
+pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush};
+pub use planar::{Pose, Rotation, Twist, Wrench};
+pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
+pub use support::{Inertia, Support};
+pub use world::{BASE_PARAMETERS, C, CONTACT_FRICTION, MASS, ROD_RADIUS, SUPPORT_FRICTION, Term, World};

@@ -1,0 +1,97 @@
+//! Integrals over the footprint of an object, in closed form.
+//!
+//! The area integral of a function that is homogeneous about the origin is a sum over the edges. With an edge from P to Q,
+//! signed distance d of its line from the origin, and positions u along it: `∫|ρ| dA = Σ d [F(u₂) - F(u₁)] / 3`,
+//! `F(u) = ½ [u √(d²+u²) + d² asinh(u/|d|)]`.
+
+use super::outline::{Outline, Polygon};
+use super::planar::{Vector, cross, norm, sub};
+
+/// Moments of a uniform footprint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// Area, m².
+    pub area_m2: f64,
+    /// Centroid, m.
+    pub centroid_m: Vector<f64>,
+    /// `<ρρᵀ>` about the origin, as xx, xy, yy, m².
+    pub second_m2: [f64; 3],
+}
+
+impl Moments {
+    /// Moments of a polygon.
+    pub fn of_polygon(vertices: &[Vector<f64>]) -> Self {
+        let n = vertices.len();
+        let (mut area, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
+        for i in 0..n {
+            let (p, q) = (vertices[i], vertices[(i + 1) % n]);
+            let k = cross(p, q);
+            area += k / 2.0;
+            for axis in 0..2 {
+                first[axis] += k * (p[axis] + q[axis]) / 6.0;
+            }
+            let product = |i: usize, j: usize| {
+                k * (2.0 * p[i] * p[j] + 2.0 * q[i] * q[j] + p[i] * q[j] + q[i] * p[j]) / 24.0
+            };
+            second[0] += product(0, 0);
+            second[1] += product(0, 1);
+            second[2] += product(1, 1);
+        }
+        Self { area_m2: area, centroid_m: first.map(|f| f / area), second_m2: second.map(|s| s / area) }
+    }
+
+    /// Moments of an outline.
+    pub fn of(outline: &Outline) -> Self {
+        match outline {
+            Outline::Polygon(polygon) => Self::of_polygon(polygon.vertices()),
+            Outline::Ellipse { semi_axes_m: [a, b] } => Self {
+                area_m2: std::f64::consts::PI * a * b,
+                centroid_m: [0.0; 2],
+                second_m2: [a * a / 4.0, 0.0, b * b / 4.0],
+            },
+        }
+    }
+
+    /// Mean square distance from the origin, m²: times the mass, the moment of inertia.
+    pub fn mean_square_radius(&self) -> f64 {
+        self.second_m2[0] + self.second_m2[2]
+    }
+}
+
+/// Mean distance from the origin under uniform pressure, m: the `c` of the ellipsoidal limit surface.
+pub fn mean_radius(outline: &Outline) -> f64 {
+    match outline {
+        Outline::Polygon(polygon) => mean_radius_of_polygon(polygon),
+        Outline::Ellipse { semi_axes_m: [a, b] } => {
+            // Mean over the polar angle of R(φ)³; the trapezoidal rule of a periodic analytic function converges
+            // exponentially: 512 points are exact in double precision for any aspect below 5.
+            let points = 512;
+            let cubes: f64 = (0..points)
+                .map(|i| {
+                    let angle = 2.0 * std::f64::consts::PI * f64::from(i) / f64::from(points);
+                    norm([angle.cos() / a, angle.sin() / b]).powi(-3)
+                })
+                .sum();
+            2.0 * cubes / (3.0 * f64::from(points) * a * b)
+        }
+    }
+}
+
+fn mean_radius_of_polygon(polygon: &Polygon) -> f64 {
+    let vertices = polygon.vertices();
+    let n = vertices.len();
+    let mut sum = 0.0;
+    for i in 0..n {
+        let (p, q) = (vertices[i], vertices[(i + 1) % n]);
+        let along = sub(q, p);
+        let length = norm(along);
+        let d = cross(p, q) / length;
+        let u = |v: Vector<f64>| (v[0] * along[0] + v[1] * along[1]) / length;
+        let primitive = |u: f64| {
+            let log = if d == 0.0 { 0.0 } else { d * d * (u / d.abs()).asinh() };
+            0.5 * (u * (d * d + u * u).sqrt() + log)
+        };
+        sum += d * (primitive(u(q)) - primitive(u(p)));
+    }
+    sum / (3.0 * Moments::of_polygon(vertices).area_m2)
+}

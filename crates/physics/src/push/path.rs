@@ -1,0 +1,189 @@
+//! Where the rod goes.
+
+use super::planar::{Vector, add, constant, scale};
+use crate::Scalar;
+
+/// A smooth piece of the rod's motion. The rod does not spin.
+pub trait Motion<S: Scalar>: Copy {
+    /// Position of the rod's centre at `time`, m.
+    fn position(&self, time: S) -> Vector<S>;
+    /// Velocity of the rod at `time`, m/s.
+    fn velocity(&self, time: S) -> Vector<S>;
+}
+
+/// The rod's motion, in smooth pieces.
+pub trait Path<S: Scalar>: Sync {
+    /// A piece.
+    type Piece: Motion<S>;
+    /// The piece that begins at `time` or holds it, s.
+    fn piece(&self, time: f64) -> Self::Piece;
+    /// When the piece at `time` ends, s; infinity if it does not.
+    fn end_of_piece(&self, time: f64) -> f64;
+}
+
+/// Motion at constant velocity.
+#[derive(Clone, Copy, Debug)]
+pub struct Straight<S> {
+    /// Position at `since`, m.
+    pub start: Vector<S>,
+    /// Velocity, m/s.
+    pub velocity: Vector<S>,
+    /// Time of `start`, s.
+    pub since: f64,
+}
+
+impl<S: Scalar> Motion<S> for Straight<S> {
+    #[inline]
+    fn position(&self, time: S) -> Vector<S> {
+        add(self.start, scale(self.velocity, time + -self.since))
+    }
+    #[inline]
+    fn velocity(&self, _time: S) -> Vector<S> {
+        self.velocity
+    }
+}
+
+impl<S: Scalar> Path<S> for Straight<S> {
+    type Piece = Self;
+    fn piece(&self, _time: f64) -> Self {
+        *self
+    }
+    fn end_of_piece(&self, _time: f64) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// Straight lines between recorded positions; at rest before the first and after the last.
+///
+/// The velocity of a piece is its chord over its duration: noisy positions are not differentiated on a finer grid than they
+/// were recorded on.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded<'a> {
+    times: &'a [f64],
+    x: &'a [f64],
+    y: &'a [f64],
+}
+
+impl<'a> Recorded<'a> {
+    /// Positions `(x, y)`, m, at strictly increasing `times`, s. `None` for unequal lengths, no positions, times that do not
+    /// increase or numbers that are not finite.
+    pub fn new(times: &'a [f64], x: &'a [f64], y: &'a [f64]) -> Option<Self> {
+        let ordered = times.windows(2).all(|w| w[0] < w[1]);
+        let finite = times.iter().chain(x).chain(y).all(|v| v.is_finite());
+        let lengths = !times.is_empty() && times.len() == x.len() && times.len() == y.len();
+        (ordered && finite && lengths).then_some(Self { times, x, y })
+    }
+
+    /// Index of the first recorded time after `time`.
+    fn after(&self, time: f64) -> usize {
+        self.times.partition_point(|&t| t <= time)
+    }
+}
+
+impl<S: Scalar> Path<S> for Recorded<'_> {
+    type Piece = Straight<S>;
+
+    fn piece(&self, time: f64) -> Straight<S> {
+        let next = self.after(time);
+        let at = |i: usize| [self.x[i], self.y[i]];
+        if next == 0 || next == self.times.len() {
+            let held = next.saturating_sub(1);
+            return Straight { start: constant(at(held)), velocity: [S::zero(); 2], since: time };
+        }
+        let (a, b) = (at(next - 1), at(next));
+        let k = 1.0 / (self.times[next] - self.times[next - 1]);
+        let velocity = constant([(b[0] - a[0]) * k, (b[1] - a[1]) * k]);
+        Straight { start: constant(a), velocity, since: self.times[next - 1] }
+    }
+
+    fn end_of_piece(&self, time: f64) -> f64 {
+        self.times.get(self.after(time)).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// A straight push: at `speed_m_s`, or from rest at `acceleration_m_s2` until that speed is reached, for a given travel; then
+/// at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StraightPush {
+    /// Position of the rod's centre at time 0, m.
+    pub start_m: Vector<f64>,
+    /// Unit direction.
+    pub direction: Vector<f64>,
+    /// Speed, m/s.
+    pub speed_m_s: f64,
+    /// Acceleration, m/s²; 0 for full speed from the start.
+    pub acceleration_m_s2: f64,
+    /// Travel, m.
+    pub travel_m: f64,
+}
+
+impl StraightPush {
+    fn ramp_s(&self) -> f64 {
+        if self.acceleration_m_s2 > 0.0 {
+            (self.speed_m_s / self.acceleration_m_s2)
+                .min((2.0 * self.travel_m / self.acceleration_m_s2).sqrt())
+        } else {
+            0.0
+        }
+    }
+
+    /// When the travel is done, s.
+    pub fn duration_s(&self) -> f64 {
+        let ramp = self.ramp_s();
+        let covered = 0.5 * self.acceleration_m_s2 * ramp * ramp;
+        if covered >= self.travel_m * (1.0 - 1e-12) {
+            ramp
+        } else {
+            ramp + (self.travel_m - covered) / self.speed_m_s
+        }
+    }
+
+    /// Distance covered and speed at `time`, on the piece that holds `at`.
+    fn progress<S: Scalar>(&self, piece: u8, time: S) -> (S, S) {
+        let a = self.acceleration_m_s2;
+        let ramp = self.ramp_s();
+        match piece {
+            0 => (time * time * (0.5 * a), time * a),
+            1 => ((time + -ramp) * self.speed_m_s + 0.5 * a * ramp * ramp, S::constant(self.speed_m_s)),
+            _ => (S::constant(self.travel_m), S::zero()),
+        }
+    }
+}
+
+/// One piece of a [`StraightPush`].
+#[derive(Clone, Copy, Debug)]
+pub struct StraightPiece {
+    push: StraightPush,
+    piece: u8,
+}
+
+impl<S: Scalar> Motion<S> for StraightPiece {
+    fn position(&self, time: S) -> Vector<S> {
+        let along = self.push.progress(self.piece, time).0;
+        add(constant(self.push.start_m), scale(constant(self.push.direction), along))
+    }
+    fn velocity(&self, time: S) -> Vector<S> {
+        scale(constant(self.push.direction), self.push.progress(self.piece, time).1)
+    }
+}
+
+impl<S: Scalar> Path<S> for StraightPush {
+    type Piece = StraightPiece;
+
+    fn piece(&self, time: f64) -> StraightPiece {
+        let piece = match time {
+            t if t >= self.duration_s() => 2,
+            t if t >= self.ramp_s() => 1,
+            _ => 0,
+        };
+        StraightPiece { push: *self, piece }
+    }
+
+    fn end_of_piece(&self, time: f64) -> f64 {
+        match <Self as Path<S>>::piece(self, time).piece {
+            0 => self.ramp_s(),
+            1 => self.duration_s(),
+            _ => f64::INFINITY,
+        }
+    }
+}

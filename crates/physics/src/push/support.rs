@@ -1,0 +1,208 @@
+//! Everything that resists or drives a sliding object at one instant, except the rod.
+
+use super::planar::{Twist, Vector, Wrench, add, cross, dot, rot90, scale, sub};
+use super::surface::{Matrix, Surface, apply, apply_transposed, footprint_map};
+use crate::{Dual, Scalar};
+
+/// Inertia over one implicit Euler step, in units of the sliding force.
+#[derive(Clone, Copy, Debug)]
+pub struct Inertia<S> {
+    /// `m / (h f_max)`, s/m.
+    pub mass: S,
+    /// `I / (h f_max)`, m s.
+    pub moment: S,
+    /// Twist before the step.
+    pub previous: Twist<S>,
+}
+
+/// Dissipation, in units of the sliding force, below which friction is smoothed when inertia acts, m/s: an object that should
+/// rest creeps at a fraction of it.
+const CREEP: f64 = 2e-5;
+
+/// The support of an object, and the loads on it, in the body frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Support<'a, S> {
+    /// The limit surface, about the centre of friction.
+    pub surface: Surface<'a, S>,
+    /// The centre of friction, m.
+    pub centre: Vector<S>,
+    /// `H` of anisotropic friction, which dissipates `|H v|` instead of `|v|`; its determinant is 1.
+    pub metric: Option<Matrix<S>>,
+    /// Loads on the object that are neither friction nor the rod's, in units of the sliding force.
+    pub load: Wrench<S>,
+    /// Whether [`load`](Self::load) is not zero.
+    pub loaded: bool,
+    /// Inertia, if it acts.
+    pub inertia: Option<Inertia<S>>,
+}
+
+impl<'a, S: Scalar> Support<'a, S> {
+    /// A surface centred at the origin of the body, and nothing else.
+    pub fn plain(surface: Surface<'a, S>) -> Self {
+        Self {
+            surface,
+            centre: [S::zero(); 2],
+            metric: None,
+            load: Wrench::zero(),
+            loaded: false,
+            inertia: None,
+        }
+    }
+
+    /// Friction against `twist`, about the body's origin, in units of the sliding force: what must be applied to overcome it.
+    #[inline]
+    pub fn friction(&self, twist: &Twist<S>) -> Wrench<S> {
+        let v = twist.at(self.centre);
+        let w = match &self.metric {
+            None => self.surface.wrench(v, twist.rotation, None),
+            Some(h) => {
+                let w = self.surface.wrench(apply(h, v), twist.rotation, Some(&footprint_map(h)));
+                Wrench { force: apply_transposed(h, w.force), moment: w.moment }
+            }
+        };
+        Wrench { force: w.force, moment: w.moment + cross(self.centre, w.force) }
+    }
+
+    /// What the rod must apply for the object to move with `twist`, in units of the sliding force.
+    #[inline]
+    pub fn demand(&self, twist: &Twist<S>) -> Wrench<S> {
+        let mut w = self.friction(twist);
+        if let Some(inertia) = &self.inertia {
+            let dissipation = dot(w.force, twist.velocity) + w.moment * twist.rotation;
+            let smooth = dissipation / (dissipation + CREEP);
+            let jump = sub(twist.velocity, inertia.previous.velocity);
+            w.force = add(scale(w.force, smooth), scale(jump, inertia.mass));
+            w.moment = w.moment * smooth + (twist.rotation - inertia.previous.rotation) * inertia.moment;
+        }
+        if self.loaded {
+            w.force = sub(w.force, self.load.force);
+            w.moment -= self.load.moment;
+        }
+        w
+    }
+
+    /// The same support in another scalar.
+    pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> Support<'a, T> {
+        let vector = |a: Vector<S>| a.map(f);
+        let twist = |t: Twist<S>| Twist { velocity: vector(t.velocity), rotation: f(t.rotation) };
+        Support {
+            surface: self.surface.map(f),
+            centre: vector(self.centre),
+            metric: self.metric.map(|m| m.map(vector)),
+            load: Wrench { force: vector(self.load.force), moment: f(self.load.moment) },
+            loaded: self.loaded,
+            inertia: self.inertia.map(|i| Inertia {
+                mass: f(i.mass),
+                moment: f(i.moment),
+                previous: twist(i.previous),
+            }),
+        }
+    }
+
+    /// The same support without derivatives.
+    pub fn values(&self) -> Support<'a, f64> {
+        self.map(S::value)
+    }
+}
+
+impl<'a> Support<'a, f64> {
+    /// The potential whose gradient is [`demand`](Support::demand), up to a constant.
+    fn potential(&self, twist: &Twist<f64>) -> f64 {
+        let w = self.friction(twist);
+        let dissipation = dot(w.force, twist.velocity) + w.moment * twist.rotation;
+        let mut sum = dissipation;
+        if let Some(inertia) = &self.inertia {
+            sum -= CREEP * (1.0 + dissipation / CREEP).ln();
+            let jump = sub(twist.velocity, inertia.previous.velocity);
+            sum += 0.5 * inertia.mass * dot(jump, jump);
+            sum += 0.5 * inertia.moment * (twist.rotation - inertia.previous.rotation).powi(2);
+        }
+        sum - dot(self.load.force, twist.velocity) - self.load.moment * twist.rotation
+    }
+
+    /// The same support as a constant of another scalar.
+    pub(super) fn lift<T: Scalar>(&self) -> Support<'a, T> {
+        self.map(T::constant)
+    }
+}
+
+/// Motion with no rod: the twist at which [`Support::demand`] vanishes. Only with inertia is it ever different from rest.
+pub(super) fn free_twist<S: Scalar>(support: &Support<'_, S>) -> Twist<S> {
+    let Some(inertia) = &support.inertia else { return Twist::zero() };
+    let values = support.values();
+    let previous = inertia.previous.velocity.map(S::value);
+    let mut x = [previous[0], previous[1], inertia.previous.rotation.value()];
+    let as_twist = |x: [f64; 3]| Twist { velocity: [x[0], x[1]], rotation: x[2] };
+    let lifted: Support<'_, Dual<3>> = values.lift();
+    let slopes = |x: [f64; 3]| {
+        let lane = |i: usize| Dual::<3>::variable(x[i], i);
+        let w = lifted.demand(&Twist { velocity: [lane(0), lane(1)], rotation: lane(2) });
+        [w.force[0], w.force[1], w.moment]
+    };
+    // A rest start is closer than the previous twist when friction stops the object within the step.
+    let mut energy = values.potential(&as_twist(x));
+    let tiny = x.map(|v| 1e-6 * v);
+    let at_rest = values.potential(&as_twist(tiny));
+    if at_rest < energy {
+        (x, energy) = (tiny, at_rest);
+    }
+    for _ in 0..60 {
+        let r = slopes(x);
+        let gradient = r.map(|d| d.value);
+        let Some(step) = solve3(r.map(|d| d.d), gradient) else { break };
+        let slope = -(0..3).map(|i| gradient[i] * step[i]).sum::<f64>();
+        let mut factor = 1.0;
+        let mut moved = false;
+        for _ in 0..30 {
+            let trial = [0, 1, 2].map(|i| x[i] - factor * step[i]);
+            let trial_energy = values.potential(&as_twist(trial));
+            if trial_energy <= energy + 1e-4 * factor * slope {
+                moved = trial != x;
+                (x, energy) = (trial, trial_energy);
+                break;
+            }
+            factor *= 0.5;
+        }
+        if !moved || step.iter().all(|s| s.abs() < 1e-13) {
+            break;
+        }
+    }
+    let r = slopes(x);
+    let exact = support
+        .demand(&Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) });
+    let residual = [exact.force[0], exact.force[1], exact.moment];
+    let Some(inverse) = inverse3(r.map(|d| d.d)) else {
+        return Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) };
+    };
+    let corrected = [0, 1, 2].map(|i| {
+        let by = residual[0] * inverse[i][0] + residual[1] * inverse[i][1] + residual[2] * inverse[i][2];
+        S::constant(x[i]) - by
+    });
+    Twist { velocity: [corrected[0], corrected[1]], rotation: corrected[2] }
+}
+
+fn inverse3(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
+    let minor = |i: usize, j: usize| {
+        let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+        let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+        m[a][c] * m[b][d] - m[a][d] * m[b][c]
+    };
+    let determinant: f64 = (0..3).map(|j| m[0][j] * minor(0, j)).sum();
+    if determinant == 0.0 || !determinant.is_finite() {
+        return None;
+    }
+    Some([0, 1, 2].map(|i| [0, 1, 2].map(|j| minor(j, i) / determinant)))
+}
+
+fn solve3(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
+    let inverse = inverse3(m)?;
+    Some([0, 1, 2].map(|i| (0..3).map(|j| inverse[i][j] * b[j]).sum()))
+}
+
+/// The ellipsoid's `B⁻¹ + r⊥ r⊥ᵀ / c²`: contact velocity from contact force, for a contact at `r` from the centre of friction.
+pub(super) fn mobility<S: Scalar>(inverse_metric: &Matrix<S>, c: S, r: Vector<S>) -> Matrix<S> {
+    let arm = rot90(r);
+    let k = S::constant(1.0) / (c * c);
+    let off = inverse_metric[0][1] + arm[0] * arm[1] * k;
+    [[inverse_metric[0][0] + arm[0] * arm[0] * k, off], [off, inverse_metric[1][1] + arm[1] * arm[1] * k]]
+}

@@ -1,0 +1,15 @@
+//! The ellipsoidal limit surface: Lynch, Maekawa and Tanie, IROS 1992; Howe and Cutkosky, IJRR 15:557, 1996.
+
+use crate::Scalar;
+use crate::push::planar::{Vector, Wrench, dot, scale};
+
+/// `D = √(|v|² + c² ω²)`.
+#[inline]
+pub fn wrench<S: Scalar>(c: S, velocity: Vector<S>, rotation: S) -> Wrench<S> {
+    let square = dot(velocity, velocity) + c * c * rotation * rotation;
+    if square.value() <= 0.0 {
+        return Wrench::zero();
+    }
+    let k = S::constant(1.0) / square.sqrt();
+    Wrench { force: scale(velocity, k), moment: c * c * rotation * k }
+}

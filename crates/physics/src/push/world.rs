@@ -1,0 +1,162 @@
+//! Which laws act on an object, and where each finds its parameters in one flat vector.
+
+use super::effects;
+use super::field::Field;
+use super::moments::{Moments, mean_radius};
+use super::object::Object;
+use super::setting::{Friction, Setting};
+use super::surface::patches::{Patch, cut};
+use super::surface::uniform::UniformPolygon;
+use crate::Scalar;
+
+/// The parameters that every pushing world has, in the order of the parameter vector; those of the terms follow.
+pub const BASE_PARAMETERS: [&str; 5] =
+    ["c_m", "contact_friction", "rod_radius_m", "support_friction", "mass_kg"];
+/// Index of `c`, m.
+pub const C: usize = 0;
+/// Index of the friction between rod and object.
+pub const CONTACT_FRICTION: usize = 1;
+/// Index of the rod's radius, m.
+pub const ROD_RADIUS: usize = 2;
+/// Index of the friction between object and support.
+pub const SUPPORT_FRICTION: usize = 3;
+/// Index of the mass, kg.
+pub const MASS: usize = 4;
+
+/// Sides of the polygon that stands for an ellipse in the integrated surface.
+const ELLIPSE_SIDES: usize = 48;
+/// Cells across the object where friction is summed over patches.
+const PATCHES_ACROSS: usize = 10;
+
+/// A law with its place in the parameter vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Term {
+    /// Position in [`effects::all`].
+    pub effect: usize,
+    /// Index of its first parameter.
+    pub first: usize,
+    /// Number of its parameters.
+    pub count: usize,
+}
+
+/// An object, and the laws that act on it. Parameter values live outside, in a flat vector, so that one world serves many
+/// fits.
+#[derive(Clone, Debug)]
+pub struct World {
+    object: Object,
+    terms: Vec<Term>,
+    parameters: usize,
+    pub(super) moments: Moments,
+    pub(super) mean_radius_m: f64,
+    pub(super) uniform: UniformPolygon,
+    pub(super) patches: Vec<Patch>,
+    pub(super) shares: Vec<f64>,
+}
+
+impl World {
+    /// A world of the ellipsoidal limit surface.
+    pub fn new(object: Object) -> Self {
+        let patches = cut(&object.outline, PATCHES_ACROSS);
+        Self {
+            moments: Moments::of(&object.outline),
+            mean_radius_m: mean_radius(&object.outline),
+            uniform: UniformPolygon::new(&object.outline.polygon(ELLIPSE_SIDES)),
+            shares: patches.iter().map(|p| p.share).collect(),
+            patches,
+            object,
+            terms: Vec::new(),
+            parameters: BASE_PARAMETERS.len(),
+        }
+    }
+
+    /// The same world with patches `across` the object, each weighted by `pressure` (at a point of the body, m; any unit).
+    pub fn with_patches(mut self, across: usize, pressure: impl Fn([f64; 2]) -> f64) -> Self {
+        self.patches = cut(&self.object.outline, across);
+        self.shares = self.patches.iter().map(|p| p.share * pressure(p.position)).collect();
+        let total: f64 = self.shares.iter().sum();
+        self.shares.iter_mut().for_each(|s| *s /= total);
+        self
+    }
+
+    /// The object.
+    pub fn object(&self) -> &Object {
+        &self.object
+    }
+
+    /// Parameters of the textbook model: uniform pressure, steel on steel and the rod of the MIT set, friction of ABS.
+    pub fn nominal(&self) -> Vec<f64> {
+        let mass = self.object.mass_kg.unwrap_or(1.0);
+        let mut values = vec![self.mean_radius_m, 0.25, 0.00475, 0.15, mass];
+        for term in &self.terms {
+            if let Some(effect) = effects::all::<f64>().get(term.effect) {
+                values.extend(effect.spec().parameters.iter().map(|p| p.typical));
+            }
+        }
+        values
+    }
+
+    /// Length of the parameter vector.
+    pub fn parameter_count(&self) -> usize {
+        self.parameters
+    }
+
+    /// Adds an effect by its position in the registry; returns the index of its first parameter. Its parameters stand at the
+    /// end of the vector. `None` if there is none.
+    pub fn add(&mut self, effect: usize) -> Option<usize> {
+        let count = effects::all::<f64>().get(effect)?.spec().parameters.len();
+        let first = self.parameters;
+        self.parameters += count;
+        self.terms.push(Term { effect, first, count });
+        Some(first)
+    }
+
+    /// Adds an effect by kind; `None` if there is no such kind (or it is no law, as scatter).
+    pub fn add_kind(&mut self, kind: &str) -> Option<usize> {
+        self.add(effects::index_of(kind)?)
+    }
+
+    /// The terms, in the order of the parameter vector.
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// The laws with `parameters` filled in. Parameters that are missing count as those of [`nominal`](Self::nominal).
+    pub fn setting<S: Scalar>(&self, parameters: &[S]) -> Setting<S> {
+        let base = |i: usize| {
+            parameters
+                .get(i)
+                .copied()
+                .unwrap_or_else(|| S::constant(self.nominal().get(i).copied().unwrap_or(0.0)))
+        };
+        let mut setting = Setting::plain(
+            base(C),
+            base(CONTACT_FRICTION),
+            base(ROD_RADIUS),
+            base(SUPPORT_FRICTION),
+            base(MASS),
+        );
+        let listed = effects::all::<S>();
+        for term in &self.terms {
+            if let (Some(effect), Some(p)) =
+                (listed.get(term.effect), parameters.get(term.first..term.first + term.count))
+            {
+                effect.apply(p, &mut setting);
+            }
+        }
+        if setting.speed.is_some() {
+            // Speed changes the shape of the surface, which only the sum over patches knows.
+            setting.friction = Friction::Patches;
+        }
+        setting
+    }
+
+    /// Relative friction of the patches of an object at a place, from a map of the table.
+    pub(super) fn weigh(&self, field: &Field, pose: &super::Pose<f64>, weights: &mut Vec<f64>) {
+        let rotation = super::planar::Rotation::new(pose.angle);
+        weights.clear();
+        weights.extend(self.patches.iter().zip(&self.shares).map(|(patch, share)| {
+            let place = super::planar::add(pose.position, rotation.to_world(patch.position));
+            share * field.factor(place)
+        }));
+    }
+}
