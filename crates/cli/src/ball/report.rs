@@ -37,7 +37,7 @@ pub fn report(
         .filter(|s| trained.iter().any(|t| t.model.state().settings.recipe.label() == s.model.name()))
     {
         for (index, q) in test.items.iter().enumerate().take(SHOWN) {
-            let task = Task { start: q.state(0), time: q.time, index: index as u64 };
+            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: index as u64 };
             let samples = s.model.forecast(task, SAMPLES)?;
             for (column, (channel, unit)) in CHANNELS.into_iter().enumerate() {
                 let sorted: Vec<Vec<f32>> = (0..q.time)

@@ -3,9 +3,11 @@
 mod law;
 mod net;
 mod physics;
+mod still;
 mod zero;
 
 pub use law::Law;
 pub use net::NetModel;
 pub use physics::Physics;
+pub use still::Still;
 pub use zero::Zero;
