@@ -44,7 +44,7 @@ fn data_model_and_truth_lie_beside_each_other_and_do_not_depend_on_the_threads()
         }
     }
     assert_eq!(seen[..12], seen[12..]);
-    let data = augsim_data::read_dataset(&d.join("1/mit.csv.gz")).unwrap();
+    let data = augsim_data::read_dataset(&d.join("1/mit.csv.gz"), augsim_data::MissingCells::Refuse).unwrap();
     let names: Vec<_> = data.columns().iter().map(|c| c.name()).collect();
     assert_eq!(names, ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"]);
     assert_eq!(data.trajectories().len(), 4);

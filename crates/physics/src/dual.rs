@@ -129,6 +129,7 @@ impl<const N: usize> SubAssign for Dual<N> {
 }
 
 impl<const N: usize> Scalar for Dual<N> {
+    const DIFFERENTIATES: bool = true;
     fn constant(value: f64) -> Self {
         Self { value, d: [0.0; N] }
     }

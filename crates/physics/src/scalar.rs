@@ -24,6 +24,8 @@ pub trait Scalar:
     + AddAssign
     + SubAssign
 {
+    /// Whether it carries derivatives: plain numbers can skip the work that only derivatives need.
+    const DIFFERENTIATES: bool;
     /// A constant: derivative zero.
     fn constant(value: f64) -> Self;
     /// The value without derivatives.
@@ -49,6 +51,7 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
+    const DIFFERENTIATES: bool = false;
     fn constant(value: f64) -> Self {
         value
     }

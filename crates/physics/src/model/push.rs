@@ -189,7 +189,10 @@ impl PushModel {
     }
 }
 
-fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vec<[f64; 2]>>), ModelError> {
+/// Vertices of an outline, m.
+type Vertices = Vec<[f64; 2]>;
+
+fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vertices>), ModelError> {
     let name = root.get("object");
     let Some(outline) = root.get("polygon_m") else {
         let example = "object = \"rect1\"";
@@ -213,7 +216,7 @@ fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vec
     Ok((object, Some(vertices)))
 }
 
-fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vec<[f64; 2]>, ModelError> {
+fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelError> {
     let expected = "a list of vertices [[x, y], …] in metres";
     let list = value.get_ref().as_array().ok_or_else(|| reader.wrong("polygon_m", value, expected))?;
     list.iter()

@@ -247,41 +247,32 @@ fn slide_residual<T: Scalar>(
     ([moment, cross(edge, w.force)], w, twist)
 }
 
-struct Slide {
-    slip: f64,
-    rotation: f64,
-    inverse: [[f64; 2]; 2],
-}
-
+/// Newton's method on the sliding contact, from `start` (slip, angular velocity). `None` if it does not converge, or where the
+/// rod would have to pull or to slide against its own friction.
 fn slide_root(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
     edge: Vector<f64>,
     sign: f64,
     start: [f64; 2],
-    stick: f64,
-) -> Slide {
+) -> Option<[f64; 2]> {
     let (lifted, lifted_touch) = (support.lift::<Dual<2>>(), touch.lift::<Dual<2>>());
     let lifted_edge = edge.map(Dual::constant);
     let c = support.surface.nominal_c();
     let evaluate = |x: [f64; 2]| {
         let (slip, rotation) = (Dual::<2>::variable(x[0], 0), Dual::<2>::variable(x[1], 1));
-        slide_residual(&lifted, &lifted_touch, lifted_edge, slip, rotation).0
+        slide_residual(&lifted, &lifted_touch, lifted_edge, slip, rotation)
     };
     let merit = |r: &[Dual<2>; 2]| (r[0].value / c).powi(2) + r[1].value.powi(2);
-    let invert = |r: &[Dual<2>; 2]| {
-        let k = 1.0 / (r[0].d[0] * r[1].d[1] - r[0].d[1] * r[1].d[0]);
-        [[r[1].d[1] * k, -r[0].d[1] * k], [-r[1].d[0] * k, r[0].d[0] * k]]
-    };
     let speed = norm(touch.velocity);
     let mut x = start;
-    let mut r = evaluate(x);
+    let (mut r, mut w, _) = evaluate(x);
     let mut converged = false;
     for _ in 0..25 {
-        let m = invert(&r);
+        let m = inverse2([r[0].d, r[1].d]);
         let step = [0, 1].map(|i| m[i][0] * r[0].value + m[i][1] * r[1].value);
         if !step.iter().all(|s| s.is_finite()) {
-            break;
+            return None;
         }
         if step[0].abs() <= CONVERGED * speed && step[1].abs() * c <= CONVERGED * speed {
             x = [x[0] - step[0], x[1] - step[1]];
@@ -294,8 +285,9 @@ fn slide_root(
         for _ in 0..8 {
             let trial = [x[0] - factor * step[0], x[1] - factor * step[1]];
             let next = evaluate(trial);
-            if merit(&next) < before {
-                (x, r, better) = (trial, next, true);
+            if merit(&next.0) < before {
+                x = trial;
+                (r, w, better) = (next.0, next.1, true);
                 break;
             }
             factor *= 0.4;
@@ -306,13 +298,13 @@ fn slide_root(
             break;
         }
     }
-    // The wrong branch: the rod would have to pull, or to slide against its own friction.
-    let (_, w, _) = slide_residual(support, touch, edge, x[0], x[1]);
-    if !converged || dot(w.force, edge) <= 0.0 || x[0] * sign < -1e-9 * speed {
-        x = slide_by_bisection(support, touch, edge, sign, stick);
-        r = evaluate(x);
-    }
-    Slide { slip: x[0], rotation: x[1], inverse: invert(&r) }
+    let pushes = dot(w.force, lifted_edge).value > 0.0;
+    (converged && pushes && x[0] * sign >= 0.0).then_some(x)
+}
+
+fn inverse2(m: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let k = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+    [[m[1][1] * k, -m[0][1] * k], [-m[1][0] * k, m[0][0] * k]]
 }
 
 /// The slow road: for each slip the best angular velocity, and bisection on the slip.
@@ -354,34 +346,67 @@ fn slide_by_bisection(
 }
 
 fn general<S: Scalar>(support: &Support<'_, S>, touch: &Touch<S>, friction: S) -> Response<S> {
-    let (values, touch_values) = (support.values(), touch.values());
-    let like = Support {
-        surface: Surface::Ellipsoid { c: values.surface.nominal_c() },
-        loaded: false,
-        inertia: None,
-        ..values
+    let (values, touch_values, mu) = (support.values(), touch.values(), friction.value());
+    let c = values.surface.nominal_c();
+    let like = Support { surface: Surface::Ellipsoid { c }, loaded: false, inertia: None, ..values };
+    let edge_of = |sign: f64| cone_edge(touch_values.normal, mu, sign);
+    // Where the ellipsoid like this surface slides, this one is likely to: a sliding motion that its own friction opposes needs
+    // no further check.
+    let likely = match ellipsoid(&like, c, &touch_values, mu).mode {
+        Mode::Left => Some(1.0),
+        Mode::Right => Some(-1.0),
+        _ => None,
     };
-    let guess = stick_guess(&like, &touch_values);
-    let (rotation, slope) = stick_root(&values, &touch_values, touch_values.velocity, guess);
-    let (_, w, _) = stick_residual(&values, &touch_values, touch_values.velocity, rotation);
-    let (n, mu) = (touch_values.normal, friction.value());
+    if let Some(sign) = likely {
+        let guess = slide_guess(&like, &touch_values, edge_of(sign));
+        if let Some(found) = slide_root(&values, &touch_values, edge_of(sign), sign, guess) {
+            return slide(support, &values, touch, friction, sign, found);
+        }
+    }
+    let u = touch_values.velocity;
+    let (rotation, slope) = stick_root(&values, &touch_values, u, stick_guess(&like, &touch_values));
+    let (_, w, _) = stick_residual(&values, &touch_values, u, rotation);
+    let n = touch_values.normal;
     let (normal_part, tangential) = (dot(w.force, n), dot(w.force, rot90(n)));
     if normal_part > 0.0 && tangential.abs() <= mu * normal_part {
-        let (residual, ..) = stick_residual(support, touch, touch.velocity, S::constant(rotation));
-        let rotation = S::constant(rotation) - residual * (1.0 / slope);
+        let mut rotation = S::constant(rotation);
+        if S::DIFFERENTIATES {
+            let (residual, ..) = stick_residual(support, touch, touch.velocity, rotation);
+            rotation -= residual * (1.0 / slope);
+        }
         let (_, w, twist) = stick_residual(support, touch, touch.velocity, rotation);
         return Response { mode: Mode::Stick, twist, force: w.force, slip: S::zero() };
     }
     let sign = if tangential >= 0.0 { 1.0 } else { -1.0 };
+    let edge = edge_of(sign);
+    let found = slide_root(&values, &touch_values, edge, sign, slide_guess(&like, &touch_values, edge))
+        .or_else(|| slide_root(&values, &touch_values, edge, sign, [0.0, rotation]))
+        .unwrap_or_else(|| slide_by_bisection(&values, &touch_values, edge, sign, rotation));
+    slide(support, &values, touch, friction, sign, found)
+}
+
+/// The response of a contact that slides, found at slip and angular velocity `found`, with derivatives.
+fn slide<S: Scalar>(
+    support: &Support<'_, S>,
+    values: &Support<'_, f64>,
+    touch: &Touch<S>,
+    friction: S,
+    sign: f64,
+    found: [f64; 2],
+) -> Response<S> {
     let edge = cone_edge(touch.normal, friction, sign);
-    let edge_values = edge.map(S::value);
-    let guess = slide_guess(&like, &touch_values, edge_values);
-    let found = slide_root(&values, &touch_values, edge_values, sign, guess, rotation);
-    let (slip, rotation) = (S::constant(found.slip), S::constant(found.rotation));
-    let (residual, ..) = slide_residual(support, touch, edge, slip, rotation);
-    let m = found.inverse;
-    let slip = slip - (residual[0] * m[0][0] + residual[1] * m[0][1]);
-    let rotation = rotation - (residual[0] * m[1][0] + residual[1] * m[1][1]);
+    let (mut slip, mut rotation) = (S::constant(found[0]), S::constant(found[1]));
+    if S::DIFFERENTIATES {
+        let slopes = {
+            let edge = edge.map(|x| Dual::<2>::constant(x.value()));
+            let (slip, rotation) = (Dual::variable(found[0], 0), Dual::variable(found[1], 1));
+            slide_residual(&values.lift(), &touch.values().lift(), edge, slip, rotation).0
+        };
+        let m = inverse2([slopes[0].d, slopes[1].d]);
+        let (residual, ..) = slide_residual(support, touch, edge, slip, rotation);
+        slip -= residual[0] * m[0][0] + residual[1] * m[0][1];
+        rotation -= residual[0] * m[1][0] + residual[1] * m[1][1];
+    }
     let (_, w, twist) = slide_residual(support, touch, edge, slip, rotation);
     Response { mode: slid(sign), twist, force: w.force, slip }
 }

@@ -167,13 +167,12 @@ pub(super) fn free_twist<S: Scalar>(support: &Support<'_, S>) -> Twist<S> {
             break;
         }
     }
-    let r = slopes(x);
-    let exact = support
-        .demand(&Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) });
-    let residual = [exact.force[0], exact.force[1], exact.moment];
-    let Some(inverse) = inverse3(r.map(|d| d.d)) else {
-        return Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) };
-    };
+    let constant =
+        |x: [f64; 3]| Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) };
+    let inverse = if S::DIFFERENTIATES { inverse3(slopes(x).map(|d| d.d)) } else { None };
+    let Some(inverse) = inverse else { return constant(x) };
+    let w = support.demand(&constant(x));
+    let residual = [w.force[0], w.force[1], w.moment];
     let corrected = [0, 1, 2].map(|i| {
         let by = residual[0] * inverse[i][0] + residual[1] * inverse[i][1] + residual[2] * inverse[i][2];
         S::constant(x[i]) - by
