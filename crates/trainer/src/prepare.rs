@@ -172,7 +172,7 @@ pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequenc
             }
             Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
         }
-        Recipe::HybridPlus => {
+        Recipe::HybridPlus | Recipe::NeuralPlus => {
             let (rows, u_width) = (q.time - 1, Scales::features(s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
             let mut next = vec![0.0; s];

@@ -17,6 +17,8 @@ pub enum Recipe {
     HybridStandardised,
     /// Ours: physics step by step, one latent per trajectory, learned deviations.
     HybridPlus,
+    /// The net of Hybrid+ without physics (pushing only): what physics is worth.
+    NeuralPlus,
 }
 
 impl Recipe {
@@ -27,6 +29,7 @@ impl Recipe {
             Recipe::Hybrid => "Hybrid",
             Recipe::HybridStandardised => "Hybrid-std",
             Recipe::HybridPlus => "Hybrid+",
+            Recipe::NeuralPlus => "Neural+",
         }
     }
 }
@@ -89,7 +92,7 @@ impl Settings {
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
                 ..paper
             },
-            Recipe::HybridPlus => Settings {
+            Recipe::HybridPlus | Recipe::NeuralPlus => Settings {
                 clip_norm: Some(100.0),
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
                 net: NetSettings { hidden: 32, layers: 1, latent: 2, sd_floor: 1e-2 },
@@ -120,7 +123,7 @@ impl Settings {
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
                 ..paper
             },
-            Recipe::HybridPlus => Settings {
+            Recipe::HybridPlus | Recipe::NeuralPlus => Settings {
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
                 net: NetSettings { hidden: 32, layers: 1, latent: 4, sd_floor: 1e-3 },
                 ..paper
@@ -133,6 +136,10 @@ impl Settings {
     /// # Errors
     /// [`TrainerError::Setting`], naming the key.
     pub fn check(&self) -> Result<(), TrainerError> {
+        if self.recipe == Recipe::NeuralPlus && !matches!(self.engine, EngineSpec::Push(_)) {
+            let rule = "is for pushing only";
+            return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
+        }
         let at_least_one = [
             ("iterations", self.iterations as usize),
             ("batch", self.batch),

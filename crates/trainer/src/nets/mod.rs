@@ -47,7 +47,7 @@ pub struct LossVars {
 pub enum Net {
     /// Neural, Hybrid and Hybrid-std.
     Dcvrnn(Dcvrnn),
-    /// Hybrid+.
+    /// Hybrid+ and Neural+.
     Stepwise(Stepwise),
 }
 
@@ -60,9 +60,9 @@ impl Net {
             recipe if pushing => condition::width(recipe),
             Recipe::Neural => state,
             Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-            Recipe::HybridPlus => Scales::features(state),
+            Recipe::HybridPlus | Recipe::NeuralPlus => Scales::features(state),
         };
-        if settings.recipe == Recipe::HybridPlus {
+        if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
             let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor };
             return Net::Stepwise(match pushing {

@@ -1,7 +1,8 @@
 //! What the nets read of a push, and what they give.
 //!
 //! - Neural: the rod in the frame of the start pose, the time since the sample before; gives the object's displacement.
-//! - Hybrid: the same and the displacement that the physics predicts; gives the displacement.
+//!   Neural+ reads and gives the same, with the net of Hybrid+.
+//! - Hybrid: the same as Neural and the displacement that the physics predicts; gives the displacement.
 //! - Hybrid+: dimensionless features of the physics' roll-out, in the frame of the first contact's normal; gives
 //!   the deviation from the roll-out, in units of c. Lengths are divided by c and times by sqrt(c / (mu g)), so that
 //!   another support or object of the same shape is, by dimensional analysis, the same problem.
@@ -49,7 +50,7 @@ pub(crate) struct Condition {
 /// Widths of the conditions by recipe.
 pub(crate) fn width(recipe: Recipe) -> usize {
     match recipe {
-        Recipe::Neural => 3,
+        Recipe::Neural | Recipe::NeuralPlus => 3,
         Recipe::Hybrid | Recipe::HybridStandardised => 6,
         Recipe::HybridPlus => 20,
     }
@@ -75,7 +76,8 @@ impl Condition {
                 (frame, base, engine.c_m)
             }
             _ => {
-                let path = if recipe == Recipe::Neural { Vec::new() } else { physics() };
+                let blind = matches!(recipe, Recipe::Neural | Recipe::NeuralPlus);
+                let path = if blind { Vec::new() } else { physics() };
                 for t in 0..time {
                     u.extend(frame.point([action(t)[0], action(t)[1]]));
                     u.push(lapse(t));

@@ -39,7 +39,7 @@ pub struct GpOptions {
 }
 
 /// The fitted model.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct GpPush {
     world: World,
     rod_radius_m: f64,
@@ -123,6 +123,12 @@ impl GpPush {
             })
             .collect();
         Ok(model)
+    }
+
+    /// The same processes for another object: its outline decides where the rod touches.
+    pub fn with_engine(&self, engine: &PushEngine) -> Self {
+        let world = engine.world().unwrap_or_else(|| self.world.clone());
+        GpPush { world, rod_radius_m: engine.rod_radius_m, ..self.clone() }
     }
 
     fn standard(&self, x: [f64; 3]) -> [f64; 3] {
