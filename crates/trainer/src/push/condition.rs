@@ -19,6 +19,10 @@ use serde::{Deserialize, Serialize};
 
 /// Standard units beyond which a condition is cut: what lies further was never trained on.
 const CUT: f64 = 6.0;
+/// Size of a deviation where nothing has moved, in units of c: that of the sensor's noise.
+const QUIET: f64 = 0.03;
+/// Deviation for the way slid.
+const SLIDE: f64 = 0.05;
 
 /// Scales of conditions and targets, fitted on the training set only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +49,8 @@ pub(crate) struct Condition {
     base: Vec<[f64; 3]>,
     /// Unit of length of the targets, m.
     length_m: f64,
+    /// Size of a likely deviation, relative to the others' `[time]`.
+    size: Vec<f64>,
 }
 
 /// Widths of the conditions by recipe.
@@ -65,7 +71,7 @@ impl Condition {
         let frame = StartFrame::new(start, 0.0);
         let physics = || engine.world().map(|w| engine.follow(&w, start, actions)).unwrap_or_default();
         let mut u = Vec::with_capacity(time * width(recipe));
-        let (frame, base, length_m) = match recipe {
+        let (frame, base, length_m, size) = match recipe {
             Recipe::HybridPlus => {
                 let path = physics();
                 let turn = normal_angle(&path, start[2]);
@@ -73,7 +79,8 @@ impl Condition {
                 let pose = |p: &Pose<f64>| frame.pose(&[p.position[0], p.position[1], p.angle]);
                 let base: Vec<[f64; 3]> = path.iter().map(|(p, _)| pose(p)).collect();
                 features(engine, &frame, turn, &path, &base, actions, &mut u);
-                (frame, base, engine.c_m)
+                let size = sizes(engine, &base, actions);
+                (frame, base, engine.c_m, size)
             }
             _ => {
                 let blind = matches!(recipe, Recipe::Neural | Recipe::NeuralPlus);
@@ -85,29 +92,31 @@ impl Condition {
                         u.extend(frame.pose(&[p.position[0], p.position[1], p.angle]));
                     }
                 }
-                (frame, vec![[0.0; 3]; time], 1.0)
+                (frame, vec![[0.0; 3]; time], 1.0, vec![1.0; time])
             }
         };
-        Condition { time, width: width(recipe), u, frame, base, length_m }
+        Condition { time, width: width(recipe), u, frame, base, length_m, size }
     }
 
     /// Targets `[time, 3]` of measured states.
     pub fn targets(&self, states: &[f64]) -> Vec<f64> {
-        let rows = states.chunks_exact(3).zip(&self.base);
-        rows.flat_map(|(s, b)| {
+        let rows = states.chunks_exact(3).zip(self.base.iter().zip(&self.size));
+        rows.flat_map(|(s, (b, size))| {
             let p = self.frame.pose(s);
-            [(p[0] - b[0]) / self.length_m, (p[1] - b[1]) / self.length_m, p[2] - b[2]]
+            let unit = self.length_m * size;
+            [(p[0] - b[0]) / unit, (p[1] - b[1]) / unit, (p[2] - b[2]) / size]
         })
         .collect()
     }
 
     /// The pose at sample `t` of a target in its own unit, in the frame of the data.
     pub fn restore(&self, t: usize, target: [f64; 3]) -> [f64; 3] {
-        let b = self.base[t];
+        let (b, size) = (self.base[t], self.size[t]);
+        let unit = self.length_m * size;
         self.frame.pose_back([
-            b[0] + self.length_m * target[0],
-            b[1] + self.length_m * target[1],
-            b[2] + target[2],
+            b[0] + unit * target[0],
+            b[1] + unit * target[1],
+            b[2] + size * target[2],
         ])
     }
 }
@@ -175,6 +184,30 @@ fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
         let inward = Rotation::new(pose.angle - start_angle).to_world(instant.outward.map(|n| -n));
         inward[1].atan2(inward[0])
     })
+}
+
+/// How large a deviation from the roll-out is likely, sample by sample: it grows with how far the object has moved and
+/// with how far it would coast at the fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a
+/// fast one by centimetres; in these units both are of order one.
+fn sizes(engine: &PushEngine, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
+    let deceleration = engine.support_friction * GRAVITY_M_S2;
+    let (mut moved, mut coast) = (0.0, 0.0_f64);
+    let mut out = Vec::with_capacity(base.len());
+    for (t, pose) in base.iter().enumerate() {
+        if t > 0 {
+            let before = base[t - 1];
+            let step = (pose[0] - before[0]).hypot(pose[1] - before[1]) / engine.c_m;
+            let turn = (pose[2] - before[2]).abs();
+            moved += step + turn;
+            if step + turn > 0.0 {
+                let (a, b) = (&actions[3 * (t - 1)..3 * t], &actions[3 * t..3 * t + 3]);
+                let speed = (b[0] - a[0]).hypot(b[1] - a[1]) / (b[2] - a[2]).max(1e-6);
+                coast = coast.max(speed * speed / (2.0 * deceleration * engine.c_m));
+            }
+        }
+        out.push(QUIET + SLIDE * moved + coast);
+    }
+    out
 }
 
 /// Dimensionless features of the roll-out, [`width`] a row.
