@@ -1,9 +1,11 @@
 //! What a user waits for: one training iteration of the ball configuration (batch 100, 400 samples), on
 //! one thread and on all, and the 100 sampled forecasts of one trajectory. Data by the paper's law.
 //!
-//! Throughput of an iteration is in trajectory samples (batch times 400): criterion's `elem/s` are samples
-//! per second; that of a forecast is in samples of all 100 sampled trajectories.
+//! Throughput of an iteration of the paper's nets is in floating-point operations (products only), so that
+//! criterion's `Gelem/s` are GFLOP/s; elsewhere it is in trajectory samples.
 
+use augsim_benches::flops::{BALL, Extents};
+use augsim_benches::ok;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_trainer::{
     EngineSpec, Forecaster, NetModel, Recipe, SAMPLES, Sequences, Settings, Task, Training,
@@ -11,10 +13,6 @@ use augsim_trainer::{
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::ThreadPoolBuilder;
 use std::hint::black_box;
-
-fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
-    result.unwrap_or_else(|e| panic!("{e}"))
-}
 
 fn data() -> Sequences {
     ok(Sequences::new(&ok(PaperLaw::default().generate(200, 1)).0, &["height_m", "velocity_m_s"]))
@@ -35,7 +33,13 @@ fn iteration(c: &mut Criterion) {
         threads.dedup();
         for threads in threads {
             let mut training = training(recipe, &data);
-            group.throughput(Throughput::Elements(training.settings().batch as u64 * 400));
+            let samples = training.settings().batch as u64 * 400;
+            let work = match recipe {
+                Recipe::Neural => Extents { condition: 2, ..BALL }.training(100, 400) as u64,
+                Recipe::Hybrid => BALL.training(100, 400) as u64,
+                _ => samples,
+            };
+            group.throughput(Throughput::Elements(work));
             let pool = ok(ThreadPoolBuilder::new().num_threads(threads).build());
             group.bench_function(format!("{}, {threads} threads", recipe.label()), |b| {
                 pool.install(|| {

@@ -1,9 +1,10 @@
-//! Contract: the SIMD kernels compute what their plain twins compute, on random shapes that include
-//! tails in the batch and in the features, empty extents and single elements, with and without an
-//! initial state. The twin runs in f64, so the tolerance is single-precision rounding times the length
+//! Contract: at every level of this machine the SIMD kernels compute what their plain twins compute, on
+//! random shapes that include tails in the batch and in the features, empty extents and single elements,
+//! with and without an initial state. The twin runs in f64, so the tolerance is single-precision rounding times the length
 //! of the longest sum (about eps * sqrt(T * B) * values of order 1).
 
 use augsim_tensor::kernels::*;
+use augsim_tensor::simd::Level;
 use augsim_tests::random::normals_f32;
 
 fn wide(x: &[f32]) -> Vec<f64> {
@@ -18,7 +19,7 @@ fn assert_close(what: &str, got: &[f32], want: &[f64], tolerance: f64) {
     }
 }
 
-fn check_gru(dims: GruDims, seed: u64, initial: bool) {
+fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
     let GruDims { time, input, hidden, batch } = dims;
     let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
         normals_f32(seed * 100 + k, n).into_iter().map(|v| v * scale).collect()
@@ -34,12 +35,13 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
     let mut scratch = vec![f32::NAN; gru_simd::scratch(input, hidden)];
     let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b_ih, b_hh: &b_hh };
     let args = GruForward { dims, weights, x: &x, h0: &h0, y: &mut y, saved: &mut saved };
-    gru_simd::forward(args, &mut scratch);
+    gru_simd::forward_at(level, args, &mut scratch);
     let mut grads: Vec<Vec<f32>> =
         [x.len(), h0.len(), w_ih.len(), w_hh.len(), b_ih.len(), b_hh.len()].map(|n| vec![0.5; n]).into();
     let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut grads[..] else { unreachable!() };
     scratch.fill(f32::NAN);
-    gru_simd::backward(
+    gru_simd::backward_at(
+        level,
         GruBackward {
             dims,
             weights,
@@ -49,6 +51,7 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
             saved: &saved,
             dy: &dy,
             dx,
+            dx_fresh: initial,
             dh0,
             dw_ih,
             dw_hh,
@@ -76,6 +79,7 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
             saved: &saved64,
             dy: &dy,
             dx,
+            dx_fresh: initial,
             dh0,
             dw_ih,
             dw_hh,
@@ -85,7 +89,7 @@ fn check_gru(dims: GruDims, seed: u64, initial: bool) {
         &mut scratch,
     );
 
-    let label = format!("{dims:?} h0 {initial}");
+    let label = format!("{level:?} {dims:?} h0 {initial}");
     assert_close(&format!("{label} y"), &y, &y64, 5e-6);
     assert_close(&format!("{label} saved"), &saved, &saved64, 2e-5);
     for ((name, got), want) in ["dx", "dh0", "dw_ih", "dw_hh", "db_ih", "db_hh"].iter().zip(&grads).zip(&want)
@@ -110,46 +114,139 @@ fn gru_simd_equals_its_twin() {
         (4, 3, 5, 0),
     ];
     for (i, (time, input, hidden, batch)) in shapes.into_iter().enumerate() {
-        for initial in [false, true] {
-            check_gru(GruDims { time, input, hidden, batch }, i as u64 + 1, initial);
+        for (level, initial) in Level::available().flat_map(|l| [(l, false), (l, true)]) {
+            check_gru(level, GruDims { time, input, hidden, batch }, i as u64 + 1, initial);
         }
+    }
+}
+
+/// Extents drawn at random: `n` numbers of at most `limits`.
+fn extents<const N: usize>(seed: u64, limits: [usize; N]) -> [usize; N] {
+    let draws = normals_f32(seed, N);
+    let mut draws = draws.into_iter();
+    limits.map(|limit| ((draws.next().unwrap_or(0.0).abs() * 1e4) as usize) % limit + 1)
+}
+
+#[test]
+fn gru_simd_equals_its_twin_on_random_shapes() {
+    for seed in 100..120 {
+        let [time, input, hidden, batch] = extents(seed, [70, 20, 24, 40]);
+        for level in Level::available() {
+            check_gru(level, GruDims { time, input, hidden, batch }, seed, seed % 2 == 0);
+        }
+    }
+}
+
+fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool) {
+    let LinearDims { time, input, output, batch } = dims;
+    let draw = |k: u64, n: usize| normals_f32(seed * 10 + k, n);
+    let (w, b) = (draw(1, output * input), draw(2, output));
+    let (x, dy) = (draw(3, time * input * batch), draw(4, time * output * batch));
+    let mut scratch = vec![f32::NAN; linear_simd::scratch(input, output)];
+    let mut y = vec![0.0; dy.len()];
+    linear_simd::forward_at(level, LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
+    let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
+    scratch.fill(f32::NAN);
+    let (gx, gw, gb) = (&mut dx, &mut dw, &mut db);
+    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    linear_simd::backward_at(level, args, &mut scratch);
+
+    let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
+    let mut y64 = vec![0.0; dy.len()];
+    linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
+    let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
+    let (gx, gw, gb) = (&mut dx64, &mut dw64, &mut db64);
+    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    linear_reference::backward(args);
+    for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)] {
+        assert_close(&format!("{level:?} {dims:?} {name}"), got, want, 1e-4);
     }
 }
 
 #[test]
 fn linear_simd_equals_its_twin() {
     let shapes = [
-        (7, 3, 4, 5),
-        (1, 1, 1, 1),
-        (40, 16, 8, 100),
-        (17, 13, 9, 33),
-        (3, 4, 2, 0),
-        (0, 2, 2, 3),
-        (5, 0, 3, 4),
+        [7, 3, 4, 5],
+        [1, 1, 1, 1],
+        [40, 16, 8, 100],
+        [17, 13, 9, 33],
+        [3, 4, 2, 0],
+        [0, 2, 2, 3],
+        [5, 0, 3, 4],
+        [6, 3, 0, 4],
     ];
-    for (seed, (time, input, output, batch)) in shapes.into_iter().enumerate() {
-        let dims = LinearDims { time, input, output, batch };
-        let draw = |k: u64, n: usize| normals_f32(seed as u64 * 10 + k, n);
-        let (w, b) = (draw(1, output * input), draw(2, output));
-        let (x, dy) = (draw(3, time * input * batch), draw(4, time * output * batch));
-        let mut scratch = vec![f32::NAN; linear_simd::scratch(input, output)];
-        let mut y = vec![0.0; dy.len()];
-        linear_simd::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
-        let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
-        scratch.fill(f32::NAN);
-        let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx, dw: &mut dw, db: &mut db };
-        linear_simd::backward(args, &mut scratch);
+    let random = (200..220).map(|seed| extents(seed, [70, 40, 40, 40]));
+    for (seed, [time, input, output, batch]) in shapes.into_iter().chain(random).enumerate() {
+        for level in Level::available() {
+            let dims = LinearDims { time, input, output, batch };
+            check_linear(level, dims, seed as u64, seed % 2 == 0);
+        }
+    }
+}
 
-        let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
-        let mut y64 = vec![0.0; dy.len()];
-        linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
-        let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
-        let args =
-            LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: &mut dx64, dw: &mut dw64, db: &mut db64 };
-        linear_reference::backward(args);
-        for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)]
+/// A sequence in pieces through packed weights is the sequence at once, bit for bit.
+#[test]
+fn a_packed_gru_continues_where_it_stopped() {
+    for (level, batch) in Level::available().flat_map(|l| [1, 5, 16, 19].map(|b| (l, b))) {
+        let (time, input, hidden) = (45, 6, 10);
+        let (w_ih, w_hh) = (normals_f32(1, 3 * hidden * input), normals_f32(2, 3 * hidden * hidden));
+        let (b_ih, b_hh) = (normals_f32(3, 3 * hidden), normals_f32(4, 3 * hidden));
+        let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b_ih, b_hh: &b_hh };
+        let x = normals_f32(5, time * input * batch);
+        let mut want = vec![0.0; time * hidden * batch];
+        let mut scratch = vec![f32::NAN; gru_simd::scratch(input, hidden)];
+        let dims = GruDims { time, input, hidden, batch };
+        let args = GruForward { dims, weights, x: &x, h0: &[], y: &mut want, saved: &mut [] };
+        gru_simd::forward_at(level, args, &mut scratch);
+
+        let gru = PackedGru::new(level, weights, input, hidden);
+        let (mut h, mut got) = (vec![0.0; hidden * batch], vec![0.0; want.len()]);
+        let mut scratch = vec![f32::NAN; gru.scratch()];
+        for (start, end) in [(0, 1), (1, 2), (2, 40), (40, 45)] {
+            let x = &x[start * input * batch..end * input * batch];
+            gru.run(x, &mut h, &mut got[start * hidden * batch..end * hidden * batch], &mut scratch);
+        }
+        assert_eq!(got, want, "{level:?}, batch {batch}");
+        assert_eq!(h, want[(time - 1) * hidden * batch..]);
+    }
+}
+
+/// The losses in lanes against their twins in f64, with every length of tail.
+#[test]
+fn pointwise_kernels_equal_their_twins() {
+    for n in 0..40 {
+        let [mq, mp, g] = [1, 2, 3].map(|k| normals_f32(k + 10 * n as u64, n));
+        let [sq, sp] = [4, 5].map(|k| -> Vec<f32> {
+            normals_f32(k + 10 * n as u64, n).into_iter().map(|v| 0.3 + v.abs()).collect()
+        });
+        let [mq64, mp64, g64, sq64, sp64] = [&mq, &mp, &g, &sq, &sp].map(|v| wide(v));
+        let (mut y, mut y64) = (vec![0.0; n], vec![0.0; n]);
+        let (mut d, mut d64) = (vec![vec![0.5; n]; 4], vec![vec![0.5; n]; 4]);
+        let check = |what: &str, y: &[f32], y64: &[f64]| assert_close(&format!("{what}, {n}"), y, y64, 3e-5);
+
+        pointwise::gaussian_kl([&mq, &sq, &mp, &sp], &mut y);
+        pointwise_reference::gaussian_kl([&mq64[..], &sq64, &mp64, &sp64], &mut y64);
+        check("kl", &y, &y64);
+        pointwise::gaussian_nll([&mq, &mp, &sp], &mut y);
+        pointwise_reference::gaussian_nll([&mq64[..], &mp64, &sp64], &mut y64);
+        check("nll", &y, &y64);
+        pointwise::softplus(&mq, &mut y);
+        pointwise_reference::softplus(&mq64, &mut y64);
+        check("softplus", &y, &y64);
         {
-            assert_close(&format!("{dims:?} {name}"), got, want, 1e-4);
+            let [a, b, c, e] = &mut d[..] else { unreachable!() };
+            pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e]);
+            let [a, b, c, _] = &mut d[..] else { unreachable!() };
+            pointwise::gaussian_nll_vjp([&mq, &mp, &sp], &g, [a, b, c]);
+            pointwise::softplus_vjp(&mq, &g, a);
+            let [a, b, c, e] = &mut d64[..] else { unreachable!() };
+            pointwise_reference::gaussian_kl_vjp([&mq64[..], &sq64, &mp64, &sp64], &g64, [a, b, c, e]);
+            let [a, b, c, _] = &mut d64[..] else { unreachable!() };
+            pointwise_reference::gaussian_nll_vjp([&mq64[..], &mp64, &sp64], &g64, [a, b, c]);
+            pointwise_reference::softplus_vjp(&mq64, &g64, a);
+        }
+        for (d, d64) in d.iter().zip(&d64) {
+            check("gradients", d, d64);
         }
     }
 }
@@ -164,13 +261,15 @@ fn gru_simd_hands_nan_on() {
     let mut x = draw(4, 3 * 2 * 19);
     let (at, sequence) = (1, 17);
     x[(at * 2 + 1) * 19 + sequence] = f32::NAN;
-    let mut y = vec![0.0; 3 * 5 * 19];
     let mut scratch = vec![0.0; gru_simd::scratch(2, 5)];
     let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b, b_hh: &b };
-    let args = GruForward { dims, weights, x: &x, h0: &[], y: &mut y, saved: &mut [] };
-    gru_simd::forward(args, &mut scratch);
-    for (i, y) in y.iter().enumerate() {
-        let affected = i % 19 == sequence && i / (5 * 19) >= at;
-        assert_eq!(y.is_nan(), affected, "element {i} is {y}");
+    for level in Level::available() {
+        let mut y = vec![0.0; 3 * 5 * 19];
+        let args = GruForward { dims, weights, x: &x, h0: &[], y: &mut y, saved: &mut [] };
+        gru_simd::forward_at(level, args, &mut scratch);
+        for (i, y) in y.iter().enumerate() {
+            let affected = i % 19 == sequence && i / (5 * 19) >= at;
+            assert_eq!(y.is_nan(), affected, "{level:?}: element {i} is {y}");
+        }
     }
 }

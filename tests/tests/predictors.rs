@@ -70,7 +70,8 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
     let ball = BulletBall { restitution: fixed.restitution_mean, ..fixed.ball };
     let exact = Physics(EngineSpec::PybulletBall(ball));
     for q in &test.items {
-        let got = ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: 0 }, SAMPLES));
+        let got =
+            ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: 0 }, SAMPLES));
         assert_eq!(got.count, 1);
         // Forecasts are single precision; the data are at most 10 in size: half a unit in the last place.
         for (g, want) in got.values.iter().zip(&q.states) {
@@ -98,7 +99,8 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
         .enumerate()
         .map(|(i, q)| {
             score(
-                &ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: i as u64 }, 1)),
+                &ok(exact
+                    .forecast(Task { start: q.state(0), actions: &[], time: q.time, index: i as u64 }, 1)),
                 &q.states,
                 2,
             )

@@ -97,13 +97,19 @@ fn stopping_and_going_on_is_as_if_never_stopped() {
             (k..6).for_each(|_| {
                 ok(training.step());
             });
-            assert!(bytes(training.state()) == bytes(&whole), "{recipe:?}: stopping after {k} changes the run");
+            assert!(
+                bytes(training.state()) == bytes(&whole),
+                "{recipe:?}: stopping after {k} changes the run"
+            );
         }
     }
     let mut touched = data.clone();
     touched.items[3].actions[0] += 1e-12;
     let refused = Training::resume(run(Recipe::HybridPlus, &data, 1), &touched);
-    assert!(refused.is_err_and(|e| e.to_string().contains("trained on other data")), "other rods are other data");
+    assert!(
+        refused.is_err_and(|e| e.to_string().contains("trained on other data")),
+        "other rods are other data"
+    );
 }
 
 #[test]
@@ -237,7 +243,11 @@ fn a_forecast_does_not_see_what_comes_later() {
         let (a, b) = (run(&slow.actions), run(&aside));
         let width = 3 * a.count;
         assert_eq!(a.values[..known * width], b.values[..known * width], "{recipe:?} sees the rod's future");
-        assert_ne!(a.values[(known + 5) * width..], b.values[(known + 5) * width..], "{recipe:?} ignores the rod");
+        assert_ne!(
+            a.values[(known + 5) * width..],
+            b.values[(known + 5) * width..],
+            "{recipe:?} ignores the rod"
+        );
     }
 }
 
@@ -254,7 +264,10 @@ fn the_hybrid_forecasts_better_than_its_physics_and_the_gp_better_than_rest() {
     let hybrid = score(&ok(NetModel::new(ok(training.finish()).clone())));
     let physics = score(&Physics(EngineSpec::Push(engine())));
     // Measured: about half of the physics' errors.
-    assert!(hybrid.pos_mm < 0.75 * physics.pos_mm && hybrid.rot_deg < 0.75 * physics.rot_deg, "{hybrid:?} {physics:?}");
+    assert!(
+        hybrid.pos_mm < 0.75 * physics.pos_mm && hybrid.rot_deg < 0.75 * physics.rot_deg,
+        "{hybrid:?} {physics:?}"
+    );
     let gp = score(&ok(GpPush::fit(&engine(), &train, GpOptions { steps: 200, seed: 1 })));
     let still = score(&Still);
     assert!(gp.pos_mm < 0.5 * still.pos_mm, "{gp:?} {still:?}");
@@ -294,12 +307,18 @@ fn windows_and_thinning_keep_measured_samples() {
 
 #[test]
 fn unfit_data_and_settings_are_refused() {
-    let refused = |r: Result<Training, augsim_trainer::TrainerError>| r.map_or_else(|e| e.to_string(), |_| "accepted".into());
+    let refused = |r: Result<Training, augsim_trainer::TrainerError>| {
+        r.map_or_else(|e| e.to_string(), |_| "accepted".into())
+    };
     let pushes = data(3, 1);
     let mut blind = pushes.clone();
     blind.action_columns.clear();
     let text = refused(Training::new(settings(Recipe::Hybrid), &blind));
-    assert!(text.ends_with("the engine's actions are pusher_x_m, pusher_y_m, t_s, the data's are ") || text.contains("actions are pusher_x_m"), "{text}");
+    assert!(
+        text.ends_with("the engine's actions are pusher_x_m, pusher_y_m, t_s, the data's are ")
+            || text.contains("actions are pusher_x_m"),
+        "{text}"
+    );
     let ball = EngineSpec::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
     let text = refused(Training::new(Settings { engine: ball, ..settings(Recipe::NeuralPlus) }, &pushes));
     assert_eq!(text, "setting `recipe` = Neural+: is for pushing only");

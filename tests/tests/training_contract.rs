@@ -7,6 +7,7 @@
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_tensor::simd::Level;
 use augsim_tensor::{Scalar, Tape, TensorError};
 use augsim_tests::random::normals;
 use augsim_trainer::nets::{Net, Tile};
@@ -75,6 +76,33 @@ fn one_two_and_seven_threads_give_the_same_bytes() {
             let [one, two, seven] = [1, 2, 7].map(|n| bytes(&on_threads(n, || run(recipe, &data, 6))));
             assert!(one == two && one == seven, "{recipe:?}, {what} lengths: threads change the run");
         }
+    }
+    // For the test below, which runs this one at forced levels.
+    let loss = run(Recipe::Hybrid, &equal(), 6).1[5].loss;
+    println!("level and loss: {} {loss}", Level::current().name());
+}
+
+/// The same at every level that this machine can be forced to: the variable is read once a process.
+#[test]
+fn threads_do_not_change_the_bytes_at_any_forced_level() {
+    let mut losses = Vec::new();
+    for level in Level::available() {
+        let output = Command::new(ok(std::env::current_exe()))
+            .args(["--exact", "one_two_and_seven_threads_give_the_same_bytes", "--nocapture"])
+            .env(augsim_tensor::simd::VARIABLE, level.name())
+            .output();
+        let output = ok(output);
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{level:?}: {text}");
+        let line = text.lines().find_map(|l| l.split("level and loss: ").nth(1));
+        let (name, loss) =
+            line.and_then(|l| l.split_once(' ')).unwrap_or_else(|| panic!("{level:?}: {text}"));
+        assert_eq!(name, level.name(), "the variable was not heeded");
+        losses.push(ok(loss.parse::<f64>()));
+    }
+    // Levels round differently, and no more than that: six iterations from the same start.
+    for loss in &losses {
+        assert!((loss / losses[0] - 1.0).abs() < 1e-4, "losses by level: {losses:?}");
     }
 }
 

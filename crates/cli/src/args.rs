@@ -219,6 +219,8 @@ pub enum Scenario {
     Ball,
     /// Planar pushing.
     Push,
+    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one.
+    Loop,
 }
 
 /// Options of `reproduce`.
@@ -228,13 +230,13 @@ pub struct Reproduce {
     pub scenario: Scenario,
     /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`. Push: directory with published MIT Push files (folders
     /// `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both. What is not there is generated, and the table says
-    /// so.
+    /// so. Loop: the folder of all sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Ball: test drops, where they are generated.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`).
+    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`).
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// A tenth of the iterations; of pushes, also fewer and on fewer sets.

@@ -2,6 +2,7 @@
 
 mod args;
 mod ball;
+mod chain;
 mod commands;
 mod discovery_page;
 mod exit;
@@ -13,6 +14,7 @@ mod run_dir;
 mod session;
 
 use args::Args;
+use augsim_tensor::simd::Level;
 use clap::Parser;
 use std::process::ExitCode;
 
@@ -20,12 +22,18 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
+        .and_then(|()| instruction_set())
         .and_then(|()| threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
     match result {
         Ok(outcome) => outcome.code(),
         Err(error) => exit::report(&error),
     }
+}
+
+/// Refuses an instruction set that the environment asks for and this machine does not have.
+fn instruction_set() -> anyhow::Result<()> {
+    Level::requested().map(|_| ()).map_err(|e| exit::Usage(e.to_string()).into())
 }
 
 /// Sets the number of worker threads; results do not depend on it.

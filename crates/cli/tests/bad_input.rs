@@ -161,6 +161,21 @@ fn usage_errors_have_code_2() {
 }
 
 #[test]
+fn an_instruction_set_that_is_not_there_has_code_2() {
+    let output = Command::new(env!("CARGO_BIN_EXE_augsim"))
+        .args(["data", "inspect", "none.csv"])
+        .env("AUGSIM_SIMD", "mmx")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        text.contains("AUGSIM_SIMD=mmx names no instruction set of this machine; it has scalar"),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_criterion_that_is_not_met_has_code_1() {
     let (dir, _) = trained();
     let with = |limit: &str| {

@@ -72,10 +72,9 @@ pub fn assess(
         }
     }
     let best = best.unwrap_or_else(|| search.judge(base.clone()));
-    let held = search.heldout(&best.fit);
     Ok(Assessment {
         gain: 2.0 * (best.fit.ll - base.ll),
         penalty: additions.iter().map(|a| search.penalty(a)).sum(),
-        rmse_m: forecast::rmse(&forecast::errors(&search.test, &held)),
+        rmse_m: forecast::rmse(&forecast::errors(&search.test, &best.fit, &best.fit.theta)),
     })
 }

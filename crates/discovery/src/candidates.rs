@@ -6,6 +6,9 @@ use augsim_physics::ball::{Axes, ImpactRecord, RADIUS, RESTITUTION};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
 use augsim_physics::model::{Model, Per, Release};
 
+/// Most groups for which an effect is offered with one value a group: beyond, that is a description, not a law.
+const MOST_GROUPS: usize = 20;
+
 /// Library effects that these data can speak about; with several groups each in two variants. The scatter of restitution is
 /// tried by another rule.
 pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
@@ -23,6 +26,7 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
             Needs::Horizontal => horizontal && !(friction && data.has_spin && !radius_known),
             Needs::Lateral => data.axes == Axes::Space,
             Needs::Spin => data.has_spin && horizontal,
+            Needs::SpinInSpace => data.has_spin && data.axes == Axes::Space,
             Needs::StartTime => data.has_start_time,
             Needs::ReleaseAtRest => model.release == Release::Rest,
             Needs::Effect(_) => horizontal,
@@ -31,7 +35,7 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         let known = spec.kind == "vertical-acceleration" && !model.parameters[0].frozen;
         if possible && !declared && !known {
             out.push(Addition::Kind(spec.kind, Per::All));
-            if data.groups.len() > 1
+            if (2..=MOST_GROUPS).contains(&data.groups.len())
                 && data.groups.len() < data.records.len()
                 && !matches!(spec.needs, Needs::Effect(_))
             {

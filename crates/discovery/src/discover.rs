@@ -20,6 +20,9 @@ use std::time::Instant;
 /// By how much a table must lower the criterion before the library's answer is given up.
 const MARGIN: f64 = 10.0;
 
+/// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
+const LAWFUL: f64 = 0.8;
+
 /// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
 /// terminal speed, below the quarter that wrong units leave.
 const HOPELESS: f64 = 0.2;
@@ -42,23 +45,31 @@ pub fn discover(
     let prepared = prepare(model, data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
     let on = |chosen| Sample { data: measured, chosen, correlation: noise.correlation };
-    let search = Search::new(model, on(train), on(test));
+    let mut search = Search::new(model, on(train), on(test));
 
     progress(Progress::Calibration);
     check_calibration(model, &search.train)?;
     let base = calibrate(model, &search.train);
 
     progress(Progress::Search);
-    let found = search.run(base);
+    let mut found = search.run(base);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned();
     let Some(base) = base else {
         let (data, found) = (measured.name.clone(), 0);
         return Err(DiscoveryError::TooFew { data, found });
     };
-    let mut best = found.pool.first().cloned().unwrap_or_else(|| base.clone());
-    if best.heldout_ll <= base.heldout_ll {
-        best = base.clone();
+    let mut best = confirmed(&found, &base);
+    let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
+    if best.fit.hypothesis.scatter.is_some() && forecast_of(&best) > 0.95 * forecast_of(&base) {
+        // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
+        search.scatter = false;
+        let other = search.run(base.fit.clone());
+        let lawful = confirmed(&other, &base);
+        let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
+        if forecast_of(&lawful) < LAWFUL * forecast_of(&best) {
+            (found, best) = (other, lawful);
+        }
     }
 
     progress(Progress::Adequacy);
@@ -115,22 +126,33 @@ pub fn discover(
     }))
 }
 
+/// The best of a search, if the held-out part confirms it.
+fn confirmed(found: &crate::search::Found, base: &Judged) -> Judged {
+    found.pool.first().filter(|best| best.heldout_ll > base.heldout_ll).unwrap_or(base).clone()
+}
+
 /// The declared model fitted.
 pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
     let h = Hypothesis::new(model, train.data, &[]);
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
-/// Nominal values, with the restitution at the median of the rough speed ratios.
+/// Nominal values, with the restitution (of each group, where it has its own) at the median of the rough speed ratios.
 pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
-    let mut ratios: Vec<f64> = train.records().flat_map(|r| r.ratios.iter().copied()).collect();
-    let rough = median(&mut ratios);
+    let rough = |group: Option<usize>| {
+        let chosen = train.records().filter(|r| group.is_none_or(|g| r.group == g));
+        median(&mut chosen.flat_map(|r| r.ratios.iter().copied()).collect::<Vec<_>>())
+    };
+    let all = rough(None);
     let mut at = 0;
     for f in &h.free {
         let width = h.width(f);
-        if f.index == RESTITUTION && rough > 0.0 {
-            theta[at..at + width].fill(rough.clamp(f.min, f.max));
+        if f.index == RESTITUTION && all > 0.0 {
+            for (group, value) in theta[at..at + width].iter_mut().enumerate() {
+                let own = if width > 1 { rough(Some(group)) } else { all };
+                *value = if own > 0.0 { own } else { all }.clamp(f.min, f.max);
+            }
         }
         at += width;
     }
@@ -192,16 +214,13 @@ fn error_table(
     options: &Options,
 ) -> ErrorTable {
     let test = &search.test;
-    let of = |f: &Fit, theta: &[f64]| {
-        let held = fit_nuisance(test, &f.hypothesis, theta, &[]);
-        (forecast::errors(test, &held), held)
-    };
     let plain = Hypothesis::new(model, test.data, &[]);
     let nominal = plain.theta_start(0.0);
-    let (declared, _) = of(&base.fit, &nominal);
-    let (calibrated, _) = of(&base.fit, &base.fit.theta);
-    let (augmented, held) = of(&best.fit, &best.fit.theta);
-    let floor = forecast::floor(test, &held, options.seed);
+    let declared = forecast::errors(test, &base.fit, &nominal);
+    let calibrated = forecast::errors(test, &base.fit, &base.fit.theta);
+    let augmented = forecast::errors(test, &best.fit, &best.fit.theta);
+    let held = fit_nuisance(test, &best.fit.hypothesis, &best.fit.theta, &[]);
+    let floor = forecast::floor(test, &best.fit, &held, options.seed);
     let row = |e: &forecast::Errors| Rmse {
         rmse: forecast::rmse(e),
         ci95: forecast::bootstrap(&[e], options.seed, |r| r[0]),

@@ -101,6 +101,8 @@ pub(crate) struct Point<'a> {
     pub prior: f64,
     pub shared: bool,
     pub held: bool,
+    /// Mean and 1/sd² of each of the trajectory's own parameters; 1/sd² is 0 where nothing is known.
+    own_prior: Vec<(f64, f64)>,
 }
 
 impl<'a> Point<'a> {
@@ -132,6 +134,12 @@ impl<'a> Point<'a> {
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
             shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
             held: h.release == Release::Rest,
+            own_prior: h
+                .free
+                .iter()
+                .filter(|f| f.per == Per::Trajectory)
+                .map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2))))
+                .collect(),
         }
     }
 
@@ -198,12 +206,26 @@ impl<'a> Point<'a> {
     }
 }
 
-/// Normal equations of one trajectory: `h = J'J`, `g = J'r`, `q = r'r`, priors of the offsets included.
+/// Degrees of freedom of the scale that each trajectory's misfit has of its own.
+const SCALE_FREEDOM: f64 = 8.0;
+
+/// Cost and weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom: minus
+/// twice the logarithm of a multivariate t density (Lange, Little and Taylor 1989). Near `q = m` it is the Gaussian cost; a
+/// trajectory that no hypothesis follows (a hand in the way, a wrong covariate) counts with the logarithm of its misfit.
+fn robust(q: f64, m: f64) -> (f64, f64) {
+    let n = SCALE_FREEDOM + m;
+    (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
+}
+
+/// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
+/// of the trajectory.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {
     pub h: Square,
     pub g: Vec<f64>,
     pub q: f64,
+    /// Weight of the trajectory in the fit, about 1 where the model follows it.
+    pub weight: f64,
     pub impacts: Vec<ImpactRecord<f64>>,
 }
 
@@ -231,7 +253,7 @@ fn normal_wide<const N: usize>(
     let count = (lanes.common() + lanes.nuisances()).min(N);
     let run = point.simulate(lanes, record, &record.times, Dual::<N>::variable);
     let mut h = vec![[0.0; N]; N];
-    let (mut g, mut q) = ([0.0; N], 0.0);
+    let (mut g, mut q, mut terms) = ([0.0; N], 0.0, 0.0);
     let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
     for (c, &axis) in point.world.axes.indices().iter().enumerate() {
         let mut previous: Option<(f64, [f64; N])> = None;
@@ -254,6 +276,7 @@ fn normal_wide<const N: usize>(
                 previous = Some((r0, d0));
             }
             q += r * r;
+            terms += 1.0;
             for i in 0..count {
                 g[i] += d[i] * r;
                 let (row, di) = (&mut h[i], d[i]);
@@ -265,18 +288,22 @@ fn normal_wide<const N: usize>(
             }
         }
     }
+    let free: f64 = terms - lanes.fixed_nuisances() as f64;
+    let (mut q, weight) = robust(q, free.max(1.0));
     let mut out = Square::zero(count);
     for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
-        to.copy_from_slice(&from[..count]);
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
     }
-    let mut g = g[..count].to_vec();
+    let mut g: Vec<f64> = g[..count].iter().map(|g| weight * g).collect();
     let first = lanes.fixed_nuisances();
-    for i in first..first + lanes.offsets {
+    let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
+    let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
+    for (i, (mean, precision)) in own.chain(offsets) {
         let lane = lanes.common() + i;
         if lane < count {
-            *out.at_mut(lane, lane) += point.prior;
-            g[lane] -= point.prior * point.nuisance[i];
-            q += point.prior * point.nuisance[i].powi(2);
+            *out.at_mut(lane, lane) += precision;
+            g[lane] -= precision * (point.nuisance[i] - mean);
+            q += precision * (point.nuisance[i] - mean).powi(2);
         }
     }
     let impacts = run
@@ -292,5 +319,5 @@ fn normal_wide<const N: usize>(
             spin: i.spin.map(|x| x.value),
         })
         .collect();
-    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, impacts }
+    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, weight, impacts }
 }

@@ -11,6 +11,13 @@ use rayon::prelude::*;
 /// a valley whose floor is flat to the precision that matters.
 const MOST_ASSEMBLIES: usize = 60;
 
+/// A record whose cost rises by more in one step is suspected of a kink.
+const SURPRISE: f64 = 5.0;
+/// Weight below which a record is followed so badly that its start is in doubt.
+const LOST: f64 = 0.2;
+/// Most steps of a record's own nuisances after a step of theta.
+const MOST_FOLLOWING: usize = 8;
+
 /// What fits are made on.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample<'a> {
@@ -169,6 +176,7 @@ fn fit_with(
         })
         .collect();
     let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
+    state = rescue(sample, &h, &lanes, state);
     for _ in 0..12 {
         state = minimise(sample, &h, &lanes, state, move_theta);
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
@@ -208,8 +216,10 @@ fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> f64 {
         let c = normal.h.sub(&tail).cholesky().inverse();
         let first = l.fixed_nuisances();
         for (i, x) in n.iter().enumerate().skip(first).take(l.offsets) {
-            sum += x * x;
-            freedom += 1.0 - c.at(i, i) / (sd * sd);
+            // A trajectory that the model does not follow says nothing about its scatter.
+            let weight = normal.weight.min(1.0);
+            sum += weight * x * x;
+            freedom += weight * (1.0 - c.at(i, i) / (sd * sd));
         }
     }
     (sum / freedom.max(1e-6)).sqrt().clamp(1e-5, 0.5)
@@ -232,35 +242,8 @@ fn minimise(
             } else {
                 vec![0.0; state.theta.len()]
             };
-            let theta: Vec<f64> = state.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
-            let nuisance = lanes
-                .iter()
-                .zip(&state.normals)
-                .zip(&state.nuisance)
-                .map(|((l, normal), n)| nuisance_step(l, normal, n, &step, lambda))
-                .collect();
-            let mut trial = assemble(sample, h, lanes, theta, nuisance);
+            let trial = advance(sample, h, lanes, &state, &step, lambda);
             work += 1;
-            // A step that raises the cost is judged only after the nuisances have followed it: without this, strongly
-            // coupled nuisances make the path a curved valley that is crawled along.
-            for _ in 0..4 {
-                if trial.q <= state.q || !trial.q.is_finite() {
-                    break;
-                }
-                let zero = vec![0.0; trial.theta.len()];
-                let before = trial.q;
-                let nuisance = lanes
-                    .iter()
-                    .zip(&trial.normals)
-                    .zip(&trial.nuisance)
-                    .map(|((l, normal), n)| nuisance_step(l, normal, n, &zero, 1e-6))
-                    .collect();
-                trial = assemble(sample, h, lanes, trial.theta, nuisance);
-                work += 1;
-                if trial.q > before * 0.9999 {
-                    break;
-                }
-            }
             if trial.q <= state.q {
                 let decrease = state.q - trial.q;
                 state = trial;
@@ -280,6 +263,107 @@ fn minimise(
         }
     }
     state
+}
+
+/// The state after a step of theta, each record's nuisances having followed it.
+///
+/// A record whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
+/// the path a curved valley that is crawled along. And its own step is shortened before it is believed: one record at a kink
+/// (an impact more or less) must not hold back the step of all.
+fn advance(
+    sample: &Sample<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    state: &State,
+    step: &[f64],
+    lambda: f64,
+) -> State {
+    let theta: Vec<f64> = state.theta.iter().zip(step).map(|(t, d)| t + d).collect();
+    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
+        .chosen
+        .par_iter()
+        .zip(lanes)
+        .zip(&state.normals)
+        .zip(&state.nuisance)
+        .map(|(((&j, lanes), before), now)| {
+            let record = &sample.data.records[j];
+            let at = |n: &[f64]| {
+                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+            };
+            let full = nuisance_step(lanes, before, now, step, lambda);
+            let mut best = (at(&full), full);
+            for share in [0.2, 0.0] {
+                if best.0.q <= before.q + SURPRISE {
+                    break;
+                }
+                let n: Vec<f64> = now.iter().zip(&best.1).map(|(a, b)| a + share * (b - a)).collect();
+                let trial = at(&n);
+                if trial.q < best.0.q {
+                    best = (trial, n);
+                }
+            }
+            settle(&at, lanes, best, before.q)
+        })
+        .unzip();
+    let q = normals.iter().map(|n| n.q).sum();
+    State { theta, nuisance, normals, q }
+}
+
+/// Levenberg-Marquardt steps of one record's own nuisances until its cost is at most `enough` or no longer falls.
+fn settle(
+    at: &impl Fn(&[f64]) -> Normal,
+    lanes: &Lanes,
+    start: (Normal, Vec<f64>),
+    enough: f64,
+) -> (Normal, Vec<f64>) {
+    let still = vec![0.0; lanes.theta.iter().max().map_or(0, |t| t + 1)];
+    let (mut best, mut damping) = (start, 1e-6);
+    for _ in 0..MOST_FOLLOWING {
+        if best.0.q <= enough {
+            break;
+        }
+        let n = nuisance_step(lanes, &best.0, &best.1, &still, damping);
+        let trial = at(&n);
+        let gain = best.0.q - trial.q;
+        if gain > 0.0 {
+            best = (trial, n);
+            damping = f64::max(damping / 30.0, 1e-6);
+            if gain < 1e-4 * best.0.q {
+                break;
+            }
+        } else if damping > 10.0 || best.0.q <= enough + SURPRISE {
+            break;
+        } else {
+            damping = f64::max(damping * 100.0, 1e-3);
+        }
+    }
+    best
+}
+
+/// Records that are followed badly begin anew from their rough start, and keep what is better.
+fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
+    let State { theta, nuisance, normals, .. } = state;
+    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
+        .chosen
+        .par_iter()
+        .zip(lanes)
+        .zip(normals)
+        .zip(nuisance)
+        .map(|(((&j, lanes), normal_now), now)| {
+            if normal_now.weight > LOST {
+                return (normal_now, now);
+            }
+            let record = &sample.data.records[j];
+            let at = |n: &[f64]| {
+                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+            };
+            let rough = lanes.nuisance_start(h, record);
+            let fresh = settle(&at, lanes, (at(&rough), rough), 0.0);
+            if fresh.0.q < normal_now.q { fresh } else { (normal_now, now) }
+        })
+        .unzip();
+    let q = normals.iter().map(|n| n.q).sum();
+    State { theta, nuisance, normals, q }
 }
 
 fn theta_step(

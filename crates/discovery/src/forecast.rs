@@ -6,10 +6,10 @@ use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::record::{Measured, Record};
-use crate::statistics::quantile;
+use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::effects::ScatterPer;
-use augsim_physics::model::Per;
+use augsim_physics::model::{Per, Release};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -48,17 +48,22 @@ pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64])
     [quantile(&values, 0.025), quantile(&values, 0.975)]
 }
 
-/// The hypothesis for one record alone: scatter off, own parameters at their fitted values.
-fn for_record(fit: &Fit, i: usize, record: &Record) -> Hypothesis {
-    let mut h = fit.hypothesis.clone();
-    let lanes = Lanes::new(&h, record, &[]);
+/// The hypothesis as a predictor: scatter off, and a trajectory's own parameters drawn towards those of the training
+/// trajectories, because the part before the first impact may say little about them.
+fn predictor(training: &Fit) -> Hypothesis {
+    let mut h = training.hypothesis.clone();
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
-    let first = lanes.fixed_nuisances() - own;
-    let places: Vec<usize> = h.free.iter().filter(|f| f.per == Per::Trajectory).map(|f| f.index).collect();
-    for (k, index) in places.into_iter().enumerate() {
-        h.values[index] = fit.nuisance[i][first + k];
+    let first = h.world.axes.count() * if h.release == Release::Free { 2 } else { 1 };
+    for k in 0..own {
+        let mut values: Vec<f64> =
+            training.nuisance.iter().filter_map(|n| n.get(first + k).copied()).collect();
+        let middle = median(&mut values);
+        let mut distances: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
+        let sd = (1.4826 * median(&mut distances)).max(1e-6);
+        if let Some(f) = h.free.iter_mut().filter(|f| f.per == Per::Trajectory).nth(k) {
+            f.prior = Some((middle, sd));
+        }
     }
-    h.free.retain(|f| f.per != Per::Trajectory);
     h.scatter = None;
     h
 }
@@ -105,26 +110,24 @@ fn one_error(
     (s, n)
 }
 
-/// Forecast errors of a fit's parameters on a sample; `fit` holds the nuisances of that sample.
-pub(crate) fn errors(sample: &Sample<'_>, fit: &Fit) -> Errors {
-    (0..sample.chosen.len())
-        .into_par_iter()
-        .map(|i| {
-            let record = &sample.data.records[sample.chosen[i]];
-            let h = for_record(fit, i, record);
-            one_error(sample.data, record, &h, &fit.theta, sample.correlation)
-        })
+/// Errors on a sample of forecasts with the parameters `theta`, by the hypothesis that was fitted to training trajectories.
+pub(crate) fn errors(sample: &Sample<'_>, training: &Fit, theta: &[f64]) -> Errors {
+    let h = predictor(training);
+    sample
+        .chosen
+        .par_iter()
+        .map(|&j| one_error(sample.data, &sample.data.records[j], &h, theta, sample.correlation))
         .collect()
 }
 
 /// Errors of the same forecasts on replicates that the fit's own model makes, with its noise and its scatter: the least
-/// that any model can reach.
-pub(crate) fn floor(sample: &Sample<'_>, fit: &Fit, seed: u64) -> Errors {
+/// that any model can reach. `fit` holds the nuisances of the sample.
+pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -> Errors {
+    let h = predictor(training);
     (0..sample.chosen.len())
         .into_par_iter()
         .map(|i| {
             let record = &sample.data.records[sample.chosen[i]];
-            let h = for_record(fit, i, record);
             let (mut s, mut n) = (0.0, 0.0);
             for replicate in 0..REPLICATES {
                 let mut rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);

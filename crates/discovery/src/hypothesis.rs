@@ -63,6 +63,8 @@ pub(crate) struct Free {
     pub typical: f64,
     /// Which addition it belongs to; `None` for the declared model.
     pub addition: Option<usize>,
+    /// Mean and standard deviation over trajectories, where each has its own value and the law of these is known.
+    pub prior: Option<(f64, f64)>,
 }
 
 /// The scatter of a hypothesis.
@@ -105,6 +107,7 @@ impl Hypothesis {
                 max: p.max,
                 typical: p.nominal.abs().max(1e-3),
                 addition: None,
+                prior: None,
             })
             .collect();
         let mut scatter = model.effects.iter().find_map(|b| {
@@ -126,6 +129,7 @@ impl Hypothesis {
                                 max: p.max,
                                 typical: p.typical,
                                 addition: Some(number),
+                                prior: None,
                             });
                         }
                     }
@@ -141,6 +145,7 @@ impl Hypothesis {
                             max: 100.0,
                             typical: 1.0,
                             addition: Some(number),
+                            prior: None,
                         });
                     }
                 }
@@ -186,12 +191,12 @@ impl Hypothesis {
         if first == usize::MAX { at..at } else { first..last }
     }
 
-    /// First entry of theta of the free world parameter `index`; `None` if it is frozen or each trajectory's own.
-    pub fn theta_of(&self, index: usize) -> Option<usize> {
+    /// Entries of theta of the free world parameter `index`; `None` if it is frozen or each trajectory's own.
+    pub fn entries_of(&self, index: usize) -> Option<std::ops::Range<usize>> {
         let mut at = 0;
         for f in &self.free {
             if f.index == index {
-                return (self.width(f) > 0).then_some(at);
+                return (self.width(f) > 0).then_some(at..at + self.width(f));
             }
             at += self.width(f);
         }

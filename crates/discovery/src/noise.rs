@@ -6,6 +6,7 @@
 
 use crate::linear::Square;
 use crate::record::Measured;
+use crate::statistics::chi2_tail;
 use rayon::prelude::*;
 
 /// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
@@ -14,6 +15,13 @@ const ENOUGH: f64 = 16.0;
 const OUTLIER: f64 = 5.5;
 /// Ratio of declared to estimated noise from which the declared one is a tolerance.
 const TOLERANCE: f64 = 20.0;
+/// Ratio of an arc's variance to the median one from which the arc is no measure of the noise: one in a million of those
+/// with five degrees of freedom.
+const ROUGH: f64 = 9.0;
+/// Probability below which the records' noise is taken to differ.
+const DIFFERS: f64 = 1e-6;
+/// Degrees of freedom of the common noise that each record's own is mixed with.
+const PULL: f64 = 6.0;
 /// Samples that are enough to estimate the correlation: more cost time and change nothing.
 const MOST_SAMPLES: usize = 8000;
 
@@ -233,8 +241,9 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         }
     }
     let total_samples: usize = arcs.iter().map(|a| a.y.len()).sum();
+    let smooth = smooth_arcs(&arcs, channels);
     let stride = total_samples.div_ceil(MOST_SAMPLES).max(1);
-    let some: Vec<&Arc> = arcs.iter().step_by(stride).collect();
+    let some: Vec<&Arc> = smooth.iter().step_by(stride).copied().collect();
     let plain = criterion(&some, channels, 0.0, 0.0);
     let smallest = sd.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
     let top = 0.004 / smallest.max(1e-9);
@@ -260,9 +269,8 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     }
     if rho != 0.0 {
         // What low frequencies hold is an extrapolation by the correlation: it is worth all samples.
-        let all: Vec<&Arc> = arcs.iter().collect();
         rho = golden(
-            |r| criterion(&all, channels, r, growth),
+            |r| criterion(&smooth, channels, r, growth),
             (rho - 0.06).max(-0.4),
             (rho + 0.06).min(0.95),
             10,
@@ -272,7 +280,8 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
     let mut freedom = 0.0;
     for (channel, sd) in sd.iter_mut().enumerate() {
         let (mut rss, mut f) = (0.0, 0.0);
-        for (r, _, free) in arcs.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth)) {
+        for (r, _, free) in smooth.iter().filter(|a| a.channel == channel).map(|a| a.restricted(rho, growth))
+        {
             rss += r;
             f += free;
         }
@@ -309,7 +318,51 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
         findings.push("outliers");
     }
     weigh(data, &arcs, &masked, &sd, growth);
+    if tolerance.is_none()
+        && let Some(ratios) = spread(&arcs, &sd, data.records.len(), rho, growth)
+    {
+        findings.push("noise-differs");
+        for (r, ratio) in data.records.iter_mut().zip(ratios) {
+            r.weight.iter_mut().flatten().for_each(|w| *w /= ratio);
+        }
+    }
     Noise { sd_m: sd, correlation: rho, jitter_s, findings, outliers, freedom }
+}
+
+/// Arcs without those whose misfit is far beyond that of the others: there was a hand on the ball, or an impact in the arc.
+/// They tell nothing about the sensor.
+fn smooth_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
+    let level =
+        |a: &Arc| a.residuals().iter().map(|r| r * r).sum::<f64>() / (a.y.len() - a.basis[0].len()) as f64;
+    let levels: Vec<f64> = arcs.iter().map(level).collect();
+    let limits: Vec<f64> = (0..channels)
+        .map(|c| {
+            let mine = arcs.iter().zip(&levels).filter(|(a, _)| a.channel == c);
+            ROUGH * crate::statistics::median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
+        })
+        .collect();
+    arcs.iter().zip(levels).filter(|(a, l)| *l <= limits[a.channel]).map(|(a, _)| a).collect()
+}
+
+/// Noise of each record against the common one, where records differ by more than chance (Bartlett's test); a record of
+/// few samples is drawn towards 1.
+fn spread(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growth: f64) -> Option<Vec<f64>> {
+    let (mut rss, mut freedom) = (vec![0.0; records], vec![0.0; records]);
+    for arc in arcs {
+        let (r, _, f) = arc.restricted(rho, growth);
+        rss[arc.place.0] += r / (sd[arc.channel] * sd[arc.channel]);
+        freedom[arc.place.0] += f;
+    }
+    let seen = || rss.iter().zip(&freedom).filter(|(_, f)| **f > 0.0);
+    let all: f64 = freedom.iter().sum();
+    let common = (rss.iter().sum::<f64>() / all.max(1.0)).max(1e-300);
+    let statistic = all * common.ln() - seen().map(|(r, f)| f * (r / f).max(1e-300).ln()).sum::<f64>();
+    let shrinkage = 1.0
+        + (seen().map(|(_, f)| 1.0 / f).sum::<f64>() - 1.0 / all.max(1.0))
+            / (3.0 * (seen().count() as f64 - 1.0).max(1.0));
+    let p = chi2_tail(statistic / shrinkage, (seen().count() as f64 - 1.0).max(1.0));
+    let ratio = |(r, f): (&f64, &f64)| ((r + PULL) / (f + PULL)).sqrt();
+    (p < DIFFERS).then(|| rss.iter().zip(&freedom).map(ratio).collect())
 }
 
 fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {

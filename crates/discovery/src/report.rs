@@ -459,6 +459,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         verdict: parts.verdict,
         sentence,
         effects: found_effects,
+        calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),
         noise: NoiseFound {
             sd: (noise.sd_m.iter().map(|s| s * s).sum::<f64>() / channels).sqrt(),

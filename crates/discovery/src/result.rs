@@ -196,6 +196,8 @@ pub struct Discovery {
     pub sentence: String,
     /// What was added, largest share first.
     pub effects: Vec<FoundEffect>,
+    /// The declared parameters calibrated on the training part, nothing added.
+    pub calibrated: BTreeMap<String, Estimate>,
     /// The declared parameters after the last fit.
     pub parameters: BTreeMap<String, Estimate>,
     /// The noise.

@@ -28,6 +28,8 @@ pub(crate) struct Search<'a> {
     pub train: Sample<'a>,
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
+    /// Whether the restitution may scatter.
+    pub scatter: bool,
 }
 
 /// A fitted hypothesis with its criterion, once also judged on the held-out part.
@@ -63,7 +65,7 @@ pub(crate) struct Found {
 
 impl<'a> Search<'a> {
     pub fn new(model: &'a Model, train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self { model, train, test, library: library(model, train.data) }
+        Self { model, train, test, library: library(model, train.data), scatter: true }
     }
 
     /// Penalty of an addition on -2 ln likelihood.
@@ -126,7 +128,7 @@ impl<'a> Search<'a> {
         if same {
             return from.nuisance.clone();
         }
-        let restitution = h.theta_of(RESTITUTION).map_or(h.values[RESTITUTION], |i| theta[i]);
+        let place = h.entries_of(RESTITUTION);
         self.train
             .records()
             .zip(&from.nuisance)
@@ -135,6 +137,10 @@ impl<'a> Search<'a> {
                 let plain = crate::evaluate::Lanes::new(h, record, &[]);
                 let mut n = if h.scatter.is_some() { plain.nuisance_start(h, record) } else { n.clone() };
                 n.truncate(plain.fixed_nuisances());
+                let restitution = match &place {
+                    None => h.values[RESTITUTION],
+                    Some(p) => theta[p.start + if p.len() > 1 { record.group } else { 0 }],
+                };
                 let rough = |r: f64| (r - restitution).clamp(-0.3, 0.3);
                 match h.scatter.map(|s| s.per) {
                     None => {}
@@ -157,10 +163,11 @@ impl<'a> Search<'a> {
 
     /// Whether the restitution differs from trajectory to trajectory by more than noise.
     pub fn restitution_varies(&self, fit: &Fit, p: f64) -> bool {
-        let Some(i) = fit.hypothesis.theta_of(RESTITUTION) else {
+        let Some(place) = fit.hypothesis.entries_of(RESTITUTION) else {
             return false;
         };
-        let (q, df) = heterogeneity(&self.train, fit)[i];
+        let entries = &heterogeneity(&self.train, fit)[place];
+        let (q, df) = entries.iter().fold((0.0, 0.0), |a, e| (a.0 + e.0.max(0.0), a.1 + e.1.max(0.0)));
         df > 0.0 && chi2_tail(q, df) < p
     }
 
@@ -189,7 +196,7 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
-        if best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
+        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
             moves.push(vec![(Addition::Scatter(ScatterPer::Impact), vec![])]);
             moves.push(vec![(Addition::Scatter(ScatterPer::Trajectory), vec![])]);
         }

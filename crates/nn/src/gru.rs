@@ -4,17 +4,17 @@ use crate::{Bound, Init, ParamId, Params};
 use augsim_tensor::{GruVars, Scalar, Tape, TensorError, Var};
 
 #[derive(Debug, Clone, Copy)]
-struct Layer {
-    w_ih: ParamId,
-    w_hh: ParamId,
-    b_ih: ParamId,
-    b_hh: ParamId,
+pub(crate) struct Layer {
+    pub w_ih: ParamId,
+    pub w_hh: ParamId,
+    pub b_ih: ParamId,
+    pub b_hh: ParamId,
 }
 
 /// A stack of GRU layers; each reads the hidden states of the one below, step by step.
 #[derive(Debug, Clone)]
 pub struct Gru {
-    layers: Vec<Layer>,
+    pub(crate) layers: Vec<Layer>,
 }
 
 impl Gru {

@@ -15,9 +15,9 @@ pub struct Gaussian {
 /// Two affine layers: mean, and standard deviation through softplus.
 #[derive(Debug, Clone, Copy)]
 pub struct GaussianHead {
-    mean: Linear,
-    std: Linear,
-    sd_floor: f64,
+    pub(crate) mean: Linear,
+    pub(crate) std: Linear,
+    pub(crate) sd_floor: f64,
 }
 
 impl GaussianHead {

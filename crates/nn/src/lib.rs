@@ -9,6 +9,7 @@ mod adam;
 pub mod checkpoint;
 mod gru;
 mod head;
+pub mod inference;
 mod linear;
 mod mlp;
 mod params;

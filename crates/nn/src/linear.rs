@@ -6,8 +6,8 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 /// `y = W x + b` over the feature axis, W `[out, in]`, b `[out]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear {
-    weight: ParamId,
-    bias: ParamId,
+    pub(crate) weight: ParamId,
+    pub(crate) bias: ParamId,
 }
 
 impl Linear {

@@ -69,6 +69,17 @@ impl<T: Scalar> Params<T> {
         &mut self.values
     }
 
+    /// Values of one parameter.
+    pub fn get(&self, id: ParamId) -> &[T] {
+        let entry = &self.entries[id.0];
+        &self.values[entry.start..entry.end]
+    }
+
+    /// Extents of one parameter.
+    pub fn dims(&self, id: ParamId) -> &[usize] {
+        &self.entries[id.0].dims
+    }
+
     /// Name, extents and values of every parameter, in the order of registration.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[usize], &[T])> {
         self.entries.iter().map(|e| (e.name.as_str(), &e.dims[..], &self.values[e.start..e.end]))

@@ -71,4 +71,12 @@ pub enum TensorError {
         /// Shape of the output.
         shape: Shape,
     },
+    /// The environment asks for an instruction set that this machine does not have.
+    #[error("AUGSIM_SIMD={found} names no instruction set of this machine; it has {available}")]
+    Simd {
+        /// What was asked for.
+        found: String,
+        /// What there is.
+        available: String,
+    },
 }

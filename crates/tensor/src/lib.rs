@@ -26,6 +26,7 @@ mod ops;
 mod pool;
 mod scalar;
 mod shape;
+pub mod simd;
 mod tape;
 
 pub use error::TensorError;

@@ -59,6 +59,20 @@ pub trait Scalar:
     fn gru_backward(args: GruBackward<'_, Self>, scratch: &mut [Self]);
     /// Scratch elements that the two GRU kernels need for layer extents `(input, hidden)`.
     fn gru_scratch(input: usize, hidden: usize) -> usize;
+    /// `y = ln(1 + exp(x))`, element by element.
+    fn softplus_forward(x: &[Self], y: &mut [Self]);
+    /// `y = tanh x`, element by element.
+    fn tanh_forward(x: &[Self], y: &mut [Self]);
+    /// `dx += g sigmoid(x)`.
+    fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self]);
+    /// Divergence of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+    fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
+    /// Adds the gradients of the four operands of [`Scalar::kl_forward`].
+    fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4]);
+    /// Negative log-likelihood of a Gaussian, from `[x, mean, sd]`.
+    fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
+    /// Adds the gradients of the three operands of [`Scalar::nll_forward`].
+    fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3]);
     /// Linear map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
     /// VJP of [`Scalar::linear_forward`].
@@ -108,6 +122,27 @@ impl Scalar for f64 {
     }
     fn gru_scratch(input: usize, hidden: usize) -> usize {
         kernels::gru_reference::scratch(input, hidden)
+    }
+    fn softplus_forward(x: &[f64], y: &mut [f64]) {
+        kernels::pointwise_reference::softplus(x, y);
+    }
+    fn tanh_forward(x: &[f64], y: &mut [f64]) {
+        kernels::pointwise_reference::tanh(x, y);
+    }
+    fn softplus_backward(x: &[f64], g: &[f64], dx: &mut [f64]) {
+        kernels::pointwise_reference::softplus_vjp(x, g, dx);
+    }
+    fn kl_forward(operands: [&[f64]; 4], y: &mut [f64]) {
+        kernels::pointwise_reference::gaussian_kl(operands, y);
+    }
+    fn kl_backward(operands: [&[f64]; 4], g: &[f64], grads: [&mut [f64]; 4]) {
+        kernels::pointwise_reference::gaussian_kl_vjp(operands, g, grads);
+    }
+    fn nll_forward(operands: [&[f64]; 3], y: &mut [f64]) {
+        kernels::pointwise_reference::gaussian_nll(operands, y);
+    }
+    fn nll_backward(operands: [&[f64]; 3], g: &[f64], grads: [&mut [f64]; 3]) {
+        kernels::pointwise_reference::gaussian_nll_vjp(operands, g, grads);
     }
     fn linear_forward(args: LinearForward<'_, f64>, _: &mut [f64]) {
         kernels::linear_reference::forward(args);
@@ -164,6 +199,27 @@ impl Scalar for f32 {
     }
     fn gru_scratch(input: usize, hidden: usize) -> usize {
         kernels::gru_simd::scratch(input, hidden)
+    }
+    fn softplus_forward(x: &[f32], y: &mut [f32]) {
+        kernels::pointwise::softplus(x, y);
+    }
+    fn tanh_forward(x: &[f32], y: &mut [f32]) {
+        kernels::pointwise::tanh(x, y);
+    }
+    fn softplus_backward(x: &[f32], g: &[f32], dx: &mut [f32]) {
+        kernels::pointwise::softplus_vjp(x, g, dx);
+    }
+    fn kl_forward(operands: [&[f32]; 4], y: &mut [f32]) {
+        kernels::pointwise::gaussian_kl(operands, y);
+    }
+    fn kl_backward(operands: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4]) {
+        kernels::pointwise::gaussian_kl_vjp(operands, g, grads);
+    }
+    fn nll_forward(operands: [&[f32]; 3], y: &mut [f32]) {
+        kernels::pointwise::gaussian_nll(operands, y);
+    }
+    fn nll_backward(operands: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3]) {
+        kernels::pointwise::gaussian_nll_vjp(operands, g, grads);
     }
     fn linear_forward(args: LinearForward<'_, f32>, scratch: &mut [f32]) {
         kernels::linear_simd::forward(args, scratch);

@@ -1,7 +1,7 @@
 //! The reverse-mode tape.
 
 use crate::ops::{self, Op};
-use crate::pool::Pool;
+use crate::pool::{Buffer, Pool};
 use crate::{Scalar, Shape, TensorError};
 
 /// A tensor recorded on a [`Tape`]; only meaningful for the tape that made it.
@@ -27,9 +27,9 @@ struct Node {
 #[derive(Debug)]
 pub struct Tape<T> {
     nodes: Vec<Node>,
-    values: Vec<Vec<T>>,
-    grads: Vec<Vec<T>>,
-    saved: Vec<Vec<T>>,
+    values: Vec<Buffer<T>>,
+    grads: Vec<Buffer<T>>,
+    saved: Vec<Buffer<T>>,
     /// Operands of the operations that take any number of them.
     pub(crate) args: Vec<Var>,
     pub(crate) pool: Pool<T>,
@@ -155,7 +155,7 @@ impl<T: Scalar> Tape<T> {
         op: Op,
         shape: Shape,
         needs_grad: bool,
-        value: Vec<T>,
+        value: Buffer<T>,
     ) -> Result<Var, TensorError> {
         if self.check_finite
             && let Some(index) = value.iter().position(|v| !v.is_finite())
@@ -170,13 +170,13 @@ impl<T: Scalar> Tape<T> {
         }
         self.nodes.push(Node { shape, op, needs_grad });
         self.values.push(value);
-        self.grads.push(Vec::new());
-        self.saved.push(Vec::new());
+        self.grads.push(Buffer::default());
+        self.saved.push(Buffer::default());
         Ok(Var((self.nodes.len() - 1) as u32))
     }
 
     /// Keeps a buffer beside a node for its VJP.
-    pub(crate) fn save(&mut self, v: Var, buffer: Vec<T>) {
+    pub(crate) fn save(&mut self, v: Var, buffer: Buffer<T>) {
         self.saved[v.index()] = buffer;
     }
 
@@ -191,24 +191,35 @@ impl<T: Scalar> Tape<T> {
     }
 
     /// Takes the gradient buffer of `v` out for accumulation: zeros at first, empty if not wanted.
-    pub(crate) fn take_grad(&mut self, v: Var) -> Vec<T> {
+    pub(crate) fn take_grad(&mut self, v: Var) -> Buffer<T> {
         let i = v.index();
         if !self.nodes[i].needs_grad {
-            return Vec::new();
+            return Buffer::default();
         }
         let grad = std::mem::take(&mut self.grads[i]);
         if grad.is_empty() { self.pool.take_zeroed(self.nodes[i].shape.len()) } else { grad }
     }
 
+    /// As [`Tape::take_grad`], for one that writes all of it: whether it holds nothing yet, so that what
+    /// stands in it is to be overwritten.
+    pub(crate) fn take_grad_to_write(&mut self, v: Var) -> (Buffer<T>, bool) {
+        let i = v.index();
+        if !self.nodes[i].needs_grad {
+            return (Buffer::default(), false);
+        }
+        let grad = std::mem::take(&mut self.grads[i]);
+        if grad.is_empty() { (self.pool.take(self.nodes[i].shape.len()), true) } else { (grad, false) }
+    }
+
     /// Puts a gradient buffer back. An operand that occurs twice in one operation (tied weights) has two
     /// buffers out at once; they are added.
-    pub(crate) fn put_grad(&mut self, v: Var, grad: Vec<T>) {
+    pub(crate) fn put_grad(&mut self, v: Var, grad: Buffer<T>) {
         let slot = &mut self.grads[v.index()];
         if slot.is_empty() {
             *slot = grad;
             return;
         }
-        slot.iter_mut().zip(&grad).for_each(|(s, g)| *s += *g);
+        slot.iter_mut().zip(grad.iter()).for_each(|(s, g)| *s += *g);
         self.pool.give(grad);
     }
 
@@ -224,14 +235,14 @@ impl<T: Scalar> Tape<T> {
 
 impl<T: Scalar> Tape<T> {
     /// As [`Tape::take_grad`], but a buffer of zeros to throw away when the gradient is not wanted.
-    pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Vec<T>, bool) {
+    pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Buffer<T>, bool) {
         let wanted = self.nodes[v.index()].needs_grad;
         let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
         (grad, wanted)
     }
 
     /// Puts a buffer of [`Tape::take_grad_or_scratch`] back.
-    pub(crate) fn put_grad_or_scratch(&mut self, v: Var, grad: Vec<T>, wanted: bool) {
+    pub(crate) fn put_grad_or_scratch(&mut self, v: Var, grad: Buffer<T>, wanted: bool) {
         if wanted {
             self.put_grad(v, grad);
         } else {

@@ -11,6 +11,7 @@ mod forecast;
 mod latent;
 pub mod models;
 pub mod nets;
+mod noise;
 mod prepare;
 pub mod push;
 pub mod score;

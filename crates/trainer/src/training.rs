@@ -5,7 +5,7 @@ use crate::nets::Net;
 use crate::prepare::{Fitted, Prepared};
 use crate::sequences::Sequences;
 use crate::settings::Settings;
-use crate::tiles::{NoiseKey, TileWorker};
+use crate::tiles::{NoiseKey, Workspace};
 use crate::{Engine, TILE, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{AdamState, Params};
@@ -62,7 +62,7 @@ pub struct Training {
     batch: Vec<(usize, usize, usize)>,
     /// The same, trajectories only.
     chosen: Vec<usize>,
-    tiles: Vec<TileWorker>,
+    workspaces: Vec<Workspace>,
     grads: Vec<f32>,
 }
 
@@ -132,7 +132,7 @@ impl Training {
             order_epoch: None,
             batch: Vec::with_capacity(batch),
             chosen: Vec::with_capacity(batch),
-            tiles: (0..batch.div_ceil(TILE)).map(|_| TileWorker::default()).collect(),
+            workspaces: Vec::new(),
             grads: vec![0.0; params.values().len()],
             state,
             net,
@@ -200,15 +200,19 @@ impl Training {
         let chosen = &self.chosen;
         let (net, params, prepared, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
-        self.tiles.par_iter_mut().zip(chosen.par_chunks(TILE)).enumerate().try_for_each(
-            |(i, (tile, items))| {
-                let noise = NoiseKey { seed, first: iteration * batch as u64 + (i * TILE) as u64 };
-                tile.run(net, params, prepared, items, noise, scale)
-            },
-        )?;
+        // Neighbouring tiles share a workspace. Which one works on a tile does not change its result.
+        // The last tile may be a narrow one, so the last shares are the longer ones.
+        let tiles = batch.div_ceil(TILE);
+        let shares = tiles.min(rayon::current_num_threads());
+        self.workspaces.resize_with(shares, Workspace::default);
+        self.workspaces.par_iter_mut().enumerate().try_for_each(|(i, workspace)| {
+            let [first, end] = [i, i + 1].map(|i| (i * tiles / shares * TILE).min(batch));
+            let noise = NoiseKey { seed, first: iteration * batch as u64 + first as u64 };
+            workspace.run_all(net, params, prepared, &chosen[first..end], noise, scale)
+        })?;
         self.grads.fill(0.0);
         let (mut kl, mut misfit) = (0.0, 0.0);
-        for tile in &self.tiles {
+        for tile in self.workspaces.iter().flat_map(|w| &w.results) {
             self.grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
             kl += tile.loss.kl * scale;
             misfit += tile.loss.misfit * scale;

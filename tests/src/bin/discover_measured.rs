@@ -37,6 +37,22 @@ fn main() {
             Ok(m) => m,
             Err(e) => return println!("{e}"),
         };
+        if let Some(kinds) = args.get(3) {
+            for set in kinds.split(';') {
+                let kinds: Vec<&str> = set.split(',').collect();
+                match augsim_discovery::assess(
+                    &model,
+                    &converted.data,
+                    &kinds,
+                    augsim_physics::effects::ScatterPer::Impact,
+                    &Options::default(),
+                ) {
+                    Ok(a) => println!("{set}: {a:?}"),
+                    Err(e) => println!("{e}"),
+                }
+            }
+            return;
+        }
         match discover(&model, &converted.data, &Options::default(), &mut |p| println!("{}", p.describe())) {
             Ok(d) => {
                 println!("{}\n{:#?}\n{:#?}\n{:#?}\n{:#?}", d.sentence, d.effects, d.noise, d.error, d.tests);

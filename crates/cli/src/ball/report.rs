@@ -217,7 +217,9 @@ fn source(role: &str, source: &DataSource) -> PageSource {
             PageSource { path: format!("{role}: {}", path.display()), hash: hash.unwrap_or_default() }
         }
         DataSource::PushLaboratory { object, surface, pushes, seed } => PageSource {
-            path: format!("{role}: {pushes} pushes of {object} on {surface}, virtual laboratory, seed {seed}"),
+            path: format!(
+                "{role}: {pushes} pushes of {object} on {surface}, virtual laboratory, seed {seed}"
+            ),
             hash: String::new(),
         },
         DataSource::PaperLaw { trajectories, seed } => PageSource {

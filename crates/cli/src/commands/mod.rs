@@ -2,10 +2,10 @@
 
 mod data;
 mod demo;
-mod discover;
+pub mod discover;
 mod evaluate;
 mod predict;
-mod reproduce;
+pub mod reproduce;
 mod simulate;
 mod train;
 

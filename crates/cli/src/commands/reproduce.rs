@@ -2,6 +2,7 @@
 
 use crate::args::{Reproduce, Scenario};
 use crate::ball::{self, Experiment, NetPlan};
+use crate::chain;
 use crate::exit::Outcome;
 use crate::output::Output;
 use crate::push;
@@ -10,7 +11,7 @@ use augsim_trainer::Recipe;
 
 /// The paper's numbers of training trajectories and iterations.
 const TRAIN: usize = 800;
-const ITERATIONS: u64 = 10_000;
+pub const ITERATIONS: u64 = 10_000;
 /// Added to the seed of generated training data, so that test data are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
@@ -19,6 +20,7 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
     match args.scenario {
         Scenario::Ball => ball(args, seed, output),
         Scenario::Push => pushing(args, seed, output),
+        Scenario::Loop => chain::run(args, seed, output),
     }
 }
 
@@ -100,8 +102,16 @@ fn pushing(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
     if let Some(iterations) = args.iterations {
         command.push_str(&format!(" --iterations {iterations}"));
     }
-    let experiment =
-        push::Experiment { command, plan, published, runs, quick: args.quick, seed, out, resume: args.resume };
+    let experiment = push::Experiment {
+        command,
+        plan,
+        published,
+        runs,
+        quick: args.quick,
+        seed,
+        out,
+        resume: args.resume,
+    };
     let Some(finished) = experiment.run(output)? else { return Ok(Outcome::Interrupted) };
     output.result(&finished.result, || {
         format!("{}\nreport: {}", push::table(&finished.result), finished.report.display())

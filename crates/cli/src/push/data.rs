@@ -7,8 +7,8 @@ use augsim_data::push::{Surface, read_push_dataset, resample};
 use augsim_data::{Dataset, Split, SplitSize};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
-use augsim_trainer::push::{PushEngine, Thinning, pushes};
 use augsim_trainer::Sequences;
+use augsim_trainer::push::{PushEngine, Thinning, pushes};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -67,7 +67,13 @@ pub fn engine(object: &str, surface: &str) -> anyhow::Result<PushEngine> {
     PushEngine::textbook(object, sheet.friction).with_context(|| format!("there is no object `{object}`"))
 }
 
-fn made(object: &str, surface: &str, count: usize, seed: u64, thinning: Thinning) -> anyhow::Result<Sequences> {
+fn made(
+    object: &str,
+    surface: &str,
+    count: usize,
+    seed: u64,
+    thinning: Thinning,
+) -> anyhow::Result<Sequences> {
     Ok(pushes(&recipe(Protocol::Mit, object, surface, count)?.generate(seed)?.data, thinning)?)
 }
 
@@ -102,7 +108,12 @@ impl PushData {
         }
         Ok(PushData {
             name: "virtual laboratory",
-            source: DataSource::PushLaboratory { object: object.into(), surface: surface.into(), pushes: count, seed },
+            source: DataSource::PushLaboratory {
+                object: object.into(),
+                surface: surface.into(),
+                pushes: count,
+                seed,
+            },
             engine: engine(object, surface)?,
             train: part(&all, 0, plan.train),
             tests,
@@ -117,13 +128,17 @@ impl PushData {
         let mut notes = Vec::new();
         let mut pairs: BTreeMap<(String, String), Vec<usize>> = BTreeMap::new();
         for (i, t) in all.trajectories().iter().enumerate() {
-            let (surface, object) = t.group().and_then(|g| g.split_once('/')).unwrap_or(("unknown", "unknown"));
+            let (surface, object) =
+                t.group().and_then(|g| g.split_once('/')).unwrap_or(("unknown", "unknown"));
             pairs.entry((object.to_owned(), surface.to_owned())).or_default().push(i);
         }
         pairs.retain(|(object, surface), items| {
             let known = engine(object, surface).is_ok();
             if !known {
-                notes.push(format!("{} pushes of {object} on {surface} left out: no declared model", items.len()));
+                notes.push(format!(
+                    "{} pushes of {object} on {surface} left out: no declared model",
+                    items.len()
+                ));
             }
             known
         });

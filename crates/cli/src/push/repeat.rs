@@ -78,7 +78,8 @@ pub fn compare(plan: &Plan, seed: u64, models: &[(String, &dyn Forecaster)]) -> 
             .map(|(i, q)| {
                 let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
                 let samples = model.forecast(task, 1)?;
-                let end: Vec<f64> = samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
+                let end: Vec<f64> =
+                    samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
                 Ok(displacement(q.state(0), &end))
             })
             .collect::<anyhow::Result<Points>>()?;
@@ -101,7 +102,8 @@ pub fn compare(plan: &Plan, seed: u64, models: &[(String, &dyn Forecaster)]) -> 
             }
         })
         .collect();
-    let result = Repeated { data: "virtual laboratory", points: plan.repeats, horizon_s: HORIZON_S, distances };
+    let result =
+        Repeated { data: "virtual laboratory", points: plan.repeats, horizon_s: HORIZON_S, distances };
     Ok(Clouds { clouds, result })
 }
 

@@ -23,7 +23,9 @@ pub fn report(experiment: &Experiment, result: &ResultFile, drawn: &Drawn<'_>) -
     let mut forecasts = Vec::new();
     let nets = drawn.nets.iter().map(|t| &t.model as &dyn Forecaster);
     let shown = ["Hybrid+", "Neural+"];
-    for model in nets.chain(drawn.others.iter().copied()).filter(|m| shown.contains(&m.name()) || m.name() == "GP") {
+    for model in
+        nets.chain(drawn.others.iter().copied()).filter(|m| shown.contains(&m.name()) || m.name() == "GP")
+    {
         for (index, q) in drawn.test.items.iter().enumerate().take(SHOWN) {
             fans(model, q, index, &mut forecasts)?;
         }
@@ -159,15 +161,28 @@ fn key_figures(result: &ResultFile) -> Vec<KeyFigure> {
     if let (Some(b), Some(p)) = (best, physics) {
         let note = |v: f64, unit: &str| format!("physics {v:.2}\u{202f}{unit}");
         let e = (&b.errors, &p.errors);
-        out.push(figure(format!("{:.2}", e.0.pos_mm), "mm", "Hybrid+, position error", note(e.1.pos_mm, "mm")));
+        out.push(figure(
+            format!("{:.2}", e.0.pos_mm),
+            "mm",
+            "Hybrid+, position error",
+            note(e.1.pos_mm, "mm"),
+        ));
         out.push(figure(format!("{:.2}", e.0.rot_deg), "°", "rotation error", note(e.1.rot_deg, "°")));
         if let Some(c) = b.coverage90 {
-            out.push(figure(format!("{:.0}", 100.0 * c), "%", "90 % band holds", "of true values inside".to_owned()));
+            out.push(figure(
+                format!("{:.0}", 100.0 * c),
+                "%",
+                "90 % band holds",
+                "of true values inside".to_owned(),
+            ));
         }
     }
     let distances = result.repeated.iter().flat_map(|r| &r.distances);
     if let Some(d) = distances.clone().find(|d| d.model == "Hybrid+") {
-        let gp = distances.clone().find(|d| d.model == "GP-SUM").map_or(String::new(), |g| format!("GP-SUM {:.2}", g.over_floor));
+        let gp = distances
+            .clone()
+            .find(|d| d.model == "GP-SUM")
+            .map_or(String::new(), |g| format!("GP-SUM {:.2}", g.over_floor));
         out.push(figure(format!("{:.2}", d.over_floor), "× floor", "Chamfer distance, repeated push", gp));
     }
     out

@@ -68,7 +68,10 @@ impl Row {
 
     /// What the row was measured on, in a few words.
     pub fn set(&self) -> String {
-        format!("{}: {} on {}, {} pushes, {}", self.split, self.object, self.surface, self.test_pushes, self.data)
+        format!(
+            "{}: {} on {}, {} pushes, {}",
+            self.split, self.object, self.surface, self.test_pushes, self.data
+        )
     }
 }
 

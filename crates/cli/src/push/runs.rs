@@ -4,9 +4,9 @@
 use super::data::Set;
 use super::rows::Row;
 use anyhow::Context;
+use augsim_data::Dataset;
 use augsim_data::convert::CONVERTERS;
 use augsim_data::push::resample;
-use augsim_data::Dataset;
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::{Calibration, calibrate};
 use augsim_trainer::push::score::evaluate_pushes;

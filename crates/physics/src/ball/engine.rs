@@ -126,6 +126,9 @@ impl<'a, S: Scalar> Engine<'a, S> {
 
     fn go(&mut self) {
         let mut state = self.throw.start;
+        for (law, p) in &self.laws {
+            law.spin(p, &mut state.spin);
+        }
         let held = state;
         self.emit(state.time, |_| held.position, |_| held.velocity);
         if self.gap(&state.position).value() <= 0.0 && self.rate(&state.velocity).value() <= 0.0 {
@@ -302,6 +305,11 @@ impl<'a, S: Scalar> Engine<'a, S> {
         for _ in 0..2 {
             let end = Step::rk4(&step.start, S::constant(s.value()), self.active, acceleration).end;
             s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
+            // A grazing contact has no slope to follow: the bracket is the answer, and nothing is known of its derivative.
+            if !(0.0..=length).contains(&s.value()) {
+                s = S::constant(high);
+                break;
+            }
         }
         Step::rk4(&step.start, s, self.active, acceleration).end
     }

@@ -61,6 +61,8 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn contact_duration(&self, _p: &[S]) -> Option<S> {
         None
     }
+    /// The true spin at the release, rad/s, given the recorded one.
+    fn spin(&self, _p: &[S], _spin: &mut [S; 3]) {}
     /// Delay of the measurement, s.
     fn delay(&self, _p: &[S]) -> Option<S> {
         None

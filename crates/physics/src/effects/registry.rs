@@ -32,6 +32,7 @@ registry! {
     "grip_friction.rs" grip_friction GripFriction
     "ground_tilt.rs" ground_tilt GroundTilt
     "contact_duration.rs" contact_duration ContactDuration
+    "spin_misalignment.rs" spin_misalignment SpinMisalignment
     "camera_roll.rs" camera_roll CameraRoll
     "height_offset.rs" height_offset HeightOffset
     "latency.rs" latency Latency

@@ -59,6 +59,8 @@ pub enum Needs {
     Lateral,
     /// A recorded spin that is not zero everywhere, and a horizontal coordinate.
     Spin,
+    /// A recorded spin, and all three coordinates.
+    SpinInSpace,
     /// A recorded start time of each trajectory.
     StartTime,
     /// A declared release at rest at `t_s = 0`.

@@ -2,7 +2,9 @@
 
 use super::{PushCloud, PushReport, PushRow};
 use crate::figure::{Axis, Cloud, Figure, Line, Mark, Scatter, Series, Tone};
-use crate::page::{Best, Block, Cell, Column, Columns, FigureBlock, Grid, LegendEntry, Page, Row, Section, Table};
+use crate::page::{
+    Best, Block, Cell, Column, Columns, FigureBlock, Grid, LegendEntry, Page, Row, Section, Table,
+};
 use crate::training::TrainingReport;
 use crate::training::page::{Tones, distinct, forecasts, learning};
 
@@ -90,14 +92,18 @@ fn curves(report: &PushReport, tone: &dyn Fn(&str) -> Tone) -> Vec<Block> {
         return Vec::new();
     }
     let figure = |title: &str, unit: &str, get: &dyn Fn(&super::PushCurve) -> Vec<f64>| {
-        let mut line = Line::new(title, Axis::log("training pushes", ""), Axis::linear("error", unit).with_zero());
+        let mut line =
+            Line::new(title, Axis::log("training pushes", ""), Axis::linear("error", unit).with_zero());
         for c in &report.curve {
             let series = Series::line(&c.model, tone(&c.model), c.train_pushes.clone(), get(c));
             line = line.with(series.with_mark(Mark::LinePoints));
         }
         Figure::from(line)
     };
-    let figures = vec![figure("Position", "mm", &|c| c.pos_mm.clone()), figure("Rotation", "°", &|c| c.rot_deg.clone())];
+    let figures = vec![
+        figure("Position", "mm", &|c| c.pos_mm.clone()),
+        figure("Rotation", "°", &|c| c.rot_deg.clone()),
+    ];
     let caption = "Error on the test pushes against the number of training pushes.".to_owned();
     vec![Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption })]
 }
@@ -119,7 +125,8 @@ fn over_push(report: &PushReport, tone: &dyn Fn(&str) -> Tone) -> Vec<Block> {
 
 fn clouds(report: &PushReport) -> Vec<Block> {
     let Some(truth) = report.clouds.first() else { return Vec::new() };
-    let cloud = |c: &PushCloud, tone| Cloud { name: c.name.clone(), tone, x: c.x_mm.clone(), y: c.y_mm.clone() };
+    let cloud =
+        |c: &PushCloud, tone| Cloud { name: c.name.clone(), tone, x: c.x_mm.clone(), y: c.y_mm.clone() };
     // Each model over the truth, on one range.
     let figures = report.clouds[1..]
         .iter()
@@ -164,7 +171,12 @@ fn clouds(report: &PushReport) -> Vec<Block> {
     };
     vec![
         Block::Table(table),
-        Block::Grid(Grid { columns: Columns::Three, legend, figures, caption: report.clouds_caption.clone() }),
+        Block::Grid(Grid {
+            columns: Columns::Three,
+            legend,
+            figures,
+            caption: report.clouds_caption.clone(),
+        }),
     ]
 }
 

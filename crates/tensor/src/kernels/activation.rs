@@ -1,11 +1,7 @@
-//! Branch-free single-precision transcendental functions, scalar and in SIMD lanes.
-//!
-//! Every function exists twice, with the same operations in the same order: for one value (which the
-//! compiler can vectorise in a loop) and for a vector of lanes. Bounds, tested against f64:
+//! Branch-free single-precision transcendental functions that the compiler can vectorise in a loop.
+//! (The gates of a GRU have their own, in lanes.) Bounds, tested against f64:
 //! `exp` 2 ulp on [-87, 88] (clamped outside), `tanh` 4e-7 relative, `sigmoid` 3e-7 absolute,
 //! `softplus` 4e-7 relative to max(1, |y|).
-
-use pulp::Simd;
 
 const LOG2_E: f32 = std::f32::consts::LOG2_E;
 /// ln 2 in two parts (Cody and Waite), so that n * LN2_HI is exact for the n that occur.
@@ -20,8 +16,8 @@ const EXP_POLY: [f32; 6] =
     [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
 
 /// tanh(x) = x P(x^2) / Q(x^2) on |x| <= 7.9, minimax.
-const TANH_CLAMP: f32 = 7.905_311;
-const TANH_P: [f32; 7] = [
+pub(crate) const TANH_CLAMP: f32 = 7.905_311;
+pub(crate) const TANH_P: [f32; 7] = [
     -2.760_768_5e-16,
     2.000_188e-13,
     -8.604_672e-11,
@@ -30,9 +26,9 @@ const TANH_P: [f32; 7] = [
     6.372_619_3e-4,
     4.893_524_6e-3,
 ];
-const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
+pub(crate) const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 /// ln(1 + u) / u on [0, 1], near-minimax of degree 8 (relative error 6e-8).
-const LN1P_POLY: [f32; 9] = [
+pub(crate) const LN1P_POLY: [f32; 9] = [
     5.253_458e-3,
     -2.958_850_7e-2,
     7.836_167e-2,
@@ -90,31 +86,6 @@ pub fn softplus(x: f32) -> f32 {
         p = p * u + c;
     }
     x.max(0.0) + u * p
-}
-
-/// [`tanh`] in lanes.
-#[inline(always)]
-pub(crate) fn tanh_lanes<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    let k = |c: f32| simd.splat_f32s(c);
-    // x second: x86's minimum and maximum return the second operand if either is NaN, so NaN stays NaN.
-    let x = simd.min_f32s(k(TANH_CLAMP), simd.max_f32s(k(-TANH_CLAMP), x));
-    let s = simd.mul_f32s(x, x);
-    let mut p = k(TANH_P[0]);
-    for &c in &TANH_P[1..] {
-        p = simd.mul_add_e_f32s(p, s, k(c));
-    }
-    let mut q = k(TANH_Q[0]);
-    for &c in &TANH_Q[1..] {
-        q = simd.mul_add_e_f32s(q, s, k(c));
-    }
-    simd.div_f32s(simd.mul_f32s(x, p), q)
-}
-
-/// [`sigmoid`] in lanes.
-#[inline(always)]
-pub(crate) fn sigmoid_lanes<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    let half = simd.splat_f32s(0.5);
-    simd.mul_add_e_f32s(tanh_lanes(simd, simd.mul_f32s(x, half)), half, half)
 }
 
 #[cfg(test)]

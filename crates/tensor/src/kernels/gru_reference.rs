@@ -50,8 +50,11 @@ pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output.
+/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
 pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
+    if g.dx_fresh {
+        g.dx.fill(T::ZERO);
+    }
     let (nt, ni, nh, nb) = (g.dims.time, g.dims.input, g.dims.hidden, g.dims.batch);
     let w = g.weights;
     let (dh, rest) = scratch[..6 * nh].split_at_mut(nh);

@@ -19,8 +19,11 @@ pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output.
+/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
 pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
+    if g.dx_fresh {
+        g.dx.fill(T::ZERO);
+    }
     let d = g.dims;
     for t in 0..d.time {
         for o in 0..d.output {

@@ -5,13 +5,23 @@
 //! function beside each says how much.
 
 pub mod activation;
+mod gates;
+mod gru_backward;
+mod gru_forward;
+mod gru_packed;
 pub mod gru_reference;
 pub mod gru_simd;
 pub(crate) mod lanes;
 pub mod linear_reference;
 pub mod linear_simd;
 mod matmul;
+pub mod normal;
+mod outer;
+mod panels;
+pub mod pointwise;
+pub mod pointwise_reference;
 
+pub use gru_packed::PackedGru;
 pub use matmul::{MatmulDims, matmul};
 
 /// Extents of one GRU layer over a sequence.
@@ -58,7 +68,7 @@ pub struct GruForward<'a, T> {
     pub saved: &'a mut [T],
 }
 
-/// Operands of the GRU VJP. Every output is accumulated into.
+/// Operands of the GRU VJP. Every output is accumulated into, but a fresh `dx`.
 #[derive(Debug)]
 pub struct GruBackward<'a, T> {
     /// Extents.
@@ -77,6 +87,8 @@ pub struct GruBackward<'a, T> {
     pub dy: &'a [T],
     /// Gradient of x `[T, I, B]`; empty when not wanted.
     pub dx: &'a mut [T],
+    /// `dx` holds nothing yet: it is written, not added to.
+    pub dx_fresh: bool,
     /// Gradient of h0 `[H, B]`; empty when not wanted.
     pub dh0: &'a mut [T],
     /// Gradient of w_ih `[3H, I]`.
@@ -117,7 +129,7 @@ pub struct LinearForward<'a, T> {
     pub y: &'a mut [T],
 }
 
-/// Operands of the linear VJP. Every output is accumulated into.
+/// Operands of the linear VJP. Every output is accumulated into, but a fresh `dx`.
 #[derive(Debug)]
 pub struct LinearBackward<'a, T> {
     /// Extents.
@@ -130,6 +142,8 @@ pub struct LinearBackward<'a, T> {
     pub dy: &'a [T],
     /// Gradient of x `[T, I, B]`; empty when not wanted.
     pub dx: &'a mut [T],
+    /// `dx` holds nothing yet: it is written, not added to.
+    pub dx_fresh: bool,
     /// Gradient of w `[O, I]`.
     pub dw: &'a mut [T],
     /// Gradient of b `[O]`.

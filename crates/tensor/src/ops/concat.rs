@@ -61,14 +61,19 @@ pub(super) fn vjp<T: Scalar>(
     for i in first..first + count {
         let part = tape.args[i];
         let width = tape.shape(part).dims()[axis] * inner;
-        tape.accumulate(part, |d, _| {
+        let (mut d, fresh) = tape.take_grad_to_write(part);
+        if !d.is_empty() {
             for o in 0..outer {
                 let from = &grad[o * extent * inner + offset..][..width];
-                for (d, g) in d[o * width..][..width].iter_mut().zip(from) {
-                    *d += *g;
+                let to = &mut d[o * width..][..width];
+                if fresh {
+                    to.copy_from_slice(from);
+                } else {
+                    to.iter_mut().zip(from).for_each(|(d, g)| *d += *g);
                 }
             }
-        });
+            tape.put_grad(part, d);
+        }
         offset += width;
     }
 }

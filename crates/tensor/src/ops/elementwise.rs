@@ -1,12 +1,13 @@
 //! Loops shared by the elementwise operations.
 
 use super::Op;
+use crate::simd::Level;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 /// Runs a plain loop compiled for the best instruction set of this machine.
 #[inline(always)]
 pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(f)
+    Level::current().vectorised(f)
 }
 
 impl<T: Scalar> Tape<T> {
@@ -45,14 +46,17 @@ impl<T: Scalar> Tape<T> {
 
     /// Adds `grad * f(x)` to the gradient of `a`, where `x` holds the values of `at`.
     pub(crate) fn map_vjp(&mut self, a: Var, at: Var, grad: &[T], f: impl Fn(T) -> T) {
-        self.accumulate(a, |da, tape| {
-            let x = tape.value(at);
-            vectorised(|| {
-                for ((da, g), x) in da.iter_mut().zip(grad).zip(x) {
-                    *da += *g * f(*x);
-                }
-            });
-        });
+        let (mut da, fresh) = self.take_grad_to_write(a);
+        if da.is_empty() {
+            return;
+        }
+        let x = self.value(at);
+        if fresh {
+            vectorised(|| da.iter_mut().zip(grad).zip(x).for_each(|((da, g), x)| *da = *g * f(*x)));
+        } else {
+            vectorised(|| da.iter_mut().zip(grad).zip(x).for_each(|((da, g), x)| *da += *g * f(*x)));
+        }
+        self.put_grad(a, da);
     }
 }
 

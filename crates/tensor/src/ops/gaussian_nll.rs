@@ -2,7 +2,7 @@
 //! constant ln(2 pi) / 2.
 
 use super::Op;
-use super::elementwise::{same_shape, vectorised};
+use super::elementwise::same_shape;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
@@ -15,34 +15,17 @@ impl<T: Scalar> Tape<T> {
         same_shape("gaussian_nll", shape, self.shape(mean))?;
         same_shape("gaussian_nll", shape, self.shape(sd))?;
         let mut out = self.pool.take(shape.len());
-        let (xs, ms, ss) = (self.value(x), self.value(mean), self.value(sd));
-        let half = T::of(0.5);
-        for (((o, x), m), s) in out.iter_mut().zip(xs).zip(ms).zip(ss) {
-            let d = (*x - *m) / *s;
-            *o = s.ln() + half * d * d;
-        }
+        T::nll_forward([x, mean, sd].map(|v| self.value(v)), &mut out);
         self.push(Op::GaussianNll { x, mean, sd }, shape, self.needs_grad(&[x, mean, sd]), out)
     }
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, mean: Var, sd: Var, grad: &[T]) {
-    for (of, sign) in [(x, T::ONE), (mean, -T::ONE)] {
-        tape.accumulate(of, |d, tape| {
-            let (x, m, s) = (tape.value(x), tape.value(mean), tape.value(sd));
-            vectorised(|| {
-                for ((((d, g), x), m), s) in d.iter_mut().zip(grad).zip(x).zip(m).zip(s) {
-                    *d += sign * *g * (*x - *m) / (*s * *s);
-                }
-            });
-        });
+    let operands = [x, mean, sd];
+    let mut grads = operands.map(|v| tape.take_grad_or_scratch(v));
+    let values = operands.map(|v| tape.value(v));
+    T::nll_backward(values, grad, grads.each_mut().map(|(g, _)| &mut g[..]));
+    for (v, (g, wanted)) in operands.into_iter().zip(grads) {
+        tape.put_grad_or_scratch(v, g, wanted);
     }
-    tape.accumulate(sd, |d, tape| {
-        let (x, m, s) = (tape.value(x), tape.value(mean), tape.value(sd));
-        vectorised(|| {
-            for ((((d, g), x), m), s) in d.iter_mut().zip(grad).zip(x).zip(m).zip(s) {
-                let e = (*x - *m) / *s;
-                *d += *g * (T::ONE - e * e) / *s;
-            }
-        });
-    });
 }

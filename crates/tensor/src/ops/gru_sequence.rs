@@ -93,8 +93,8 @@ impl<T: Scalar> Tape<T> {
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: GruVars, out: Var, grad: &[T]) {
     let Ok(dims) = tape.gru_dims(x, h0, w) else { return };
     let mut scratch = tape.pool.take(T::gru_scratch(dims.input, dims.hidden));
-    let mut dx = tape.take_grad(x);
-    let mut dh0 = h0.map_or(Vec::new(), |h| tape.take_grad(h));
+    let (mut dx, dx_fresh) = tape.take_grad_to_write(x);
+    let mut dh0 = h0.map_or(Default::default(), |h| tape.take_grad(h));
     let [mut dw_ih, mut dw_hh, mut db_ih, mut db_hh] = w.all().map(|v| tape.take_grad_or_scratch(v));
     let args = GruBackward {
         dims,
@@ -105,6 +105,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: Gru
         saved: tape.saved(out),
         dy: grad,
         dx: &mut dx,
+        dx_fresh,
         dh0: &mut dh0,
         dw_ih: &mut dw_ih.0,
         dw_hh: &mut dw_hh.0,

@@ -38,7 +38,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &
     let (&[time, input, batch], &[output, _]) = (tape.shape(x).dims(), tape.shape(w).dims()) else { return };
     let dims = LinearDims { time, input, output, batch };
     let mut scratch = tape.pool.take(T::linear_scratch(input, output));
-    let mut dx = tape.take_grad(x);
+    let (mut dx, dx_fresh) = tape.take_grad_to_write(x);
     let (mut dw, dw_wanted) = tape.take_grad_or_scratch(w);
     let (mut db, db_wanted) = tape.take_grad_or_scratch(b);
     let args = LinearBackward {
@@ -47,6 +47,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &
         x: tape.value(x),
         dy: grad,
         dx: &mut dx,
+        dx_fresh,
         dw: &mut dw,
         db: &mut db,
     };

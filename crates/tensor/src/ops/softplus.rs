@@ -9,10 +9,12 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn softplus(&mut self, a: Var) -> Result<Var, TensorError> {
-        self.map(Op::Softplus(a), a, |x| x.softplus())
+        let mut out = self.pool.take(self.shape(a).len());
+        T::softplus_forward(self.value(a), &mut out);
+        self.push(Op::Softplus(a), self.shape(a), self.needs_grad(&[a]), out)
     }
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
-    tape.map_vjp(a, a, grad, |x| x.sigmoid());
+    tape.accumulate(a, |da, tape| T::softplus_backward(tape.value(a), grad, da));
 }

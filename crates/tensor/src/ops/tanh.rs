@@ -9,7 +9,9 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn tanh(&mut self, a: Var) -> Result<Var, TensorError> {
-        self.map(Op::Tanh(a), a, |x| x.tanh())
+        let mut out = self.pool.take(self.shape(a).len());
+        T::tanh_forward(self.value(a), &mut out);
+        self.push(Op::Tanh(a), self.shape(a), self.needs_grad(&[a]), out)
     }
 }
 

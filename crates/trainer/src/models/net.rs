@@ -1,18 +1,22 @@
 //! A trained net as a predictor.
 
 use crate::latent::infer;
-use crate::nets::{Dcvrnn, Net, Stepwise};
+use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
+use crate::noise::normals;
 use crate::prepare::{Fitted, Scales, conditions};
 use crate::push::PushEngine;
 use crate::push::condition::Condition;
 use crate::sequences::Sequence;
 use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
-use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, EngineSpec, Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rand_distr::{Distribution, StandardNormal};
+
+/// Time steps that a sampler takes at once: short enough to stay in cache.
+const BLOCK: usize = 32;
 
 /// A trained net with everything that a forecast needs.
 #[derive(Debug)]
@@ -79,7 +83,9 @@ impl NetModel {
                 let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index };
                 self.roll(net, scales, task, &w, samples, StepNoise::Mean)
             }
-            (_, Fitted::Push(_)) => Err(TrainerError::Foreign { what: "pushes are only forecast".to_owned() }),
+            (_, Fitted::Push(_)) => {
+                Err(TrainerError::Foreign { what: "pushes are only forecast".to_owned() })
+            }
         }
     }
 
@@ -180,23 +186,34 @@ impl NetModel {
         Ok(Samples { count: samples, values })
     }
 
-    fn generate(
-        &self,
-        net: &Dcvrnn,
-        scales: &Scales,
-        task: Task<'_>,
-        samples: usize,
-    ) -> Result<Samples, TrainerError> {
-        let settings = &self.state.settings;
-        let u = conditions(settings.recipe, &settings.engine, scales, task.start, task.time);
-        let u: Vec<f32> = u.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect();
-        let (mut tape, bound) = self.frozen()?;
-        let sizes = net.sizes();
-        let u = tape.constant(&[task.time, sizes.condition, samples], &u)?;
-        let eps = self.noise("forecast", task.index, task.time * sizes.latent * samples);
-        let eps = tape.constant(&[task.time, sizes.latent, samples], &eps)?;
-        let (mean, _) = net.generate(&mut tape, &bound, u, eps)?;
-        Ok(self.samples(scales, samples, tape.value(mean).to_vec()))
+    fn generate(&self, net: &Dcvrnn, scales: &Scales, task: Task<'_>, samples: usize) -> Samples {
+        let Task { start, time, index, .. } = task;
+        let (settings, sizes) = (&self.state.settings, net.sizes());
+        let u = conditions(settings.recipe, &settings.engine, scales, start, time);
+        let mut values = vec![0.0; time * sizes.state * samples];
+        let mut wide = Vec::new();
+        let mut eps = Vec::new();
+        for first in (0..samples).step_by(TILE) {
+            let lanes = TILE.min(samples - first);
+            let mut sampler = DcvrnnSampler::new(net, &self.params, lanes, BLOCK);
+            // Up to 2^32 samples of each trajectory.
+            let mut noise = normals(settings.seed, "forecast", (index << 32) + first as u64, lanes);
+            for start in (0..time).step_by(BLOCK) {
+                let steps = BLOCK.min(time - start);
+                wide.clear();
+                for v in &u[start * sizes.condition..][..steps * sizes.condition] {
+                    wide.extend(std::iter::repeat_n(*v, lanes));
+                }
+                eps.resize(steps * sizes.latent * lanes, 0.0);
+                noise.fill(&mut eps);
+                let mean = sampler.advance(&wide, &eps).mean;
+                for (i, row) in mean.chunks_exact(lanes).enumerate() {
+                    let at = (start * sizes.state + i) * samples + first;
+                    values[at..at + lanes].copy_from_slice(row);
+                }
+            }
+        }
+        self.samples(scales, samples, values)
     }
 
     /// Latents drawn from the fitted law, `[L, samples]`.
@@ -215,9 +232,8 @@ impl NetModel {
         let u = scales.standard(&condition);
         let (time, width) = (condition.time, condition.width);
         let (mut tape, bound) = self.frozen()?;
-        let wide = |v: &[f32]| -> Vec<f32> {
-            v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
-        };
+        let wide =
+            |v: &[f32]| -> Vec<f32> { v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect() };
         let (mean, sd) = match &self.net {
             Net::Dcvrnn(net) => {
                 let latent = net.sizes().latent;
@@ -264,7 +280,7 @@ impl Forecaster for NetModel {
             return self.push(engine, task, samples);
         }
         match (&self.net, &self.state.scales) {
-            (Net::Dcvrnn(net), Fitted::States(scales)) => self.generate(net, scales, task, samples),
+            (Net::Dcvrnn(net), Fitted::States(scales)) => Ok(self.generate(net, scales, task, samples)),
             (Net::Stepwise(net), Fitted::States(scales)) => {
                 let w = self.latents(net, task.index, samples)?;
                 self.roll(net, scales, task, &w, samples, StepNoise::Drawn)

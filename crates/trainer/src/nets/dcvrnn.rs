@@ -86,6 +86,15 @@ pub struct Passed {
     pub sd_x: Option<Var>,
 }
 
+/// The layers that generate.
+pub(super) struct Generating<'a> {
+    pub prior: &'a Gru,
+    pub prior_head: GaussianHead,
+    pub decoder: &'a Gru,
+    pub mean: Linear,
+    pub std: Option<Linear>,
+}
+
 impl Dcvrnn {
     /// Registers the parameters of a net without feature extractors.
     pub fn new<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes) -> Self {
@@ -120,6 +129,13 @@ impl Dcvrnn {
     /// Extents.
     pub fn sizes(&self) -> DcvrnnSizes {
         self.sizes
+    }
+
+    /// What a forecast takes: the prior and the decoder.
+    pub(super) fn generating(&self) -> Generating<'_> {
+        let (prior, prior_head) = &self.prior;
+        let (mean, std) = (self.decoder_mean, self.decoder_std);
+        Generating { prior, prior_head: *prior_head, decoder: &self.decoder, mean, std }
     }
 
     /// Posterior, prior and decoder for `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.

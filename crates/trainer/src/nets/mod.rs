@@ -1,9 +1,11 @@
 //! The nets: what is recorded on a tape for one tile of a batch.
 
 mod dcvrnn;
+mod sampler;
 mod stepwise;
 
 pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
+pub use sampler::{DcvrnnSampler, Predicted};
 pub use stepwise::{Stepwise, StepwiseSizes};
 
 use crate::engine::EngineSpec;

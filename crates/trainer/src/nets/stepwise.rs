@@ -70,7 +70,12 @@ impl Stepwise {
         Self::assemble(params, s, Some(memory), s.hidden)
     }
 
-    fn assemble<T: Scalar>(params: &mut Params<T>, s: StepwiseSizes, memory: Option<Gru>, read: usize) -> Self {
+    fn assemble<T: Scalar>(
+        params: &mut Params<T>,
+        s: StepwiseSizes,
+        memory: Option<Gru>,
+        read: usize,
+    ) -> Self {
         Stepwise {
             sizes: s,
             memory,

@@ -7,8 +7,8 @@
 //!   the deviation from the roll-out, in units of c. Lengths are divided by c and times by sqrt(c / (mu g)), so that
 //!   another support or object of the same shape is, by dimensional analysis, the same problem.
 
-use super::frame::StartFrame;
 use super::engine::PushEngine;
+use super::frame::StartFrame;
 use crate::prepare::Prepared;
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Recipe;
@@ -113,11 +113,7 @@ impl Condition {
     pub fn restore(&self, t: usize, target: [f64; 3]) -> [f64; 3] {
         let (b, size) = (self.base[t], self.size[t]);
         let unit = self.length_m * size;
-        self.frame.pose_back([
-            b[0] + unit * target[0],
-            b[1] + unit * target[1],
-            b[2] + size * target[2],
-        ])
+        self.frame.pose_back([b[0] + unit * target[0], b[1] + unit * target[1], b[2] + size * target[2]])
     }
 }
 

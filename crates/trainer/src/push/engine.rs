@@ -94,7 +94,12 @@ impl PushEngine {
 
     /// Poses and instants along rod positions `actions [time, (x, y, t)]` from pose `start`. Where measured
     /// rod and object overlap at the start, by noise or clocks that differ, the engine moves the object out.
-    pub(crate) fn follow(&self, world: &World, start: &[f64], actions: &[f64]) -> Vec<(Pose<f64>, Instant<f64>)> {
+    pub(crate) fn follow(
+        &self,
+        world: &World,
+        start: &[f64],
+        actions: &[f64],
+    ) -> Vec<(Pose<f64>, Instant<f64>)> {
         let column = |j: usize| -> Vec<f64> { actions.chunks_exact(3).map(|a| a[j]).collect() };
         let (x, y, t) = (column(0), column(1), column(2));
         let parameters = self.parameters();
@@ -102,8 +107,7 @@ impl PushEngine {
         let mut run = Run::default();
         let done = Recorded::new(&t, &x, &y).is_some_and(|path| {
             let steps = Steps { travel_m: 1e-3, ..Steps::default() };
-            let push =
-                Push { world, parameters: &parameters, start: first, path: &path, field: None, steps };
+            let push = Push { world, parameters: &parameters, start: first, path: &path, field: None, steps };
             simulate(&push, &t, &mut run).is_ok()
         });
         if done {
@@ -119,10 +123,18 @@ impl PushEngine {
         path.iter().flat_map(|(p, _)| [p.position[0], p.position[1], p.angle]).collect()
     }
 
-    fn step_by_step(&self, world: &World, start: Pose<f64>, actions: &[f64]) -> Vec<(Pose<f64>, Instant<f64>)> {
+    fn step_by_step(
+        &self,
+        world: &World,
+        start: Pose<f64>,
+        actions: &[f64],
+    ) -> Vec<(Pose<f64>, Instant<f64>)> {
         let parameters = self.parameters();
-        let mut stepper =
-            augsim_physics::push::Stepper::new(world, &parameters, Steps { travel_m: 1e-3, ..Steps::default() });
+        let mut stepper = augsim_physics::push::Stepper::new(
+            world,
+            &parameters,
+            Steps { travel_m: 1e-3, ..Steps::default() },
+        );
         let rows: Vec<&[f64]> = actions.chunks_exact(3).collect();
         let mut out = Vec::with_capacity(rows.len());
         let (mut pose, mut twist) = (start, augsim_physics::push::Twist::zero());

@@ -33,8 +33,7 @@ struct Kernel<const D: usize> {
 
 impl<const D: usize> Kernel<D> {
     fn covariance(&self, a: &[f64; D], b: &[f64; D]) -> f64 {
-        let square: f64 =
-            (0..D).map(|d| ((a[d] - b[d]) * (-self.lengths[d]).exp()).powi(2)).sum();
+        let square: f64 = (0..D).map(|d| ((a[d] - b[d]) * (-self.lengths[d]).exp()).powi(2)).sum();
         (2.0 * self.signal - 0.5 * square).exp()
     }
 }
@@ -82,8 +81,7 @@ impl<const D: usize> Process<D> {
             Par::Seq,
         );
         let rest: Vec<f64> = y.iter().map(|v| v - mean).collect();
-        let weights: Vec<f64> =
-            (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * rest[j]).sum()).collect();
+        let weights: Vec<f64> = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * rest[j]).sum()).collect();
         let fit: f64 = weights.iter().zip(&rest).map(|(w, r)| w * r).sum();
         let log_determinant: f64 = (0..n).map(|i| l[(i, i)].ln()).sum();
         let log_likelihood = -0.5 * fit - log_determinant;
@@ -252,10 +250,17 @@ mod tests {
         let g = Process::new(kernel, &x, &y, 0.0, &none).expect("definite").gradient();
         let h = 1e-5;
         let slopes = [
-            (value(Kernel { signal: 0.1 + h, ..kernel }) - value(Kernel { signal: 0.1 - h, ..kernel }), g.signal),
-            (value(Kernel { noise: -1.0 + h, ..kernel }) - value(Kernel { noise: -1.0 - h, ..kernel }), g.noise),
             (
-                value(Kernel { lengths: [-0.3 + h], ..kernel }) - value(Kernel { lengths: [-0.3 - h], ..kernel }),
+                value(Kernel { signal: 0.1 + h, ..kernel }) - value(Kernel { signal: 0.1 - h, ..kernel }),
+                g.signal,
+            ),
+            (
+                value(Kernel { noise: -1.0 + h, ..kernel }) - value(Kernel { noise: -1.0 - h, ..kernel }),
+                g.noise,
+            ),
+            (
+                value(Kernel { lengths: [-0.3 + h], ..kernel })
+                    - value(Kernel { lengths: [-0.3 - h], ..kernel }),
                 g.lengths[0],
             ),
         ];

@@ -213,7 +213,8 @@ impl GpPush {
         for t in 1..task.time {
             let [a, b] = [t - 1, t].map(|t| &task.actions[3 * t..3 * t + 3]);
             let (lapse, travel) = (b[2] - a[2], [b[0] - a[0], b[1] - a[1]]);
-            let count = (norm(travel) / STEP_M).ceil();
+            // A whole number of steps up to rounding is that number.
+            let count = (norm(travel) / STEP_M - 1e-6).ceil().max(0.0);
             for i in 0..count as usize {
                 let (part, at) = (1.0 / count, i as f64 / count);
                 let (step, rod) = (scale(travel, part), [a[0] + at * travel[0], a[1] + at * travel[1]]);
@@ -223,7 +224,7 @@ impl GpPush {
                 }
                 let length = norm(step);
                 covered += length;
-                if covered > SEGMENT_M {
+                if covered > SEGMENT_M * (1.0 + 1e-6) {
                     (covered, noise) = (length, draw());
                 }
                 let moved = self.look_up(contact.input);

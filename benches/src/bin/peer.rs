@@ -1,0 +1,98 @@
+//! Our side of the comparison with PyTorch and JAX: does the work that `benches/peers/compare.py` asks for,
+//! one line a request (`CASE COUNT`), and answers wall and CPU seconds a call and the peak resident memory.
+#![expect(clippy::print_stdout, reason = "it answers on standard output")]
+
+use augsim_benches::{clock, ok, push::PushNet, synthetic::Synthetic};
+use augsim_data::random_stream;
+use augsim_nn::Params;
+use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_tensor::kernels::normal::NormalLanes;
+use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};
+use augsim_trainer::{EngineSpec, Recipe, Sequences, Settings, TILE, Training};
+use rayon::prelude::*;
+use std::hint::black_box;
+use std::io::BufRead;
+
+/// Time steps a sampler takes at once.
+const BLOCK: usize = 32;
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let case = arguments.next().unwrap_or_default();
+    let threads = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(2);
+    let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+    pool.install(|| match case.as_str() {
+        "train_ball" => {
+            let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
+            let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
+            let engine = EngineSpec::PybulletBall(paper_engine());
+            let mut training = ok(Training::new(Settings::ball(Recipe::Hybrid, 10_000, 1, engine), &data));
+            serve(|| {
+                ok(training.step());
+            });
+        }
+        "train_push" => {
+            let mut params = Params::new(random_stream(1, "init", 0));
+            let mut push = Synthetic::new(PushNet::new(&mut params), params, 100, 300);
+            serve(|| push.step());
+        }
+        "sample" => {
+            let (net, params) = ball();
+            let (count, time) = (2000, 400);
+            let u = augsim_benches::kernels::values(BLOCK * net.sizes().condition * TILE);
+            let mut samplers: Vec<_> = (0..count / TILE)
+                .map(|_| (DcvrnnSampler::new(&net, &params, TILE, BLOCK), vec![0.0; time * 2 * TILE]))
+                .collect();
+            let mut seed = 0;
+            serve(|| {
+                seed += 1;
+                samplers.par_iter_mut().enumerate().for_each(|(tile, (sampler, out))| {
+                    sampler.reset();
+                    let lanes = (0..TILE as u64).map(|lane| [seed, (tile * TILE) as u64 + lane]);
+                    let mut noise = NormalLanes::new(lanes);
+                    let mut eps = [0.0; BLOCK * 4 * TILE];
+                    for out in out.chunks_mut(BLOCK * 2 * TILE) {
+                        let steps = out.len() / (2 * TILE);
+                        let eps = &mut eps[..steps * 4 * TILE];
+                        noise.fill(eps);
+                        let u = &u[..steps * net.sizes().condition * TILE];
+                        out.copy_from_slice(sampler.advance(u, eps).mean);
+                    }
+                });
+            });
+        }
+        "step" => {
+            let (net, params) = ball();
+            let mut sampler = DcvrnnSampler::new(&net, &params, 1, 1);
+            let mut noise = NormalLanes::new([[1, 2]]);
+            let (u, mut eps) = ([0.1; 4], [0.0; 4]);
+            serve(|| {
+                noise.fill(&mut eps);
+                black_box(sampler.advance(&u, &eps));
+            });
+        }
+        other => panic!("no case `{other}`: train_ball, train_push, sample or step"),
+    });
+}
+
+/// The ball's Hybrid net with its initial weights.
+fn ball() -> (Dcvrnn, Params<f32>) {
+    let mut params = Params::new(random_stream(1, "init", 0));
+    let decoder = Decoder::Fixed;
+    let sizes =
+        DcvrnnSizes { state: 2, condition: 4, latent: 4, hidden: 16, layers: 2, sd_floor: 1e-6, decoder };
+    (Dcvrnn::new(&mut params, sizes), params)
+}
+
+/// Answers every line, a number of calls, with the seconds of one of them.
+fn serve(mut f: impl FnMut()) {
+    (0..3).for_each(|_| f());
+    println!("ready");
+    for line in std::io::stdin().lock().lines() {
+        let calls: u32 = ok(ok(line).trim().parse());
+        let (wall, cpu) = clock::time(|| (0..calls).for_each(|_| f()));
+        let each = |seconds: f64| seconds / f64::from(calls);
+        let (cpu, memory) = (cpu.map_or(-1.0, each), clock::peak_resident_mb().unwrap_or(-1.0));
+        println!("{{\"wall_s\": {}, \"cpu_s\": {cpu}, \"rss_mb\": {memory}}}", each(wall));
+    }
+}

@@ -1,0 +1,75 @@
+//! How a training iteration scales: batch 10 to 10,000, hidden 8 to 128, steps 50 to 5,000, one and two
+//! threads, each around the ball's configuration. Writes `scaling.csv` and one SVG a variable.
+//!
+//! `cargo run --release -p augsim-benches --bin scaling -- out/scaling`
+#![expect(clippy::print_stdout, reason = "it prints what it measures")]
+
+use augsim_benches::flops::BALL;
+use augsim_benches::{clock, ok, synthetic::Synthetic};
+use augsim_data::random_stream;
+use augsim_nn::Params;
+use augsim_report::figure::{Axis, Figure, Line, Mark, Series, Tone};
+use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder};
+use std::fmt::Write;
+use std::path::Path;
+
+/// What is varied, and the values it takes.
+const VARIED: [(&str, &[usize]); 3] = [
+    ("batch", &[10, 30, 100, 300, 1000, 3000, 10_000]),
+    ("hidden", &[8, 16, 32, 64, 128]),
+    ("steps", &[50, 100, 200, 400, 1000, 2000, 5000]),
+];
+const THREADS: [usize; 2] = [1, 2];
+
+/// Least CPU seconds of an iteration (wall where the system does not tell) and its rate in GFLOP/s a core.
+fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64) {
+    let (extents, decoder) = (augsim_benches::flops::Extents { hidden, ..BALL }, Decoder::Fixed);
+    let (state, condition, latent) = (extents.state, extents.condition, extents.latent);
+    let mut params = Params::new(random_stream(1, "init", 0));
+    let sizes = DcvrnnSizes { state, condition, latent, hidden, layers: 2, sd_floor: 1e-6, decoder };
+    let net = Dcvrnn::new(&mut params, sizes);
+    let mut training = Synthetic::new(net, params, batch, steps);
+    let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+    pool.install(|| {
+        training.step();
+        // The system's CPU clock ticks every few milliseconds: a window is at least a fifth of a second.
+        let calls = (0.2 / clock::time(|| training.step()).0).ceil().max(1.0);
+        let (mut wall, mut cpu) = (f64::MAX, f64::MAX);
+        for _ in 0..3 {
+            let (w, c) = clock::time(|| (0..calls as usize).for_each(|_| training.step()));
+            (wall, cpu) = (wall.min(w / calls), cpu.min(c.unwrap_or(w) / calls));
+        }
+        (wall, cpu, extents.training(batch, steps) / cpu / 1e9)
+    })
+}
+
+fn main() {
+    let out = std::env::args().nth(1).unwrap_or_else(|| "out/scaling".to_owned());
+    ok(std::fs::create_dir_all(&out));
+    let mut csv = String::from("varied,batch,hidden,steps,threads,wall_s,cpu_s,gflop_s_per_core\n");
+    for (at, (varied, values)) in VARIED.into_iter().enumerate() {
+        let title = format!("Training iteration against {varied} (else: batch 100, hidden 16, 400 steps)");
+        let mut figure = Line::new(&title, Axis::log(varied, ""), Axis::log("wall time", "s"));
+        for threads in THREADS {
+            let mut seconds = Vec::new();
+            for &value in values {
+                let mut extents = [100, 16, 400];
+                extents[at] = value;
+                let (wall, cpu, rate) = measure(extents, threads);
+                let [batch, hidden, steps] = extents;
+                ok(writeln!(csv, "{varied},{batch},{hidden},{steps},{threads},{wall},{cpu},{rate}"));
+                println!(
+                    "{varied} {value}, {threads} threads: {wall:.4} s wall, {cpu:.4} s CPU, {rate:.1} GFLOP/s"
+                );
+                seconds.push(wall);
+            }
+            let x = values.iter().map(|v| *v as f64).collect();
+            let name = if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
+            let series = Series::line(&name, Tone::Series(threads as u8 - 1), x, seconds);
+            figure = figure.with(series.with_mark(Mark::LinePoints));
+        }
+        let svg = Figure::Line(figure).svg_document(640.0);
+        ok(std::fs::write(Path::new(&out).join(format!("{varied}.svg")), svg));
+    }
+    ok(std::fs::write(Path::new(&out).join("scaling.csv"), csv));
+}

@@ -1,0 +1,121 @@
+//! Training iterations of any net and extents on made-up inputs, tile by tile as the trainer does it.
+
+use crate::ok;
+use augsim_nn::{Adam, AdamState, Bound, Params};
+use augsim_tensor::kernels::normal::NormalLanes;
+use augsim_tensor::{Tape, TensorError, Var};
+use augsim_trainer::TILE;
+use augsim_trainer::nets::Dcvrnn;
+use rayon::prelude::*;
+
+/// A net whose loss can be recorded for a tile.
+pub trait TileNet: Sync {
+    /// Widths of targets, conditions and noise.
+    fn widths(&self) -> [usize; 3];
+
+    /// Records the loss for targets, conditions and noise `[time, width, lane]`.
+    ///
+    /// # Errors
+    /// As the tape.
+    fn loss(&self, tape: &mut Tape<f32>, p: &Bound, inputs: [Var; 3]) -> Result<Var, TensorError>;
+}
+
+impl TileNet for Dcvrnn {
+    fn widths(&self) -> [usize; 3] {
+        let s = self.sizes();
+        [s.state, s.condition, s.latent]
+    }
+
+    fn loss(&self, tape: &mut Tape<f32>, p: &Bound, inputs: [Var; 3]) -> Result<Var, TensorError> {
+        let passed = self.pass(tape, p, inputs)?;
+        let (kl, misfit) = self.parts(tape, inputs[0], passed)?;
+        let (kl, misfit) = (tape.sum_all(kl)?, tape.sum_all(misfit)?);
+        tape.add(kl, misfit)
+    }
+}
+
+#[derive(Debug, Default)]
+struct Workspace {
+    tape: Tape<f32>,
+    bound: Bound,
+    eps: Vec<f32>,
+    grads: Vec<Vec<f32>>,
+}
+
+/// A training run on inputs that are the same in every tile.
+#[derive(Debug)]
+pub struct Synthetic<N> {
+    net: N,
+    params: Params<f32>,
+    adam: AdamState<f32>,
+    grads: Vec<f32>,
+    workspaces: Vec<Workspace>,
+    inputs: [Vec<f32>; 2],
+    batch: usize,
+    time: usize,
+    iteration: u64,
+}
+
+impl<N: TileNet> Synthetic<N> {
+    /// A run of `net` with `batch` sequences of `time` steps.
+    pub fn new(net: N, params: Params<f32>, batch: usize, time: usize) -> Self {
+        let [x, u, _] = net.widths();
+        let draw = |seed: u64, width: usize| {
+            let mut out = vec![0.0; time * width * TILE];
+            NormalLanes::new((0..TILE as u64).map(|lane| [seed, lane + 1])).fill(&mut out);
+            out
+        };
+        let n = params.values().len();
+        Synthetic {
+            inputs: [draw(1, x), draw(2, u)],
+            adam: AdamState::new(n),
+            grads: vec![0.0; n],
+            workspaces: Vec::new(),
+            iteration: 0,
+            net,
+            params,
+            batch,
+            time,
+        }
+    }
+
+    /// One iteration.
+    ///
+    /// # Panics
+    /// If the tape refuses.
+    pub fn step(&mut self) {
+        let tiles = self.batch.div_ceil(TILE);
+        let shares = tiles.min(rayon::current_num_threads());
+        self.workspaces.resize_with(shares, Workspace::default);
+        let (net, params, inputs) = (&self.net, &self.params, &self.inputs);
+        let (batch, time, iteration) = (self.batch, self.time, self.iteration);
+        self.workspaces.par_iter_mut().enumerate().for_each(|(share, work)| {
+            let [first, end] = [share, share + 1].map(|i| i * tiles / shares);
+            work.grads.resize_with(end - first, || vec![0.0; params.values().len()]);
+            for (at, tile) in (first..end).enumerate() {
+                let lanes = TILE.min(batch - tile * TILE);
+                let [x, u, latent] = net.widths();
+                work.eps.resize(time * latent * lanes, 0.0);
+                let seeds = (0..lanes).map(|lane| [iteration + 1, (tile * TILE + lane) as u64]);
+                NormalLanes::new(seeds).fill(&mut work.eps);
+                let tape = &mut work.tape;
+                tape.reset();
+                ok(params.bind(tape, &mut work.bound));
+                let [xs, us] = [(0, x), (1, u)].map(|(i, width)| &inputs[i][..time * width * lanes]);
+                let x = ok(tape.constant(&[time, x, lanes], xs));
+                let u = ok(tape.constant(&[time, u, lanes], us));
+                let eps = ok(tape.constant(&[time, latent, lanes], &work.eps));
+                let loss = ok(net.loss(tape, &work.bound, [x, u, eps]));
+                let loss = ok(tape.scale(loss, 1.0 / batch as f64));
+                ok(tape.backward(loss));
+                params.gather_grads(tape, &work.bound, &mut work.grads[at]);
+            }
+        });
+        self.grads.fill(0.0);
+        for tile in self.workspaces.iter().flat_map(|w| &w.grads) {
+            self.grads.iter_mut().zip(tile).for_each(|(g, t)| *g += *t);
+        }
+        Adam::default().step(&mut self.adam, self.params.values_mut(), &self.grads, 1e-3);
+        self.iteration += 1;
+    }
+}

@@ -1,0 +1,110 @@
+//! The whole chain on the ball: from a model that is almost right to the net on the augmented model.
+
+use crate::ball::{Row, paper_engine, sequences};
+use crate::output::Output;
+use crate::run_dir::{Config, DataSource, RunDir};
+use crate::session::{self, Ended};
+use augsim_data::{MissingCells, read_dataset};
+use augsim_discovery::Discovery;
+use augsim_physics::ball::bullet::BulletBall;
+use augsim_physics::ball::paper_law;
+use augsim_physics::effects::{SCATTER_KIND, ScatterPer};
+use augsim_trainer::models::{Physics, ScatteredBall, Zero};
+use augsim_trainer::{EngineSpec, Forecaster, NetModel, Protocol, Recipe, Settings, evaluate_forecast};
+use std::path::Path;
+
+/// What is run.
+pub struct Chain<'a> {
+    /// Folder with `train.csv.gz` and `test_1000.csv.gz`.
+    pub data: &'a Path,
+    /// Directory for the runs.
+    pub out: &'a Path,
+    /// What the loop found in training drops.
+    pub found: &'a Discovery,
+    /// Iterations of each net.
+    pub iterations: u64,
+    /// Seed.
+    pub seed: u64,
+    /// Go on with runs that are there.
+    pub resume: bool,
+}
+
+impl Chain<'_> {
+    /// The table on `test_1000`; `None` if the user stopped it.
+    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
+        let train = DataSource::File(self.data.join("train.csv.gz"));
+        let (train_data, test) = (crate::ball::load(&train)?, {
+            sequences(&read_dataset(&self.data.join("test_1000.csv.gz"), MissingCells::Refuse)?)?
+        });
+        let (nominal, calibrated) = (paper_law::paper_engine(), self.calibrated());
+        let augmented = self.augmented();
+        let (textbook, improved) = (paper_engine(), EngineSpec::PybulletBall(augmented.ball));
+        let plans = [
+            ("Neural", "neural", Recipe::Neural, textbook),
+            ("Hybrid", "hybrid", Recipe::Hybrid, textbook),
+            ("Hybrid on augmented", "hybrid-augmented", Recipe::Hybrid, improved),
+            ("Hybrid+", "hybrid-plus", Recipe::HybridPlus, textbook),
+            ("Hybrid+ on augmented", "hybrid-plus-augmented", Recipe::HybridPlus, improved),
+        ];
+        let mut nets: Vec<(&str, NetModel)> = Vec::new();
+        for (label, folder, recipe, engine) in plans {
+            output.note(format!("training {label} ({} iterations)", self.iterations));
+            let run = RunDir::create(&self.out.join(folder))?;
+            let settings = Settings::ball(recipe, self.iterations, self.seed, engine);
+            let config = Config { checkpoint_every: 500, data: train.clone(), settings };
+            let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
+            run.write_config(&config)?;
+            match session::train(&run, &config, &train_data, resume, output)? {
+                Ended::Trained(t) => nets.push((label, t.model)),
+                Ended::Interrupted { iteration } => {
+                    output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
+                    return Ok(None);
+                }
+            }
+        }
+        let physics = |ball: BulletBall| Physics(EngineSpec::PybulletBall(ball));
+        let (declared, fitted) = (physics(nominal), physics(calibrated));
+        let points: [(&str, &dyn Forecaster); 3] =
+            [("Zero", &Zero), ("Physics", &declared), ("Physics calibrated", &fitted)];
+        let mut rows = Vec::new();
+        for (label, model) in points {
+            rows.push(Row::of_point(label, &evaluate_forecast(model, &test)?));
+        }
+        rows.push(Row::of_net(
+            "Physics augmented",
+            Protocol::Forecast,
+            &evaluate_forecast(&augmented, &test)?,
+        ));
+        for (label, model) in &nets {
+            rows.push(Row::of_net(label, Protocol::Forecast, &evaluate_forecast(model, &test)?));
+        }
+        Ok(Some(rows))
+    }
+
+    /// PyBullet's engine with the calibrated restitution and damping. What else the loop adds describes how the stepping
+    /// scheme differs from the exact engine: the stepping engine has it already.
+    fn calibrated(&self) -> BulletBall {
+        self.with(|name| self.found.calibrated.get(name).map(|e| e.value))
+    }
+
+    fn augmented(&self) -> ScatteredBall {
+        let ball = self.with(|name| self.found.parameters.get(name).map(|e| e.value));
+        let scatter = self.found.effects.iter().find(|e| e.kind == SCATTER_KIND);
+        let per = match scatter.and_then(|e| e.per.as_deref()) {
+            Some("impact") => ScatterPer::Impact,
+            _ => ScatterPer::Trajectory,
+        };
+        let sd = scatter.and_then(|e| e.parameters.get("sd")).map_or(0.0, |e| e.value);
+        ScatteredBall { ball, sd, per, seed: self.seed }
+    }
+
+    fn with(&self, value: impl Fn(&str) -> Option<f64>) -> BulletBall {
+        let nominal = paper_law::paper_engine();
+        BulletBall {
+            restitution: value("restitution").unwrap_or(nominal.restitution),
+            // Bullet has one damping for both laws of drag.
+            damping: value("linear-drag.c_per_s").unwrap_or(nominal.damping),
+            ..nominal
+        }
+    }
+}

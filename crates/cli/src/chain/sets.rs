@@ -1,0 +1,104 @@
+//! The loop on every measured set of a folder.
+
+use crate::args::Discover;
+use crate::commands::discover::close_loop;
+use crate::output::Output;
+use augsim_data::convert::CONVERTERS;
+use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
+use augsim_discovery::Discovery;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The set that PyBullet made.
+pub const PYBULLET: &str = "pybullet-ball";
+
+/// What the engine of the paper's experiment believes: damping that the data do not have and a restitution of 0.65. The
+/// position deviation is a tolerance: the stepping scheme differs from the exact engine by centimetres at each bounce.
+const PYBULLET_MODEL: &str = "\
+scenario = \"ball\"
+
+[parameters]
+gravity_m_s2 = { nominal = 9.8, frozen = true }
+restitution = { nominal = 0.65, min = 0.0, max = 1.0 }
+
+[sensor]
+position_sd_m = 0.03
+
+[release]
+kind = \"rest\"
+
+[[effect]]
+kind = \"linear-drag\"
+c_per_s = 0.04
+
+[[effect]]
+kind = \"quadratic-drag\"
+k_per_m = 0.04
+";
+/// Drops of it that the loop reads: more change no answer.
+const PYBULLET_DROPS: usize = 100;
+
+/// A set and what was found in it.
+#[derive(Debug, Serialize)]
+pub struct SetRow {
+    /// Name of the set.
+    pub set: String,
+    /// Trajectories in it.
+    pub trajectories: usize,
+    /// Its report.
+    pub report: PathBuf,
+    /// The discovery.
+    #[serde(flatten)]
+    pub found: Discovery,
+}
+
+/// Runs the loop on the sets under `data` that are about the ball, each in its own folder of `out`.
+pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
+    let mut rows = Vec::new();
+    for (set, convert) in CONVERTERS {
+        let folder = data.join(set);
+        if !folder.exists() {
+            output.note(format!("{}: not there, left out", folder.display()));
+            continue;
+        }
+        let converted = convert(&folder)?;
+        // Pushes are another scenario.
+        if let Some(model) = converted.model_toml.filter(|_| !converted.data.has_column("pusher_x_m")) {
+            rows.push(one(set, &converted.data, &model, out, seed, output)?);
+        }
+    }
+    let drops = data.join(PYBULLET).join("train.csv.gz");
+    if drops.exists() {
+        let all = read_dataset(&drops, MissingCells::Refuse)?;
+        let some = all.trajectories().iter().take(PYBULLET_DROPS).cloned().collect();
+        let some = Dataset::new(all.columns().to_vec(), some)?;
+        rows.push(one(PYBULLET, &some, PYBULLET_MODEL, out, seed, output)?);
+    }
+    Ok(rows)
+}
+
+fn one(
+    set: &str,
+    data: &Dataset,
+    model: &str,
+    out: &Path,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<SetRow> {
+    let out = out.join(set);
+    std::fs::create_dir_all(&out)?;
+    let args = Discover {
+        model: out.join("declared.toml"),
+        data: out.join("data.csv.gz"),
+        out: out.clone(),
+        train_share: 0.7,
+    };
+    atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
+    write_dataset(data, &args.data)?;
+    output.note(format!("{set}: {} trajectories", data.trajectories().len()));
+    let found = close_loop(&args, seed, output)?;
+    output.note(format!("{set}: {}", found.sentence));
+    let trajectories = data.trajectories().len();
+    Ok(SetRow { set: set.to_owned(), trajectories, report: out.join("report.html"), found })
+}

@@ -1,0 +1,38 @@
+//! A spin that was recorded about axes turned against those of the positions.
+
+use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+
+/// The true spin is the recorded one turned by alpha about x, beta about y, gamma about z, in this order.
+pub struct SpinMisalignment;
+
+const fn angle(name: &'static str) -> ParameterSpec {
+    ParameterSpec { name, unit: "rad", min: -3.2, max: 3.2, typical: 0.1, null: 0.0 }
+}
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "spin-misalignment",
+    location: Location::Sensor,
+    parameters: &[angle("alpha_rad"), angle("beta_rad"), angle("gamma_rad")],
+    needs: Needs::SpinInSpace,
+    stands_for: &[],
+    excludes: &[],
+    formula: "spin = Rz(gamma) Ry(beta) Rx(alpha) recorded spin",
+    source: "rotation of a vector; a camera that measures spin has axes of its own",
+};
+
+impl<S: Scalar> Law<S> for SpinMisalignment {
+    fn spin(&self, p: &[S], spin: &mut [S; 3]) {
+        for (axis, &angle) in p.iter().enumerate().take(3) {
+            let (sin, cos) = (angle.sin(), angle.cos());
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            (spin[i], spin[j]) = (spin[i] * cos - spin[j] * sin, spin[i] * sin + spin[j] * cos);
+        }
+    }
+}
+
+impl<S: Scalar> Effect<S> for SpinMisalignment {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}

@@ -1,0 +1,117 @@
+//! The gates of a GRU in SIMD lanes.
+//!
+//! sigmoid(a) = 1 / (1 + 2^t) with t = -a log2 e, and tanh(a) = 1 - 2 / (1 + 2^t) with t = 2 a log2 e.
+//! The factors are folded into the weights, and two functions share one division. Bounds, tested against
+//! f64 over all floats: both within 3e-7 absolute; t is clamped to +-43, which is exact to 2^-43.
+
+use super::lanes::{at_least, at_most};
+use pulp::Simd;
+
+/// Factor of the reset and update gates' weights.
+pub(crate) const SIGMOID_SCALE: f32 = -std::f32::consts::LOG2_E;
+/// Factor of the candidate's weights.
+pub(crate) const TANH_SCALE: f32 = 2.0 * std::f32::consts::LOG2_E;
+
+/// Two factors of at most 1 + 2^43 have a finite product.
+const CLAMP: f32 = 43.0;
+/// 1.5 * 2^23 + 127: adding it rounds to the nearest integer n and leaves n + 127, the exponent of 2^n, in
+/// the low bits.
+const ROUND: f32 = 12_582_912.0 + 127.0;
+/// (2^f - 1) / f on |f| <= 1/2, highest power first: minimax in the relative error of 2^f (9.2e-8).
+#[expect(clippy::approx_constant, reason = "a fitted coefficient near ln 2, not ln 2")]
+const EXP2: [f32; 5] = [1.326_472_7e-3, 9.671_513e-3, 5.550_733_6e-2, 2.402_224_2e-1, 6.931_47e-1];
+
+/// 2^n and 2^f with n + f = t, n an integer and |f| <= 1/2, for t between -126 and 126.
+#[inline(always)]
+fn powers<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
+    let k = |c: f32| simd.splat_f32s(c);
+    let rounded = simd.add_f32s(t, k(ROUND));
+    let f = simd.sub_f32s(t, simd.sub_f32s(rounded, k(ROUND)));
+    let bits = simd.transmute_u32s_f32s(rounded);
+    let power = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(bits, simd.splat_u32s(23)));
+    let mut p = k(EXP2[0]);
+    for &c in &EXP2[1..] {
+        p = simd.mul_add_e_f32s(p, f, k(c));
+    }
+    (power, simd.mul_add_e_f32s(p, f, k(1.0)))
+}
+
+/// 1 + 2^t.
+#[inline(always)]
+pub(crate) fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
+    let k = |c: f32| simd.splat_f32s(c);
+    let t = at_most(simd, at_least(simd, t, -CLAMP), CLAMP);
+    let (n, f) = powers(simd, t);
+    simd.mul_add_e_f32s(f, n, k(1.0))
+}
+
+/// 2^t for t of at most 0; 2^-126 below -126.
+#[inline(always)]
+pub(crate) fn exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
+    let (n, f) = powers(simd, at_least(simd, t, -126.0));
+    simd.mul_f32s(f, n)
+}
+
+/// 1 / a and 1 / b, by one division.
+#[inline(always)]
+fn two_inverses<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
+    let inverse = simd.div_f32s(simd.splat_f32s(1.0), simd.mul_f32s(a, b));
+    (simd.mul_f32s(b, inverse), simd.mul_f32s(a, inverse))
+}
+
+/// Logistic functions of two arguments that were multiplied by [`SIGMOID_SCALE`].
+#[inline(always)]
+pub(crate) fn sigmoids<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
+    two_inverses(simd, one_plus_exp2(simd, a), one_plus_exp2(simd, b))
+}
+
+/// Hyperbolic tangents of two arguments that were multiplied by [`TANH_SCALE`].
+#[inline(always)]
+pub(crate) fn tanhs<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
+    let (a, b) = two_inverses(simd, one_plus_exp2(simd, a), one_plus_exp2(simd, b));
+    let (minus_two, one) = (simd.splat_f32s(-2.0), simd.splat_f32s(1.0));
+    (simd.mul_add_e_f32s(minus_two, a, one), simd.mul_add_e_f32s(minus_two, b, one))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the bounds in the module's documentation, over all floats (every exponent, denormals and
+    //! infinities), at every level of this machine; NaN stays NaN.
+    use super::*;
+    use crate::simd::{Kernel, Level};
+
+    struct Both<'a>(&'a [f32], &'a mut [f32], &'a mut [f32]);
+
+    impl Kernel for Both<'_> {
+        #[inline(always)]
+        fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+            for ((x, s), t) in self.0.iter().zip(self.1).zip(self.2) {
+                let scaled = |by: f32| simd.splat_f32s(x * by);
+                let zero = simd.splat_f32s(0.0);
+                let first = |v: S::f32s| simd.reduce_max_f32s(v);
+                *s = first(sigmoids(simd, scaled(SIGMOID_SCALE), zero).0);
+                *t = first(tanhs(simd, zero, scaled(TANH_SCALE)).1);
+            }
+        }
+    }
+
+    #[test]
+    fn both_are_within_3e_7_over_all_floats() {
+        // Every 4099th float (a prime, so that all mantissas occur), and a fine grid where they bend.
+        let mut x: Vec<f32> = (0..=u32::MAX).step_by(4099).map(f32::from_bits).collect();
+        x.extend((-200_000..=200_000).map(|i| i as f32 * 1e-4));
+        x.extend([0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1e-45, -1e-45]);
+        x.retain(|v| !v.is_nan());
+        let (mut s, mut t) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for level in Level::available() {
+            level.run(16, Both(&x, &mut s, &mut t));
+            for ((x, s), t) in x.iter().zip(&s).zip(&t) {
+                let wide = f64::from(*x);
+                let sigmoid = 1.0 / (1.0 + (-wide).exp());
+                assert!((f64::from(*s) - sigmoid).abs() <= 3e-7, "{level:?}: sigmoid({x}) = {s}");
+                assert!((f64::from(*t) - wide.tanh()).abs() <= 3e-7, "{level:?}: tanh({x}) = {t}");
+                assert!((0.0..=1.0).contains(s) && (-1.0..=1.0).contains(t));
+            }
+        }
+    }
+}

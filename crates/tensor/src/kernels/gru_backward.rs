@@ -1,0 +1,173 @@
+//! Vector-Jacobian product of the GRU layer in SIMD lanes.
+//!
+//! The gradient of the state goes back step by step; the gradients of the inputs and of the weights are
+//! taken a block of steps at a time, while that block's gate gradients are still in cache.
+
+use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
+use super::outer::{Rows, outer, sums};
+use super::panels::{Panels, Start, packed_len};
+use super::{GruBackward, GruDims};
+use crate::simd::Kernel;
+use pulp::Simd;
+
+/// Scratch elements for layer extents `(input, hidden)`.
+pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
+    let rows = 3 * hidden;
+    let packed = packed_len(hidden, rows) + packed_len(input, rows);
+    let accumulators = rows * (input + hidden) + 4 * hidden;
+    // Gate gradients, then x, dx, and y, dy and what was saved.
+    let block = BLOCK * (4 * hidden + 2 * input + (2 + 4) * hidden);
+    packed + MAX_LANES * (2 * hidden + accumulators + block)
+}
+
+/// Operands and scratch.
+pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
+
+impl Kernel for Backward<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+        let Backward(g, scratch) = self;
+        let GruDims { time, input, hidden, batch } = g.dims;
+        if hidden == 0 {
+            if g.dx_fresh {
+                g.dx.fill(0.0);
+            }
+            return;
+        }
+        let rows = 3 * hidden;
+        // Gate gradients are ordered n (input part), r, z, n (recurrent part), so that the rows that
+        // multiply W_ih and those that multiply W_hh are both contiguous.
+        let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
+        let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
+        let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
+        let w_hh = Panels::pack::<ROOMY>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
+        let wants_dx = !g.dx.is_empty();
+        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { input } else { 0 }, rows, |i, row| {
+            g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
+        });
+        let (carry, rest) = vectors::<S>(rest, hidden);
+        let (h0, rest) = vectors::<S>(rest, hidden);
+        let (grads, rest) = vectors::<S>(rest, BLOCK * 4 * hidden);
+        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
+        let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
+        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
+        let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
+        let (saved_buffer, rest) = vectors::<S>(rest, BLOCK * 4 * hidden);
+        let (dw_ih, rest) = vectors::<S>(rest, rows * input);
+        let (dw_hh, rest) = vectors::<S>(rest, rows * hidden);
+        let (db, _) = vectors::<S>(rest, 4 * hidden);
+        let zero = simd.splat_f32s(0.0);
+        dw_ih.fill(zero);
+        dw_hh.fill(zero);
+        db.fill(zero);
+
+        for chunk in Chunk::all::<S>(batch) {
+            carry.fill(zero);
+            h0.fill(zero);
+            if !g.h0.is_empty() {
+                h0.copy_from_slice(chunk.read(simd, g.h0, (0, hidden), y_buffer));
+            }
+            let mut end = time;
+            while end > 0 {
+                let start = (end - 1) / BLOCK * BLOCK;
+                let steps = end - start;
+                let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
+                let before = if start > 0 {
+                    chunk.read(simd, g.y, ((start - 1) * hidden, steps * hidden), y_buffer)
+                } else {
+                    // A step early, then moved up by one for the initial state.
+                    let early = (steps - 1) * hidden;
+                    let y = chunk.read(simd, g.y, (0, early), &mut dy_buffer[..]);
+                    y_buffer[hidden..][..early].copy_from_slice(y);
+                    y_buffer[..hidden].copy_from_slice(h0);
+                    &y_buffer[..steps * hidden]
+                };
+                let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
+                let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
+                let grads = &mut grads[..steps * 4 * hidden];
+                states::<S, ROOMY>(simd, w_hh, carry, before, saved, dy, grads);
+                let grads = &*grads;
+                if wants_dx {
+                    let out = if chunk.is_whole::<S>() {
+                        rows_mut::<S>(g.dx, start * input, steps * input)
+                    } else {
+                        &mut dx_buffer[..steps * input]
+                    };
+                    let fresh = g.dx_fresh || !chunk.is_whole::<S>();
+                    let from = if fresh { Start::Zero } else { Start::Output };
+                    w_ih.apply::<S, ROOMY>(simd, from, (grads, 4 * hidden), (out, input), steps);
+                    if !chunk.is_whole::<S>() {
+                        let out = &dx_buffer[..steps * input];
+                        if g.dx_fresh {
+                            chunk.write(simd, g.dx, start * input, out);
+                        } else {
+                            chunk.add(simd, g.dx, start * input, out);
+                        }
+                    }
+                }
+                let part = |first, count| Rows { all: grads, stride: 4 * hidden, first, count };
+                let x = Rows { all: x, stride: input, first: 0, count: input };
+                let before = Rows { all: before, stride: hidden, first: 0, count: hidden };
+                outer::<S, ROOMY>(simd, dw_ih, part(0, rows), x, steps);
+                outer::<S, ROOMY>(simd, dw_hh, part(hidden, rows), before, steps);
+                sums(simd, db, part(0, 4 * hidden), steps);
+                end = start;
+            }
+            if !g.dh0.is_empty() {
+                chunk.add(simd, g.dh0, 0, carry);
+            }
+        }
+        reduce_into(simd, g.dw_hh, dw_hh);
+        reduce_into(simd, &mut g.db_hh[..], &db[hidden..]);
+        for slot in 0..3 {
+            let gate = gate_of(slot);
+            let (w, b) = (&mut g.dw_ih[gate * input..], &mut g.db_ih[gate..]);
+            reduce_into(simd, &mut w[..hidden * input], &dw_ih[slot * hidden * input..]);
+            reduce_into(simd, &mut b[..hidden], &db[slot * hidden..]);
+        }
+    }
+}
+
+/// Gate gradients of a block, from its last step to its first. `carry` is the gradient of the state after
+/// the block and, at the end, of the one before it.
+#[inline(always)]
+fn states<S: Simd, const ROOMY: bool>(
+    simd: S,
+    w_hh: Panels<'_>,
+    carry: &mut [S::f32s],
+    before: &[S::f32s],
+    saved: &[S::f32s],
+    dy: &[S::f32s],
+    grads: &mut [S::f32s],
+) {
+    let hidden = carry.len();
+    let one = simd.splat_f32s(1.0);
+    let steps = dy.len() / hidden;
+    for s in (0..steps).rev() {
+        let (before, dy) = (&before[s * hidden..][..hidden], &dy[s * hidden..][..hidden]);
+        let saved = &saved[s * 4 * hidden..][..4 * hidden];
+        let (saved_r, saved) = saved.split_at(hidden);
+        let (saved_z, saved) = saved.split_at(hidden);
+        let (saved_n, saved_m) = saved.split_at(hidden);
+        let grads = &mut grads[s * 4 * hidden..][..4 * hidden];
+        let (d_n, rest) = grads.split_at_mut(hidden);
+        let (d_r, rest) = rest.split_at_mut(hidden);
+        let (d_z, d_m) = rest.split_at_mut(hidden);
+        for j in 0..hidden {
+            let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
+            let dh = simd.add_f32s(carry[j], dy[j]);
+            let dh_z = simd.mul_f32s(dh, z);
+            // dh z (1 - z) (h - n), then dh (1 - z) (1 - n^2), and so on down the chain.
+            let dh_not_z = simd.sub_f32s(dh, dh_z);
+            d_z[j] = simd.mul_f32s(simd.mul_f32s(dh_not_z, z), simd.sub_f32s(before[j], n));
+            let slope = simd.negate_mul_add_e_f32s(n, n, one);
+            let dn = simd.mul_f32s(dh_not_z, slope);
+            let dn_r = simd.mul_f32s(dn, r);
+            d_n[j] = dn;
+            d_m[j] = dn_r;
+            d_r[j] = simd.mul_f32s(simd.negate_mul_add_e_f32s(dn_r, r, dn_r), m);
+            carry[j] = dh_z;
+        }
+        w_hh.apply::<S, ROOMY>(simd, Start::Output, (&grads[hidden..], 0), (carry, 0), 1);
+    }
+}

@@ -1,0 +1,50 @@
+//! A GRU layer with weights packed once: for inference, where one step may be all that is asked for.
+
+use super::gru_forward::{self, Sequence};
+use super::{GruDims, GruWeights};
+use crate::simd::Level;
+
+/// Packed weights of one layer.
+#[derive(Debug, Clone)]
+pub struct PackedGru {
+    level: Level,
+    input: usize,
+    hidden: usize,
+    packed: Vec<f32>,
+}
+
+impl PackedGru {
+    /// Packs the weights of a layer of extents `(input, hidden)` for a level.
+    pub fn new(level: Level, weights: GruWeights<'_, f32>, input: usize, hidden: usize) -> Self {
+        let mut packed = vec![0.0; gru_forward::packed_len(input, hidden)];
+        let dims = GruDims { time: 0, input, hidden, batch: 0 };
+        level.run(usize::MAX, gru_forward::Pack(weights, dims, &mut packed));
+        PackedGru { level, input, hidden, packed }
+    }
+
+    /// Inputs I.
+    pub fn input(&self) -> usize {
+        self.input
+    }
+
+    /// Units H.
+    pub fn hidden(&self) -> usize {
+        self.hidden
+    }
+
+    /// Scratch elements that [`PackedGru::run`] needs.
+    pub fn scratch(&self) -> usize {
+        gru_forward::scratch_packed(self.input, self.hidden)
+    }
+
+    /// Hidden states `y [T, H, B]` for inputs `x [T, I, B]` from the state `h [H, B]`, which becomes the
+    /// last one. T and B are read off the lengths of `y` and `h`.
+    pub fn run(&self, x: &[f32], h: &mut [f32], y: &mut [f32], scratch: &mut [f32]) {
+        let batch = h.len() / self.hidden.max(1);
+        let time = y.len() / h.len().max(1);
+        let dims = GruDims { time, input: self.input, hidden: self.hidden, batch };
+        let packed = &self.packed;
+        let saved = &mut [];
+        self.level.run(batch, Sequence { dims, packed, x, h0: &[], y, saved, state: h, scratch });
+    }
+}
