@@ -333,4 +333,8 @@ fn unfit_data_and_settings_are_refused() {
     let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: 0 };
     assert!(untrained.forecast(task, 2).is_err_and(|e| e.to_string().contains("training has not ended")));
     assert!(untrained.with_engine(ball).is_err());
+    let net = trained(Recipe::HybridPlus, &pushes, 1);
+    let drop = Task { start: &[4.5, 0.0], actions: &[], time: 5, index: 0 };
+    assert!(net.forecast(drop, 2).is_err_and(|e| e.to_string().contains("pusher_x_m")), "a drop is no push");
+    assert!(net.reconstruct(q, 0, 2).is_err_and(|e| e.to_string().contains("only forecast")));
 }

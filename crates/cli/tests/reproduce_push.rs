@@ -36,9 +36,8 @@ fn publish(folder: &Path, surface: &str, count: usize) {
             rows([Some(2), Some(3), Some(4)]),
             rows([None; 3])
         );
-        let name = format!(
-            "motion_surface={surface}_shape=rect1_a=0_v=20_i=0.000_s=0.500_t=0.000_rep={i:04}.json"
-        );
+        let name =
+            format!("motion_surface={surface}_shape=rect1_a=0_v=20_i=0.000_s=0.500_t=0.000_rep={i:04}.json");
         std::fs::write(folder.join(name), text).expect("a file");
     }
 }
@@ -49,12 +48,28 @@ fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
     publish(&dir.path().join("mit"), "abs", 60);
     publish(&dir.path().join("mit"), "plywood", 12);
     let run = |out: &str, more: &[&str]| {
-        let args = ["reproduce", "push", "--data", "mit", "--quick", "--iterations", "8", "--seed", "3", "--out", out];
+        let args = [
+            "reproduce",
+            "push",
+            "--data",
+            "mit",
+            "--quick",
+            "--iterations",
+            "8",
+            "--seed",
+            "3",
+            "--out",
+            out,
+        ];
         let output = augsim(&[&args[..], more].concat(), dir.path());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let result = std::fs::read(dir.path().join(out).join("result.json")).expect("a result");
         let weights = std::fs::read(dir.path().join(out).join("hybrid-plus-52/weights.safetensors"));
-        (result, weights.expect("52 of 60 pushes are trained on"), String::from_utf8_lossy(&output.stdout).into_owned())
+        (
+            result,
+            weights.expect("52 of 60 pushes are trained on"),
+            String::from_utf8_lossy(&output.stdout).into_owned(),
+        )
     };
     let one = run("one", &["--threads", "1"]);
     let three = run("three", &["--threads", "3"]);
@@ -62,9 +77,13 @@ fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
     let again = run("one", &["--resume"]);
     assert!(again.0 == one.0 && again.1 == one.1, "going on changes a finished result");
     let text = String::from_utf8_lossy(&one.0);
-    for expected in
-        ["\"scenario\": \"push\"", "\"schema\": \"augsim.reproduce/1\"", "published MIT Push files", "unseen surface", "pos_mm"]
-    {
+    for expected in [
+        "\"scenario\": \"push\"",
+        "\"schema\": \"augsim.reproduce/1\"",
+        "published MIT Push files",
+        "unseen surface",
+        "pos_mm",
+    ] {
         assert!(text.contains(expected), "`{expected}` is not in the result");
     }
     assert!(!text.contains("virtual laboratory"), "the table must say where its pushes come from");

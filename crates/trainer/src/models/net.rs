@@ -4,8 +4,8 @@ use crate::latent::infer;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;
 use crate::prepare::{Fitted, Scales, conditions};
-use crate::push::PushEngine;
 use crate::push::condition::Condition;
+use crate::push::{ACTIONS, PushEngine, STATES};
 use crate::sequences::Sequence;
 use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
@@ -56,6 +56,9 @@ impl NetModel {
     /// [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
+        if matches!(settings.engine, EngineSpec::Push(_)) {
+            return Err(TrainerError::Foreign { what: "nets of pushes only forecast".to_owned() });
+        }
         let Some(prepared) = self.state.scales.prepare(settings.recipe, &settings.engine, q) else {
             return Err(Self::mixed());
         };
@@ -83,9 +86,7 @@ impl NetModel {
                 let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index };
                 self.roll(net, scales, task, &w, samples, StepNoise::Mean)
             }
-            (_, Fitted::Push(_)) => {
-                Err(TrainerError::Foreign { what: "pushes are only forecast".to_owned() })
-            }
+            (_, Fitted::Push(_)) => Err(Self::mixed()),
         }
     }
 
@@ -228,6 +229,11 @@ impl NetModel {
     /// A push from its first pose and the rod's path: draws of the decoder, its own noise included.
     fn push(&self, engine: &PushEngine, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
         let Fitted::Push(scales) = &self.state.scales else { return Err(Self::mixed()) };
+        if task.start.len() != STATES.len() || task.actions.len() != ACTIONS.len() * task.time {
+            let wanted = [&STATES[..], &ACTIONS].concat().join(", ");
+            let what = format!("it forecasts pushes from {wanted} of every sample, which the data lack");
+            return Err(TrainerError::Foreign { what });
+        }
         let condition = Condition::new(self.state.settings.recipe, engine, task.start, task.actions);
         let u = scales.standard(&condition);
         let (time, width) = (condition.time, condition.width);
