@@ -143,17 +143,26 @@ impl<const D: usize> Process<D> {
     }
 }
 
-/// Climbs the likelihood by Adam on the logarithms; length scales stay within `[low, high]`.
+/// How the likelihood is climbed.
+#[derive(Debug, Clone, Copy)]
+struct Climb {
+    /// Whether the kernel's own noise is fitted.
+    own_noise: bool,
+    /// Shortest and longest length scale.
+    lengths: [f64; 2],
+    steps: usize,
+}
+
+/// Climbs the likelihood by Adam on the logarithms.
 fn optimise<const D: usize>(
     start: Kernel<D>,
     inputs: &Inputs<D>,
     y: &[f64],
     mean: f64,
     noise: &[f64],
-    own_noise: bool,
-    [low, high]: [f64; 2],
-    steps: usize,
+    climb: Climb,
 ) -> Option<Process<D>> {
+    let Climb { own_noise, lengths: [low, high], steps } = climb;
     let mut best = Process::new(start, inputs, y, mean, noise)?;
     let mut now = best.clone();
     let mut moments = vec![[0.0; 2]; D + 2];
@@ -197,8 +206,12 @@ impl<const D: usize> Heteroscedastic<D> {
             return None;
         }
         let none = vec![0.0; n];
+        let first = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
+        let again = Climb { own_noise: false, steps: STEPS[1], ..first };
+        // The logarithms of squared residuals are noisy: no short length scales.
+        let smooth = Climb { own_noise: true, lengths: [0.7, 20.0], steps: STEPS[1] };
         let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
-        let mut function = optimise(start, inputs, y, 0.0, &none, true, [0.05, 20.0], STEPS[0])?;
+        let mut function = optimise(start, inputs, y, 0.0, &none, first)?;
         let mut fitted = None;
         for _ in 0..ROUNDS {
             let logs: Vec<f64> = (function.leave_one_out().iter())
@@ -207,10 +220,10 @@ impl<const D: usize> Heteroscedastic<D> {
             let mean = logs.iter().sum::<f64>() / n as f64;
             // The logarithm of chi^2_1 has a standard deviation of 2.2.
             let start = Kernel { signal: 0.0, noise: 2.2_f64.ln(), lengths: [0.5; D] };
-            let log_noise = optimise(start, inputs, &logs, mean, &none, true, [0.7, 20.0], STEPS[1])?;
+            let log_noise = optimise(start, inputs, &logs, mean, &none, smooth)?;
             let noise: Vec<f64> = inputs.iter().map(|x| log_noise.mean_at(x).exp()).collect();
             let start = Kernel { noise: -7.0, ..function.kernel };
-            function = optimise(start, inputs, y, 0.0, &noise, false, [0.05, 20.0], STEPS[1])?;
+            function = optimise(start, inputs, y, 0.0, &noise, again)?;
             // Leave-one-out residuals must have the variance that is claimed.
             let ratios = function.leave_one_out().iter().map(|(e, v)| e * e / v).sum::<f64>() / n as f64;
             fitted = Some((log_noise, ratios.max(1e-6).ln()));

@@ -52,6 +52,9 @@ pub struct GpPush {
     table: Vec<[[f64; 2]; 3]>,
 }
 
+/// A training step: input and displacement.
+type Step = ([f64; 3], [f64; 3]);
+
 /// Where the rod touches and how it moves.
 struct Contact {
     input: [f64; 3],
@@ -80,14 +83,14 @@ impl GpPush {
             ends: [[0.0; 2]; 3],
             table: Vec::new(),
         };
-        let mut steps: Vec<([f64; 3], [f64; 3])> = train.items.iter().flat_map(|q| model.steps(q)).collect();
+        let mut steps: Vec<Step> = train.items.iter().flat_map(|q| model.steps(q)).collect();
         steps.shuffle(&mut random_stream(options.seed, "gp-steps", 0));
         steps.truncate(options.steps);
         if steps.len() < 20 {
             return Err(few);
         }
         let n = steps.len() as f64;
-        let moments = |of: &dyn Fn(&([f64; 3], [f64; 3])) -> f64| {
+        let moments = |of: &dyn Fn(&Step) -> f64| {
             let mean = steps.iter().map(of).sum::<f64>() / n;
             let square = steps.iter().map(|s| (of(s) - mean).powi(2)).sum::<f64>() / n;
             [mean, square.sqrt().max(1e-9)]
@@ -153,7 +156,7 @@ impl GpPush {
     }
 
     /// Steps of about [`SEGMENT_M`] with contact at their beginning, scaled to that travel: input, displacement.
-    fn steps(&self, q: &Sequence) -> Vec<([f64; 3], [f64; 3])> {
+    fn steps(&self, q: &Sequence) -> Vec<Step> {
         let rod = |t: usize| [q.action(t)[0], q.action(t)[1]];
         let mut out = Vec::new();
         let mut first = 0;

@@ -112,10 +112,10 @@ fn score(samples: &Samples, truth: &Sequence) -> One {
                 parts[part] += 1.0;
             }
         }
-        for j in 0..3 {
+        for (j, &y) in y.iter().enumerate() {
             sorted.copy_from_slice(row(t, j));
             sorted.sort_unstable_by(f32::total_cmp);
-            let value = crps_of(&sorted, y[j]) / rows;
+            let value = crps_of(&sorted, y) / rows;
             if j < 2 {
                 s.crps_mm += 0.5e3 * value;
             } else {
@@ -123,7 +123,7 @@ fn score(samples: &Samples, truth: &Sequence) -> One {
             }
             for (inside, level) in inside.iter_mut().zip([0.5, 0.9]) {
                 let ends = [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
-                *inside += f64::from(u8::from((ends[0]..=ends[1]).contains(&y[j])));
+                *inside += f64::from(u8::from((ends[0]..=ends[1]).contains(&y)));
             }
         }
     }
