@@ -1,6 +1,6 @@
 //! Contract: `reproduce push` on a folder of published files makes its tables of those and says so, gives the same bytes
 //! on any number of threads, and goes on from what is there; a folder with nothing of the kind is refused with the
-//! remedy. The files are made by the virtual laboratory in the published JSON layout: 60 pushes on ABS, 12 on plywood.
+//! remedy. The files are made by the virtual laboratory in the published JSON layout: 30 pushes on ABS, 8 on plywood.
 
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
@@ -45,29 +45,17 @@ fn publish(folder: &Path, surface: &str, count: usize) {
 #[test]
 fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    publish(&dir.path().join("mit"), "abs", 60);
-    publish(&dir.path().join("mit"), "plywood", 12);
+    publish(&dir.path().join("mit"), "abs", 30);
+    publish(&dir.path().join("mit"), "plywood", 8);
     let run = |out: &str, more: &[&str]| {
-        let args = [
-            "reproduce",
-            "push",
-            "--data",
-            "mit",
-            "--quick",
-            "--iterations",
-            "8",
-            "--seed",
-            "3",
-            "--out",
-            out,
-        ];
+        let args = ["reproduce", "push", "--data", "mit", "--iterations", "8", "--seed", "3", "--out", out];
         let output = augsim(&[&args[..], more].concat(), dir.path());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let result = std::fs::read(dir.path().join(out).join("result.json")).expect("a result");
-        let weights = std::fs::read(dir.path().join(out).join("hybrid-plus-52/weights.safetensors"));
+        let weights = std::fs::read(dir.path().join(out).join("hybrid-plus-27/weights.safetensors"));
         (
             result,
-            weights.expect("52 of 60 pushes are trained on"),
+            weights.expect("27 of 30 pushes are trained on"),
             String::from_utf8_lossy(&output.stdout).into_owned(),
         )
     };
@@ -90,7 +78,7 @@ fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
     for model in ["Zero", "Still", "Physics", "GP", "Neural", "Neural+", "Hybrid", "Hybrid+"] {
         assert!(text.contains(&format!("\"model\": \"{model}\"")), "no row of {model}");
     }
-    assert!(one.2.contains("test: rect1 on abs, 8 pushes"), "{}", one.2);
+    assert!(one.2.contains("test: rect1 on abs, 3 pushes"), "{}", one.2);
     let page = std::fs::read_to_string(dir.path().join("one/report.html")).expect("a report");
     assert!(page.contains("Learning curves") && !page.contains("<script"));
 }
