@@ -1,8 +1,10 @@
-//! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed ball data and their scoring.
+//! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed data of balls and pushes and their scoring.
 
 pub mod battery;
 pub mod golden;
 pub mod gradient;
 pub mod operations;
+pub mod push_battery;
 pub mod random;
 pub mod sealed;
+pub mod sealed_push;

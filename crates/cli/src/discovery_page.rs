@@ -2,7 +2,7 @@
 
 use crate::args::Discover;
 use augsim_discovery::{Bin, Discovery, Estimate, Rmse, Verdict};
-use augsim_physics::model::Model;
+use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::discovery as page;
 use augsim_report::page::{DataSource, Method, Provenance};
 use augsim_report::{DiscoveryReport, discovery};
@@ -13,11 +13,17 @@ use std::path::Path;
 const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
 
 /// Fills the page's input.
-pub fn page(args: &Discover, seed: u64, model: &Model, d: &Discovery) -> DiscoveryReport {
+pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> DiscoveryReport {
+    let (scenario, quantity, declared): (&str, &str, &[Parameter]) = match model {
+        ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
+        ModelFile::Push(m) => {
+            ("push", "position of the object, open loop from a measured pose", &m.parameters)
+        }
+    };
     let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
     DiscoveryReport {
         title: format!("{name}: what the model lacks"),
-        scenario: "ball".to_owned(),
+        scenario: scenario.to_owned(),
         verdict: match d.verdict {
             Verdict::NothingToAdd => page::Verdict::NothingToAdd,
             Verdict::Explained => page::Verdict::Explained,
@@ -26,7 +32,7 @@ pub fn page(args: &Discover, seed: u64, model: &Model, d: &Discovery) -> Discove
         },
         sentence: d.sentence.clone(),
         error: page::ErrorSummary {
-            quantity: "forecast after the first flight".to_owned(),
+            quantity: quantity.to_owned(),
             unit: d.error.unit.clone(),
             heldout_trajectories: d.error.heldout_trajectories as u64,
             declared: Some(rmse(d.error.declared)),
@@ -35,8 +41,7 @@ pub fn page(args: &Discover, seed: u64, model: &Model, d: &Discovery) -> Discove
             noise_floor: Some(rmse(d.error.noise_floor)),
             explained_share: d.error.explained_share,
         },
-        calibrated: model
-            .parameters
+        calibrated: declared
             .iter()
             .filter_map(|p| {
                 let fitted = d.parameters.get(&p.name);
@@ -105,7 +110,8 @@ pub fn page(args: &Discover, seed: u64, model: &Model, d: &Discovery) -> Discove
             args.out.display(),
             args.train_share
         )],
-        methods: methods(),
+        methods: if d.push.is_some() { push_methods() } else { methods() },
+        notes: d.push.as_ref().map(push_notes).unwrap_or_default(),
         seconds: Some(d.seconds),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -135,6 +141,7 @@ fn feature(name: &str) -> (String, String) {
         "time_s" => ("time", "s"),
         "height_m" => ("height", "m"),
         "speed_m_s" => ("speed", "m/s"),
+        "heading_rad" => ("heading of the rod", "rad"),
         other => (other, ""),
     };
     (words.to_owned(), unit.to_owned())
@@ -201,6 +208,75 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
 fn source(path: &Path) -> DataSource {
     let hash = std::fs::read(path).map(|b| format!("crc32:{:08x}", crc32fast::hash(&b)));
     DataSource { path: path.display().to_string(), hash: hash.unwrap_or_default() }
+}
+
+/// What a push's page says beside its tables.
+fn push_notes(push: &augsim_discovery::PushFound) -> Vec<String> {
+    let [train, test] = push.windows;
+    let [a, b] = push.outlier_windows;
+    let r = &push.rotation;
+    let mut notes = vec![
+        format!("{train} windows were fitted and {test} held out; {a} and {b} were {}.", push.outlier_rule),
+        format!(
+            "The windows' gradients scatter {:.1} times as much as white noise would make them: gains in likelihood are divided by it.",
+            push.dispersion
+        ),
+        format!(
+            "Rotation on the same forecasts, degrees: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}.",
+            r.declared.rmse, r.calibrated.rmse, r.augmented.rmse, r.noise_floor.rmse
+        ),
+    ];
+    notes.extend(push.horizons.iter().map(|h| {
+        let [p, r] = [h.position_m.map(|r| 1e3 * r.rmse), h.rotation_deg.map(|r| r.rmse)];
+        let gain = h.reduction_m;
+        format!(
+            "After {} s open loop ({} forecasts): declared {:.2} mm and {:.2} degrees, calibrated {:.2} and {:.2}, augmented {:.2} and {:.2}; gain over calibration {:.2} mm, 95 % interval {:.2} to {:.2}.",
+            h.horizon_s, h.windows, p[0], r[0], p[1], r[1], p[2], r[2],
+            1e3 * gain.rmse, 1e3 * gain.ci95[0], 1e3 * gain.ci95[1]
+        )
+    }));
+    notes
+}
+
+fn push_methods() -> Vec<Method> {
+    [
+        (
+            "Multiple shooting",
+            "pushes are cut into windows, whose start poses are eliminated from every fit",
+            "Bock, Plitt: A Multiple Shooting Algorithm for Direct Solution of Optimal Control Problems, 1984",
+        ),
+        (
+            "Levenberg-Marquardt with exact sensitivities",
+            "fits through contact, by dual numbers",
+            "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
+        ),
+        (
+            "Score test",
+            "which effect the residual asks for",
+            "Rao: Large sample tests of statistical hypotheses, 1948",
+        ),
+        (
+            "Dispersion of window gradients",
+            "likelihood ratios where residuals are not white",
+            "Rotnitzky, Jewell: Hypothesis Testing of Regression Parameters in Semiparametric GLMs for Cluster Correlated Data, 1990",
+        ),
+        (
+            "Sandwich covariance",
+            "intervals of the parameters",
+            "White: Maximum Likelihood Estimation of Misspecified Models, 1982",
+        ),
+        (
+            "Bootstrap over pushes",
+            "intervals of the held-out error; over windows where the pushes are few",
+            "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
+        ),
+    ]
+    .map(|(name, purpose, reference)| Method {
+        name: name.to_owned(),
+        purpose: purpose.to_owned(),
+        reference: reference.to_owned(),
+    })
+    .into()
 }
 
 fn methods() -> Vec<Method> {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 const BINS: usize = 20;
-const LAGS: usize = 12;
+pub(crate) const LAGS: usize = 12;
 
 struct Side {
     bins: BTreeMap<String, Vec<Bin>>,
@@ -81,7 +81,7 @@ fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
     }
 }
 
-fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
+pub(crate) fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
     points.retain(|p| p.0.is_finite() && p.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (Some(first), Some(last)) = (points.first().map(|p| p.0), points.last().map(|p| p.0)) else {

@@ -59,6 +59,38 @@ pub enum DiscoveryError {
         /// Their ratio.
         ratio: String,
     },
+    /// Columns of a push are missing.
+    #[error(
+        "{data}: no column `{missing}`; pushes need `pusher_x_m`, `pusher_y_m` (the rod's centre) and `x_m`, `y_m`, `theta_rad` (the object's centroid); `augsim data convert` makes them from measured sets"
+    )]
+    NoPush {
+        /// The data.
+        data: String,
+        /// The columns.
+        missing: String,
+    },
+    /// The rod never reaches the object.
+    #[error(
+        "{data}: the rod never comes nearer to {object} than {closest_mm} mm, so nothing is pushed; check the outline, `rod_radius_m`, the frames of rod and object, and that the pose is that of the area centroid"
+    )]
+    NoContact {
+        /// The data.
+        data: String,
+        /// The object.
+        object: String,
+        /// Smallest gap, mm.
+        closest_mm: String,
+    },
+    /// Neither a declared noise nor enough samples to estimate it.
+    #[error(
+        "{data}: too few poses in a row to estimate their noise; declare `position_sd_m` and `angle_sd_rad` under [sensor] in {model}"
+    )]
+    NoNoise {
+        /// The data.
+        data: String,
+        /// The model.
+        model: String,
+    },
     /// Velocities or positions that cannot be compared.
     #[error("{0}")]
     Data(#[from] augsim_data::DataError),

@@ -22,6 +22,7 @@ mod linear;
 mod noise;
 mod options;
 mod prepare;
+mod push;
 mod record;
 mod report;
 mod result;
@@ -35,7 +36,8 @@ pub use assess::{Assessment, assess};
 pub use discover::discover;
 pub use error::DiscoveryError;
 pub use options::{Options, Progress};
+pub use push::{assess_push, discover_push};
 pub use result::{
-    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, NoiseFound, Rmse, SCHEMA, Tests,
-    Unexplained, Verdict,
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound,
+    Rmse, SCHEMA, Tests, Unexplained, Verdict,
 };

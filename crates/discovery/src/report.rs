@@ -477,6 +477,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         anatomy: parts.anatomy.clone(),
         tests: passes(parts.tests),
         correlations: (axis, matrix),
+        push: None,
         model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
         error: parts.error,
         seconds: parts.seconds,

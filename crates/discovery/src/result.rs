@@ -185,6 +185,39 @@ pub struct Tests {
     pub pass: bool,
 }
 
+/// Windows of pushes, and errors that only pushes have.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PushFound {
+    /// Windows that the fits used, of the training part and of the held-out part.
+    pub windows: [usize; 2],
+    /// Windows left out, of the training part and of the held-out part.
+    pub outlier_windows: [usize; 2],
+    /// By which rule.
+    pub outlier_rule: String,
+    /// How much larger the scatter of the windows' gradients is than white noise makes it; gains in likelihood are divided
+    /// by it.
+    pub dispersion: f64,
+    /// Error of the rotation on the same forecasts, degrees.
+    pub rotation: ErrorTable,
+    /// Open-loop forecasts over fixed times, from measured poses.
+    pub horizons: Vec<Horizon>,
+}
+
+/// Open-loop forecasts over one time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Horizon {
+    /// The time, s.
+    pub horizon_s: f64,
+    /// How many forecasts.
+    pub windows: usize,
+    /// Root mean square error of the position at the end, m: declared, calibrated, augmented.
+    pub position_m: [Rmse; 3],
+    /// Calibrated minus augmented, m.
+    pub reduction_m: Rmse,
+    /// Root mean square error of the rotation at the end, degrees: declared, calibrated, augmented.
+    pub rotation_deg: [Rmse; 3],
+}
+
 /// A discovery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Discovery {
@@ -218,6 +251,9 @@ pub struct Discovery {
     pub tests: Tests,
     /// Correlations of the parameters of the final model: names, then the matrix row by row.
     pub correlations: (Vec<String>, Vec<Vec<f64>>),
+    /// What only pushes have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub push: Option<PushFound>,
     /// The augmented model file.
     pub model_toml: String,
     /// Wall-clock time, s. The only entry that differs between runs.

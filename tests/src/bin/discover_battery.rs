@@ -1,11 +1,25 @@
-//! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]`, KIND one of null, single, pair, unlisted,
-//! noise. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
+//! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
+//! noise, push-null, push-single. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
 #![expect(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, run};
+use augsim_tests::push_battery;
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
+    if let Some(single) = match args.get(1).map(String::as_str) {
+        Some("push-null") => Some(false),
+        Some("push-single") => Some(true),
+        _ => None,
+    } {
+        let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
+        let pushes = number(4, 150) as usize;
+        let summary = push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| {
+            println!("{}", row.line)
+        });
+        println!("{summary}");
+        return;
+    }
     let kind = args.get(1).and_then(|k| Battery::from_name(k)).unwrap_or(Battery::Null);
     let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
     let verbose = args.len() > 4;

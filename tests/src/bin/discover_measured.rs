@@ -1,9 +1,9 @@
-//! The loop on a measured set: `discover_measured FOLDER-OF-SETS NAME`; prints the answer.
+//! The loop on a measured set: `discover_measured FOLDER-OF-SETS NAME` (or the folder or file of one set of pushes); prints the answer.
 #![expect(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use augsim_data::convert::CONVERTERS;
-use augsim_discovery::{Options, discover};
-use augsim_physics::model::Model;
+use augsim_discovery::{Options, discover, discover_push};
+use augsim_physics::model::{Model, ModelFile};
 use std::path::Path;
 
 fn main() {
@@ -28,11 +28,33 @@ fn main() {
         }
     }
     for (set, convert) in CONVERTERS.iter().filter(|(set, _)| set == name) {
-        let converted = match convert(&Path::new(root).join(set)) {
+        let inner = Path::new(root).join(set);
+        let converted = match convert(if inner.exists() { &inner } else { Path::new(root) }) {
             Ok(c) => c,
             Err(e) => return println!("{e}"),
         };
         println!("{} trajectories", converted.data.trajectories().len());
+        let text = converted.model_toml.as_deref().unwrap_or_default();
+        if let Ok(ModelFile::Push(model)) = ModelFile::parse(text, "model.toml") {
+            match discover_push(&model, &converted.data, &Options::default(), &mut |p| {
+                println!("{}", p.describe())
+            }) {
+                Ok(d) => {
+                    println!("{}\n{:#?}\n{:#?}\n{:#?}", d.sentence, d.effects, d.parameters, d.push);
+                    println!("{:#?}\n{:?}\n{:?}\n{:.2} s", d.error, d.tests, d.alternatives, d.seconds);
+                    for c in d.candidates.iter().take(30) {
+                        let p: Vec<_> =
+                            c.parameters.iter().map(|(n, e)| format!("{n} {:.5}", e.value)).collect();
+                        println!(
+                            "{:?} gain {:.1} penalty {:.1} heldout {:?} {} {p:?}",
+                            c.kinds, c.gain, c.penalty, c.heldout_gain, c.why
+                        );
+                    }
+                }
+                Err(e) => println!("{e}"),
+            }
+            continue;
+        }
         let model = match Model::parse(converted.model_toml.as_deref().unwrap_or_default(), "model.toml") {
             Ok(m) => m,
             Err(e) => return println!("{e}"),

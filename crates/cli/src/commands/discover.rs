@@ -6,8 +6,8 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
 use augsim_data::{MissingCells, atomic_write, read_dataset};
-use augsim_discovery::{Discovery, Options, discover};
-use augsim_physics::model::Model;
+use augsim_discovery::{Discovery, Options, discover, discover_push};
+use augsim_physics::model::ModelFile;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -23,11 +23,15 @@ pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcom
 
 /// Makes the discovery and writes `result.json`, `model.toml` and `report.html`.
 pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Discovery> {
-    let model = Model::read(&args.model)?;
+    let model = ModelFile::read(&args.model)?;
     let data = read_dataset(&args.data, MissingCells::AsGap)?;
     let options = Options { seed, train_share: args.train_share };
     let steps = Steps::new(output);
-    let found = discover(&model, &data, &options, &mut |p| steps.show(p.describe()))?;
+    let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
+    let found = match &model {
+        ModelFile::Ball(model) => discover(model, &data, &options, &mut told)?,
+        ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
+    };
     steps.finish();
 
     std::fs::create_dir_all(&args.out)?;
@@ -66,6 +70,48 @@ fn text(args: &Discover, d: &Discovery) -> String {
     ];
     for (name, r) in rows {
         let _ = writeln!(out, "  {name:<12} {:>10.5}  ({:.5} to {:.5})", r.rmse, r.ci95[0], r.ci95[1]);
+    }
+    if let Some(push) = &d.push {
+        let r = &push.rotation;
+        let _ = writeln!(
+            out,
+            "  rotation, degrees: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}",
+            r.declared.rmse, r.calibrated.rmse, r.augmented.rmse, r.noise_floor.rmse
+        );
+        for h in &push.horizons {
+            let row = |r: &augsim_discovery::Rmse, scale: f64| {
+                format!("{:.3} ({:.3} to {:.3})", scale * r.rmse, scale * r.ci95[0], scale * r.ci95[1])
+            };
+            let [a, b, c] = &h.position_m;
+            let [ra, rb, rc] = &h.rotation_deg;
+            let _ = writeln!(
+                out,
+                "  after {} s, {} forecasts: declared {} mm, calibrated {} mm, augmented {} mm, gain {} mm\n    rotation: {} deg, {} deg, {} deg",
+                h.horizon_s,
+                h.windows,
+                row(a, 1e3),
+                row(b, 1e3),
+                row(c, 1e3),
+                row(&h.reduction_m, 1e3),
+                row(ra, 1.0),
+                row(rb, 1.0),
+                row(rc, 1.0)
+            );
+        }
+        let [train, test] = push.windows;
+        let [a, b] = push.outlier_windows;
+        let _ = writeln!(
+            out,
+            "  windows: {train} to fit, {test} held out; left out: {a} and {b} ({}); dispersion {:.1}",
+            push.outlier_rule, push.dispersion
+        );
+    }
+    for (name, e) in &d.parameters {
+        let _ = writeln!(
+            out,
+            "  {name} = {:.5} {} (95 % interval {:.5} to {:.5})",
+            e.value, e.unit, e.ci95[0], e.ci95[1]
+        );
     }
     if let Some(share) = e.explained_share {
         let _ = writeln!(out, "  removed {:.1} % of the removable squared error", 100.0 * share);

@@ -112,6 +112,31 @@ pub fn simulate<S: Scalar, P: Path<S>>(
     times: &[f64],
     run: &mut Run<S>,
 ) -> Result<(), PushError> {
+    follow(push, times, run, false)
+}
+
+/// [`simulate`] for a push that is already under way at the first requested time: an object with inertia that the rod touches
+/// begins with the twist of quasi-static motion instead of at rest.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_under_way<S: Scalar, P: Path<S>>(
+    push: &Push<'_, S, P>,
+    times: &[f64],
+    run: &mut Run<S>,
+) -> Result<(), PushError> {
+    follow(push, times, run, true)
+}
+
+/// Gap within which a push under way counts as touching, m: several times the noise of a pose.
+const UNDER_WAY_GAP_M: f64 = 1e-3;
+
+fn follow<S: Scalar, P: Path<S>>(
+    push: &Push<'_, S, P>,
+    times: &[f64],
+    run: &mut Run<S>,
+    under_way: bool,
+) -> Result<(), PushError> {
     run.poses.clear();
     run.instants.clear();
     run.steps = 0;
@@ -122,6 +147,14 @@ pub fn simulate<S: Scalar, P: Path<S>>(
     let begin = first - delay.value();
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
     stepper.check_start(&state.pose, rod)?;
+    if under_way
+        && stepper.scene.has_inertia()
+        && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M
+    {
+        stepper.scene.place(&state.pose);
+        let velocity = push.path.piece(begin).velocity(S::constant(begin));
+        state.twist = stepper.scene.at(&state.pose, rod, velocity, true).twist;
+    }
     let mut time = begin;
     for (i, &t) in times.iter().enumerate() {
         let until = t - delay.value();

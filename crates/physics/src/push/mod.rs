@@ -50,7 +50,7 @@ mod world;
 
 pub use batch::simulate_batch;
 pub use contact::{Mode, Response, Touch, respond};
-pub use engine::{Push, PushError, Run, Stepped, Stepper, Steps, simulate};
+pub use engine::{Push, PushError, Run, Stepped, Stepper, Steps, simulate, simulate_under_way};
 pub use field::Field;
 pub use instant::Instant;
 pub use moments::{Moments, mean_radius};

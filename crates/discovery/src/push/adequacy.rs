@@ -1,0 +1,55 @@
+//! Whether the best model leaves anything.
+
+use super::fit::Fit;
+use super::search::Search;
+use crate::result::Tests;
+use crate::statistics::{chi2_tail, median};
+
+/// Relative standard error of the estimated noise variance: a misfit within it is no misfit.
+const NOISE_UNCERTAINTY: f64 = 0.03;
+
+/// Tests of a fit. `rejected` are kinds that were fitted beside it and did not pay: a score only forecasts what a fit settles.
+pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests {
+    let p = fit.theta.len();
+    let mut ratios: Vec<f64> =
+        fit.pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
+    let freedom: f64 = fit.pieces.iter().map(|w| w.m as f64 - 3.0).sum::<f64>().max(1.0);
+    let excess = median(&mut ratios) - 1.0;
+    let z = excess / (NOISE_UNCERTAINTY + (4.0 / freedom).sqrt());
+    // chi2_1 of z is the two-sided normal tail.
+    let lack_of_fit = if z > 0.0 { chi2_tail(z * z, 1.0) } else { 1.0 };
+
+    let mut scores = search.scores(fit);
+    scores.retain(|s| !rejected.contains(&s.kind));
+    let m = scores.len().max(1) as f64;
+    let dispersion = search.dispersion.max(fit.dispersion(&search.train));
+    let library = scores
+        .iter()
+        .map(|s| {
+            let rank =
+                augsim_physics::push::effects::spec_of(s.kind).map_or(1, |s| s.parameters.len().max(1));
+            m * chi2_tail(s.gain.max(0.0) / dispersion, rank as f64)
+        })
+        .fold(1.0, f64::min);
+
+    // Kristensen and Madsen 2004: one step of each parameter, window by window.
+    let mut heterogeneity: f64 = 1.0;
+    for i in 0..p {
+        let (mut q, mut uu, mut ss, mut n) = (0.0, 0.0, 0.0, 0.0);
+        for w in fit.pieces.iter().filter(|w| search.train.cost(w.q, w.m).1 == 1.0) {
+            let (s, u) = w.reduced(p);
+            if s.at(i, i) > 0.0 {
+                q += u[i] * u[i] / s.at(i, i);
+                uu += u[i];
+                ss += s.at(i, i);
+                n += 1.0;
+            }
+        }
+        if n > 2.0 {
+            let level = (1.0 + excess).max(1.0);
+            heterogeneity = heterogeneity.min(p as f64 * chi2_tail((q - uu * uu / ss) / level, n - 1.0));
+        }
+    }
+    let pass = lack_of_fit > 1e-4 && library > 1e-3;
+    Tests { lack_of_fit, library, laws: 1.0, heterogeneity, periodicity: 1.0, pass }
+}

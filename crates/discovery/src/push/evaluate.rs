@@ -1,0 +1,147 @@
+//! Residuals of a window and their sensitivities to the free parameters and the start, by dual numbers.
+
+use super::hypothesis::Hypothesis;
+use super::measured::{Record, Window};
+use crate::linear::{Square, eliminate};
+use augsim_physics::push::{Pose, Push, Run, Steps, simulate, simulate_under_way};
+use augsim_physics::{Dual, Scalar};
+
+/// Rod travel in a sub-step of a fit, m: within 10 µm of the finest over a push of 15 cm.
+const STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
+
+/// A window at one point of the parameters: `q = |r|²`, with `r` in units of the noise, its slopes and its curvature
+/// (Gauss-Newton) in the globals, and then the start.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    /// Sum of squared residuals.
+    pub q: f64,
+    /// Number of residuals.
+    pub m: usize,
+    /// Curvature `J'J` of globals and start.
+    pub h: Square,
+    /// `J'r`.
+    pub g: Vec<f64>,
+}
+
+impl Piece {
+    /// With the start eliminated: curvature and gradient of the globals alone.
+    pub fn reduced(&self, globals: usize) -> (Square, Vec<f64>) {
+        let (s, u, _) = eliminate(&self.h, &self.g, globals);
+        (s, u)
+    }
+
+    /// By how much `q` falls, in the quadratic approximation, when the start alone moves.
+    pub fn start_gain(&self, globals: usize) -> f64 {
+        let tail = [globals, globals + 1, globals + 2];
+        let mut x: Vec<f64> = tail.iter().map(|&i| self.g[i]).collect();
+        self.h.sub(&tail).cholesky().forward(&mut x);
+        x.iter().map(|v| v * v).sum()
+    }
+
+    /// The step of the start that goes with a step of the globals.
+    pub fn start_step(&self, step: &[f64]) -> [f64; 3] {
+        let p = step.len();
+        let tail = [p, p + 1, p + 2];
+        let mut rest: Vec<f64> = tail
+            .iter()
+            .map(|&i| self.g[i] - (0..p).map(|j| self.h.at(i, j) * step[j]).sum::<f64>())
+            .collect();
+        self.h.sub(&tail).cholesky().solve(&mut rest);
+        [rest[0], rest[1], rest[2]]
+    }
+}
+
+/// A simulated window: poses at its samples. One that cannot be simulated stays at its start.
+fn poses<S: Scalar>(
+    h: &Hypothesis,
+    parameters: &[S],
+    start: Pose<S>,
+    r: &Record,
+    w: &Window,
+) -> Vec<Pose<S>> {
+    let times = &r.time[w.first..=w.last];
+    let mut run = Run { poses: Vec::new(), instants: Vec::new(), steps: 0 };
+    if let Some(path) = r.path() {
+        let push = Push { world: &h.world, parameters, start, path: &path, field: None, steps: STEPS };
+        let done = if w.first == 0 {
+            simulate(&push, times, &mut run)
+        } else {
+            simulate_under_way(&push, times, &mut run)
+        };
+        if done.is_ok() && run.poses.len() == times.len() {
+            return run.poses;
+        }
+    }
+    vec![start; times.len()]
+}
+
+/// Poses of a window at the values `theta`, in plain numbers.
+pub(crate) fn plain(h: &Hypothesis, theta: &[f64], start: [f64; 3], r: &Record, w: &Window) -> Vec<[f64; 3]> {
+    let values = h.filled(theta);
+    poses(h, &values, Pose::new(start[0], start[1], start[2]), r, w)
+        .into_iter()
+        .map(|p| [p.position[0], p.position[1], p.angle])
+        .collect()
+}
+
+/// The piece of a window. `sd` is the noise of the pose.
+pub(crate) fn piece(
+    h: &Hypothesis,
+    theta: &[f64],
+    start: [f64; 3],
+    r: &Record,
+    w: &Window,
+    sd: [f64; 3],
+) -> Piece {
+    match theta.len() + 3 {
+        0..=6 => piece_of::<6>(h, theta, start, r, w, sd),
+        7..=9 => piece_of::<9>(h, theta, start, r, w, sd),
+        _ => piece_of::<14>(h, theta, start, r, w, sd),
+    }
+}
+
+/// Most free parameters beside a start.
+pub(crate) const MOST_FREE: usize = 11;
+
+fn piece_of<const N: usize>(
+    h: &Hypothesis,
+    theta: &[f64],
+    start: [f64; 3],
+    r: &Record,
+    w: &Window,
+    sd: [f64; 3],
+) -> Piece {
+    let p = theta.len();
+    let mut parameters: Vec<Dual<N>> = h.values.iter().map(|&v| Dual::constant(v)).collect();
+    for (lane, f) in h.free.iter().enumerate() {
+        parameters[f.index] = Dual::variable(theta[lane], lane);
+    }
+    let lane = |c: usize| Dual::<N>::variable(start[c], p + c);
+    let run = poses(h, &parameters, Pose::new(lane(0), lane(1), lane(2)), r, w);
+    let n = p + 3;
+    let (mut q, mut curvature, mut g) = (0.0, Square::zero(n), vec![0.0; n]);
+    for (pose, y) in run.iter().zip(&r.pose[w.first..=w.last]) {
+        let predicted = [pose.position[0], pose.position[1], pose.angle];
+        for c in 0..3 {
+            let k = 1.0 / sd[c];
+            let residual = (y[c] - predicted[c].value) * k;
+            q += residual * residual;
+            let d: [f64; N] = predicted[c].d.map(|d| d * k);
+            for i in 0..n {
+                g[i] += d[i] * residual;
+                for j in 0..=i {
+                    *curvature.at_mut(i, j) += d[i] * d[j];
+                }
+            }
+        }
+    }
+    for i in 0..n {
+        for j in 0..i {
+            *curvature.at_mut(j, i) = curvature.at(i, j);
+        }
+    }
+    if !(q.is_finite() && g.iter().all(|v| v.is_finite())) {
+        return Piece { q: f64::MAX.sqrt(), m: 3 * run.len(), h: Square::zero(n), g: vec![0.0; n] };
+    }
+    Piece { q, m: 3 * run.len(), h: curvature, g }
+}

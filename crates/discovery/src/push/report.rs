@@ -1,0 +1,331 @@
+//! The answer as `result.json` has it.
+
+use super::experiment::{confirm, separate, stands_for};
+use super::fit::{Fit, Sample};
+use super::search::{Judged, Search};
+use crate::result::{
+    Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA,
+    Tests, Verdict,
+};
+use augsim_physics::model::{EffectBlock, Parameter, Per, PushModel};
+use augsim_physics::push::effects::spec_of;
+use std::collections::BTreeMap;
+
+/// Sets within this of the best on both parts together are told as well: odds of 100 to 1.
+const AMBIGUOUS: f64 = 9.2;
+/// Sets within this of the best on the training part alone are told as well.
+const AMBIGUOUS_TRAIN: f64 = 4.6;
+
+/// How the candidates came out, on the windows of the search.
+pub(crate) struct Ranking {
+    alternatives: Vec<Vec<String>>,
+    candidates: Vec<Candidate>,
+    shares: Vec<(&'static str, f64)>,
+}
+
+impl Ranking {
+    pub fn of(search: &Search<'_>, best: usize) -> Self {
+        let alternatives = alternatives(search, best);
+        let candidates = candidates(search, best, &alternatives);
+        Self { candidates, alternatives, shares: shares(search, best) }
+    }
+}
+
+/// What the answer is made of.
+pub(crate) struct Parts<'a> {
+    pub model: &'a PushModel,
+    pub search: &'a Search<'a>,
+    pub ranking: Ranking,
+    pub everything: &'a Sample<'a>,
+    /// The best set fitted to all windows.
+    pub full: &'a Fit,
+    pub tests: Tests,
+    pub verdict: Verdict,
+    pub error: ErrorTable,
+    pub rotation: ErrorTable,
+    pub horizons: Vec<Horizon>,
+    /// Windows left out: training, held out.
+    pub outliers: [usize; 2],
+    pub anatomy: Anatomy,
+    pub seconds: f64,
+}
+
+/// Estimates by name of the free parameters of one kind (none: the declared ones).
+fn estimates(fit: &Fit, ci95: &[[f64; 2]], kind: Option<&str>) -> BTreeMap<String, Estimate> {
+    let free = fit.hypothesis.free.iter().zip(&fit.theta).zip(ci95);
+    free.filter(|((f, _), _)| f.kind == kind)
+        .map(|((f, &value), &ci95)| {
+            let e = Estimate { value, ci95, unit: f.unit.into(), groups: BTreeMap::new() };
+            (f.name.clone(), e)
+        })
+        .collect()
+}
+
+/// Share of the gain in likelihood that each effect of a set is worth.
+fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
+    let (base, best) = (search.base(), &search.tried[best]);
+    let cost = |j: &Judged| j.fit.cost(&search.train);
+    let whole = (cost(base) - cost(best)).max(1e-300);
+    let kinds = best.kinds().to_vec();
+    let share = |kind: &&'static str| {
+        let rest: Vec<&'static str> = kinds.iter().copied().filter(|k| k != kind).collect();
+        let without = if rest.is_empty() { cost(base) } else { cost(&search.refit(&best.fit, &rest, None)) };
+        (*kind, ((without - cost(best)) / whole).clamp(0.0, 1.0))
+    };
+    kinds.iter().map(share).collect()
+}
+
+fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
+    let mut found: Vec<FoundEffect> = parts
+        .ranking
+        .shares
+        .iter()
+        .map(|&(kind, share)| {
+            let mut also: Vec<String> = spec_of(kind)
+                .map_or(&[][..], |s| s.stands_for)
+                .iter()
+                .chain(stands_for(kind))
+                .map(|s| s.to_string())
+                .collect();
+            also.dedup();
+            FoundEffect {
+                kind: kind.to_string(),
+                stands_for: also,
+                parameters: estimates(parts.full, ci95, Some(kind)),
+                share,
+                per: None,
+            }
+        })
+        .collect();
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+/// Other sets that explain the data as well.
+fn alternatives(search: &Search<'_>, chosen: usize) -> Vec<Vec<String>> {
+    let best = &search.tried[chosen];
+    if best.kinds().is_empty() {
+        return Vec::new();
+    }
+    let mut list: Vec<(f64, Vec<String>)> = Vec::new();
+    for (i, j) in search.tried.iter().enumerate() {
+        // A set with the answer in it explains nothing that the answer does not.
+        let wider = best.kinds().iter().all(|k| j.kinds().contains(k));
+        if i == chosen || j.held.is_none() || wider || j.kinds().len() > best.kinds().len() + 1 {
+            continue;
+        }
+        let behind = search.total(j) - search.total(best);
+        let train = search.criterion(j) - search.criterion(best);
+        if !j.kinds().is_empty() && (behind < AMBIGUOUS || train < AMBIGUOUS_TRAIN) {
+            list.push((behind, j.kinds().iter().map(|k| k.to_string()).collect()));
+        }
+    }
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    list.into_iter().map(|(_, kinds)| kinds).collect()
+}
+
+fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec<Candidate> {
+    let base = search.base();
+    let scale = search.dispersion;
+    let base_cost = base.fit.cost(&search.train) / scale;
+    let best = &search.tried[answer];
+    let held = |j: &Judged| j.held.as_ref().map(|f| f.cost(&search.test) / scale);
+    let mut order: Vec<usize> = (1..search.tried.len()).collect();
+    order.sort_by(|&a, &b| search.criterion(&search.tried[a]).total_cmp(&search.criterion(&search.tried[b])));
+    let mut list: Vec<Candidate> = order
+        .into_iter()
+        .map(|i| {
+            let j = &search.tried[i];
+            let ci95 = j.fit.ci95(&search.train);
+            let mut parameters = BTreeMap::new();
+            for kind in j.kinds() {
+                for (name, e) in estimates(&j.fit, &ci95, Some(kind)) {
+                    parameters.insert(format!("{kind}.{name}"), e);
+                }
+            }
+            let gain = base_cost - j.fit.cost(&search.train) / scale;
+            let penalty = search.penalty(j.kinds());
+            let kinds: Vec<String> = j.kinds().iter().map(|k| k.to_string()).collect();
+            let chosen = i == answer;
+            let behind = search.criterion(j) - search.criterion(best);
+            let why = if chosen {
+                "explains the training pushes best and holds on the others".into()
+            } else if rivals.contains(&kinds) {
+                "explains the data as well: cannot be told apart".into()
+            } else if gain < penalty {
+                format!("gains {gain:.1}, less than its penalty of {penalty:.1}")
+            } else if behind > 0.0 {
+                format!("{behind:.1} behind the answer")
+            } else {
+                "does not hold on the held-out pushes".into()
+            };
+            Candidate {
+                kinds,
+                parameters,
+                gain,
+                penalty,
+                heldout_gain: held(j).zip(held(base)).map(|(a, b)| 0.5 * (b - a)),
+                fitted: true,
+                chosen,
+                why,
+            }
+        })
+        .collect();
+    for s in &search.base_scores {
+        if list.iter().any(|c| c.kinds.len() == 1 && c.kinds[0] == s.kind) {
+            continue;
+        }
+        let (gain, penalty) = (s.gain.max(0.0) / scale, search.penalty(&[s.kind]));
+        list.push(Candidate {
+            kinds: vec![s.kind.into()],
+            parameters: BTreeMap::new(),
+            gain,
+            penalty,
+            heldout_gain: None,
+            fitted: false,
+            chosen: false,
+            why: if gain < penalty {
+                format!("would gain {gain:.1}, less than its penalty of {penalty:.1}")
+            } else {
+                format!("would gain {gain:.1} alone; others promise more")
+            },
+        });
+    }
+    list
+}
+
+/// The model with the fitted numbers in it.
+fn augmented(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> PushModel {
+    let mut model = parts.model.clone();
+    let (h, theta) = (&parts.full.hypothesis, &parts.full.theta);
+    let declared = parts.model.parameters.len();
+    for kind in &h.kinds {
+        let Some(spec) = spec_of(kind) else { continue };
+        let parameters = spec
+            .parameters
+            .iter()
+            .map(|p| Parameter {
+                name: p.name.into(),
+                nominal: p.null,
+                min: p.min,
+                max: p.max,
+                frozen: false,
+                per: Per::All,
+                ci95: None,
+                groups: Vec::new(),
+            })
+            .collect();
+        model.effects.push(EffectBlock { kind: kind.to_string(), scatter: None, table: None, parameters });
+    }
+    let mut slots: Vec<&mut Parameter> = model.parameters.iter_mut().collect();
+    for block in &mut model.effects {
+        if augsim_physics::push::effects::index_of(&block.kind).is_some() {
+            slots.extend(block.parameters.iter_mut());
+        }
+    }
+    for ((f, &value), &ci95) in h.free.iter().zip(theta).zip(ci95) {
+        if let Some(p) = slots.get_mut(f.index) {
+            p.nominal = value;
+            p.ci95 = Some(ci95);
+        }
+    }
+    for p in model.parameters.iter().take(declared) {
+        if p.ci95.is_some() && !model.declared.contains(&p.name) {
+            model.declared.push(p.name.clone());
+        }
+    }
+    model
+}
+
+fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<String>]) -> String {
+    let words: Vec<String> = effects
+        .iter()
+        .map(|e| {
+            let p: Vec<String> = e
+                .parameters
+                .iter()
+                .map(|(n, v)| format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]))
+                .collect();
+            if p.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, p.join(", ")) }
+        })
+        .collect();
+    let list = words.join(" and ");
+    let (e, r) = (&parts.error, &parts.rotation);
+    let gain = format!(
+        "error on held-out pushes {:.2} mm and {:.2} degrees after calibration, {:.2} mm and {:.2} degrees with it, noise floor {:.2} mm",
+        1e3 * e.calibrated.rmse,
+        r.calibrated.rmse,
+        1e3 * e.augmented.rmse,
+        r.augmented.rmse,
+        1e3 * e.noise_floor.rmse
+    );
+    let rest = "structure above the noise that no effect of the library explains";
+    match parts.verdict {
+        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
+        Verdict::Explained if !alternatives.is_empty() => format!(
+            "The model lacks {list}, or as well {}: these data cannot tell them apart; {gain}.",
+            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
+        ),
+        Verdict::Explained => format!("The model lacks {list}; {gain}."),
+        Verdict::PartlyExplained => format!("The model lacks {list}, and there is {rest}; {gain}."),
+        Verdict::Unknown => format!("Something unknown: {rest}; {gain}."),
+    }
+}
+
+pub(crate) fn report(parts: Parts<'_>) -> Discovery {
+    let ci95 = parts.full.ci95(parts.everything);
+    let found = effects(&parts, &ci95);
+    let rivals = parts.ranking.alternatives.clone();
+    let kinds: Vec<&str> = found.iter().map(|e| e.kind.as_str()).collect();
+    let next_experiment = rivals.first().map_or_else(|| confirm(&kinds), |r| separate(&kinds, r));
+    let h = &parts.full.hypothesis;
+    let names: Vec<String> =
+        h.free.iter().map(|f| f.kind.map_or(f.name.clone(), |k| format!("{k}.{}", f.name))).collect();
+    let covariance = parts.full.covariance(parts.everything);
+    let n = names.len();
+    let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
+    let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
+    let noise = &parts.search.train.data.noise;
+    let search = parts.search;
+    Discovery {
+        schema: SCHEMA.into(),
+        verdict: parts.verdict,
+        sentence: sentence(&parts, &found, &rivals),
+        calibrated: {
+            let base = &search.base().fit;
+            estimates(base, &base.ci95(&search.train), None)
+        },
+        parameters: estimates(parts.full, &ci95, None),
+        noise: NoiseFound {
+            sd: noise.white.unwrap_or(noise.sd)[0],
+            unit: "m".into(),
+            by_channel: noise.white.unwrap_or(noise.sd).to_vec(),
+            correlation: 0.0,
+            jitter_s: 0.0,
+            outliers: 0,
+            findings: noise.findings.clone(),
+        },
+        candidates: parts.ranking.candidates.clone(),
+        effects: found,
+        alternatives: rivals,
+        unexplained: None,
+        next_experiment,
+        anatomy: parts.anatomy.clone(),
+        tests: parts.tests,
+        correlations: (names, matrix),
+        push: Some(PushFound {
+            windows: [search.train.windows.len(), search.test.windows.len()],
+            outlier_windows: parts.outliers,
+            outlier_rule: format!(
+                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
+                search.train.bend.sqrt()
+            ),
+            dispersion: search.dispersion,
+            rotation: parts.rotation.clone(),
+            horizons: parts.horizons.clone(),
+        }),
+        model_toml: augmented(&parts, &ci95).to_toml(),
+        error: parts.error,
+        seconds: parts.seconds,
+    }
+}

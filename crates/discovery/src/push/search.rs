@@ -1,0 +1,366 @@
+//! Forward-backward search over sets of effects.
+
+use super::evaluate::MOST_FREE;
+use super::fit::{Fit, Sample, fit, fit_starts};
+use super::hypothesis::{Hypothesis, Polar, probes};
+use crate::statistics::{chi2_quantile, median, quantile};
+use augsim_physics::effects::EffectSpec;
+use augsim_physics::model::PushModel;
+use augsim_physics::push::effects::{all, spec_of};
+use rayon::prelude::*;
+
+/// Probability of a false step.
+const ALPHA: f64 = 0.01;
+/// Hypotheses kept from level to level.
+const BEAM: usize = 2;
+/// Most effects in a hypothesis.
+const MOST_EFFECTS: usize = 4;
+/// Best scores that are fitted whatever the dispersion.
+const SURE: usize = 3;
+/// Hypotheses within this of the best on the training part go on to the held-out part.
+const POOL: f64 = 30.0;
+/// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
+pub(crate) const BEND: f64 = 9.0;
+
+/// A kind tested at a fit, by one Gauss-Newton step from its probe.
+#[derive(Clone, Debug)]
+pub(crate) struct Score {
+    pub kind: &'static str,
+    /// Predicted gain in cost.
+    pub gain: f64,
+    /// Where a fit with it begins.
+    pub theta: Vec<f64>,
+}
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub fit: Fit,
+    /// The held-out windows at its parameters.
+    pub held: Option<Fit>,
+}
+
+impl Judged {
+    pub fn kinds(&self) -> &[&'static str] {
+        &self.fit.hypothesis.kinds
+    }
+}
+
+/// A search with what it has found so far.
+pub(crate) struct Search<'a> {
+    pub model: &'a PushModel,
+    pub train: Sample<'a>,
+    pub test: Sample<'a>,
+    /// By which gains in cost are divided.
+    pub dispersion: f64,
+    pub library: Vec<&'static EffectSpec>,
+    /// Everything that was fitted, the calibrated model first.
+    pub tried: Vec<Judged>,
+    /// Scores at the calibrated model.
+    pub base_scores: Vec<Score>,
+}
+
+impl<'a> Search<'a> {
+    /// Calibrates.
+    pub fn new(model: &'a PushModel, mut train: Sample<'a>, mut test: Sample<'a>) -> Self {
+        let library = all::<f64>()
+            .into_iter()
+            .map(|e| e.spec())
+            .filter(|s| {
+                let clash = |kind: &str| s.kind == kind || s.excludes.contains(&kind);
+                let slow = s.kind == "inertia" && coasting_m(model, &train) < 3.0 * train.data.noise.sd[0];
+                !model.effects.iter().any(|b| clash(&b.kind)) && !slow
+            })
+            .collect();
+        let h = Hypothesis::new(model, &[]);
+        let nominal = fit_starts(&train, &h, &h.start());
+        train.bend = bend(&nominal);
+        let mut base = fit(&train, &h, &nominal.theta, &nominal.starts);
+        train.bend = bend(&base);
+        base = fit(&train, &h, &base.theta, &base.starts);
+        train.bend = bend(&base);
+        test.bend = train.bend;
+        let dispersion = base.dispersion(&train);
+        let tried = vec![Judged { fit: base, held: None }];
+        Self { model, train, test, dispersion, library, tried, base_scores: Vec::new() }
+    }
+
+    pub fn base(&self) -> &Judged {
+        &self.tried[0]
+    }
+
+    /// Penalty of a set of kinds on the cost.
+    pub fn penalty(&self, kinds: &[&str]) -> f64 {
+        let m = self.library.len().max(1) as f64;
+        kinds
+            .iter()
+            .map(|k| chi2_quantile(ALPHA / m, spec_of(k).map_or(1, |s| s.parameters.len().max(1)) as f64))
+            .sum()
+    }
+
+    pub fn criterion(&self, j: &Judged) -> f64 {
+        j.fit.cost(&self.train) / self.dispersion + self.penalty(j.kinds())
+    }
+
+    /// Criterion and held-out part together.
+    pub fn total(&self, j: &Judged) -> f64 {
+        let held = j.held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
+        self.criterion(j) + held / self.dispersion
+    }
+
+    fn may_join(&self, spec: &EffectSpec, kinds: &[&'static str]) -> bool {
+        !kinds.iter().any(|k| *k == spec.kind || spec.excludes.contains(k))
+    }
+
+    /// What the kinds that a fit lacks promise, best first.
+    pub fn scores(&self, from: &Fit) -> Vec<Score> {
+        let kinds = &from.hypothesis.kinds;
+        let candidates: Vec<(&'static EffectSpec, Vec<f64>)> = self
+            .library
+            .iter()
+            .filter(|s| self.may_join(s, kinds) && from.theta.len() + s.parameters.len() <= MOST_FREE)
+            .flat_map(|s| probes(s).into_iter().map(|p| (*s, p)))
+            .collect();
+        let mut list: Vec<Score> =
+            candidates.into_par_iter().map(|(s, probe)| self.score(from, s, &probe)).collect();
+        // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
+        let common = self.train.promise(&from.pieces, from.theta.len());
+        list.iter_mut().for_each(|s| s.gain -= common);
+        list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut seen: Vec<&str> = Vec::new();
+        list.retain(|s| {
+            let fresh = !seen.contains(&s.kind);
+            seen.push(s.kind);
+            fresh
+        });
+        list
+    }
+
+    fn score(&self, from: &Fit, spec: &'static EffectSpec, probe: &[f64]) -> Score {
+        let mut kinds = from.hypothesis.kinds.clone();
+        kinds.push(spec.kind);
+        let h = Hypothesis::new(self.model, &kinds);
+        let theta = [&from.theta[..], probe].concat();
+        let p = theta.len();
+        let pieces = self.train.pieces(&h, &theta, &from.starts);
+        let (s, u, _) = self.train.normal(&pieces, p);
+        let mut step = u.clone();
+        s.cholesky().solve(&mut step);
+        let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
+        let polar = Polar::of(spec.kind);
+        if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
+            let to = polar.step([probe[0], probe[1]], [*a, *b]);
+            next[p - 2..].copy_from_slice(&to);
+        }
+        h.admit(&mut next);
+        if polar.is_none() {
+            // A step that the bounds stop gains less.
+            step = next.iter().zip(&theta).map(|(a, b)| a - b).collect();
+        }
+        let mut gain = from.cost(&self.train) - self.train.total(&pieces);
+        gain += pieces.iter().map(|w| self.train.cost(w.q, w.m).1 * w.start_gain(p)).sum::<f64>();
+        for i in 0..p {
+            gain += 2.0 * u[i] * step[i];
+            gain -= (0..p).map(|j| step[i] * s.at(i, j) * step[j]).sum::<f64>();
+        }
+        Score { kind: spec.kind, gain, theta: next }
+    }
+
+    /// Fits a set of kinds, parameters as another fit has them or as given for one kind.
+    pub fn refit(&self, from: &Fit, kinds: &[&'static str], theta: Option<&[f64]>) -> Judged {
+        let h = Hypothesis::new(self.model, kinds);
+        let mut start = h.start();
+        if let Some(theta) = theta.filter(|t| t.len() == start.len()) {
+            start.copy_from_slice(theta);
+        } else {
+            let declared = start.len().min(from.theta.len()).min(Hypothesis::new(self.model, &[]).free.len());
+            start[..declared].copy_from_slice(&from.theta[..declared]);
+            for kind in kinds {
+                let (to, of) = (h.range_of(kind), from.hypothesis.range_of(kind));
+                if to.len() == of.len() {
+                    start[to].copy_from_slice(&from.theta[of]);
+                } else if let Some(spec) = spec_of(kind)
+                    && to.len() == spec.parameters.len()
+                {
+                    let first = probes(spec).into_iter().next().unwrap_or_default();
+                    start[to].copy_from_slice(&first);
+                }
+            }
+        }
+        Judged { fit: fit(&self.train, &h, &start, &from.starts), held: None }
+    }
+
+    fn known(&self, kinds: &[&'static str]) -> bool {
+        self.tried
+            .iter()
+            .any(|j| j.kinds().len() == kinds.len() && kinds.iter().all(|k| j.kinds().contains(k)))
+    }
+
+    /// Kinds that were fitted beside the best set and did not pay.
+    pub fn rejected(&self, best: usize) -> Vec<&'static str> {
+        let now = self.tried[best].kinds();
+        self.library
+            .iter()
+            .map(|s| s.kind)
+            .filter(|kind| {
+                let mut with = now.to_vec();
+                with.push(kind);
+                self.known(&with)
+            })
+            .collect()
+    }
+
+    fn ranked(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.tried.len()).collect();
+        let criteria: Vec<f64> = self.tried.iter().map(|j| self.criterion(j)).collect();
+        order.sort_by(|&a, &b| criteria[a].total_cmp(&criteria[b]));
+        order
+    }
+
+    /// Scale and dispersion by the closest fit so far, as of quasi-likelihood (Burnham and Anderson 2002): what it explains is
+    /// no scatter.
+    fn rescale(&mut self) {
+        let cost = |j: &Judged| j.fit.cost(&self.train);
+        let closest = self.tried.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let Some(Judged { fit, .. }) = closest.cloned() else { return };
+        let fit = &fit;
+        self.train.bend = self.train.bend.min(bend(fit));
+        self.test.bend = self.train.bend;
+        self.dispersion = self.dispersion.min(fit.dispersion(&self.train));
+    }
+
+    /// The search; the tried sets are judged on the held-out part where they are close to the best.
+    pub fn run(&mut self, told: &mut dyn FnMut()) {
+        let mut beam = vec![0];
+        for level in 1..=MOST_EFFECTS {
+            let mut jobs: Vec<(usize, Vec<&'static str>, Vec<f64>)> = Vec::new();
+            for &i in &beam {
+                let fit = &self.tried[i].fit;
+                let scores = self.scores(fit);
+                if i == 0 {
+                    self.base_scores = scores.clone();
+                }
+                let most = if level == 1 { 6 } else { 4 };
+                for (rank, s) in scores.into_iter().take(most).enumerate() {
+                    let mut kinds = self.tried[i].kinds().to_vec();
+                    kinds.push(s.kind);
+                    // The dispersion that a missing effect makes must not hide it: the first are fitted in any case.
+                    let sure = rank < SURE && s.gain > self.penalty(&[s.kind]);
+                    let worth = sure || s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]);
+                    if worth && !self.known(&kinds) && !jobs.iter().any(|j| same(&j.1, &kinds)) {
+                        jobs.push((i, kinds, s.theta));
+                    }
+                }
+            }
+            let before = self.ranked()[0];
+            let fitted: Vec<Judged> = jobs
+                .par_iter()
+                .map(|(i, kinds, theta)| self.refit(&self.tried[*i].fit, kinds, Some(theta)))
+                .collect();
+            let count = self.tried.len();
+            self.tried.extend(fitted);
+            told();
+            self.rescale();
+            let order = self.ranked();
+            if order[0] == before || self.tried.len() == count {
+                break;
+            }
+            beam = order.into_iter().filter(|&i| i >= count).take(BEAM).collect();
+        }
+        self.refine(told);
+        self.judge();
+    }
+
+    /// Drops and swaps around the best until nothing is better.
+    fn refine(&mut self, told: &mut dyn FnMut()) {
+        for _ in 0..3 {
+            let best = self.ranked()[0];
+            let now = self.tried[best].kinds().to_vec();
+            let mut sets: Vec<(Vec<&'static str>, Option<Vec<f64>>)> = Vec::new();
+            for i in 0..now.len() {
+                let mut rest = now.clone();
+                let gone = rest.remove(i);
+                if !rest.is_empty() {
+                    sets.push((rest.clone(), None));
+                }
+                let without = if rest.is_empty() {
+                    self.tried[0].fit.clone()
+                } else {
+                    self.refit(&self.tried[best].fit, &rest, None).fit
+                };
+                for s in self.scores(&without).into_iter().filter(|s| s.kind != gone).take(2) {
+                    if s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]) {
+                        let mut kinds = rest.clone();
+                        kinds.push(s.kind);
+                        sets.push((kinds, Some(s.theta)));
+                    }
+                }
+            }
+            sets.retain(|(kinds, _)| !self.known(kinds));
+            let fitted: Vec<Judged> = sets
+                .par_iter()
+                .map(|(kinds, theta)| self.refit(&self.tried[best].fit, kinds, theta.as_deref()))
+                .collect();
+            self.tried.extend(fitted);
+            told();
+            if self.ranked()[0] == best {
+                break;
+            }
+            self.rescale();
+        }
+    }
+
+    fn judge(&mut self) {
+        let order = self.ranked();
+        let least = self.criterion(&self.tried[order[0]]);
+        let mut pool: Vec<usize> =
+            order.into_iter().filter(|&i| self.criterion(&self.tried[i]) < least + POOL).take(8).collect();
+        if !pool.contains(&0) {
+            pool.push(0);
+        }
+        let held: Vec<Fit> = pool
+            .par_iter()
+            .map(|&i| fit_starts(&self.test, &self.tried[i].fit.hypothesis, &self.tried[i].fit.theta))
+            .collect();
+        for (i, f) in pool.into_iter().zip(held) {
+            self.tried[i].held = Some(f);
+        }
+    }
+
+    /// The answer: the best on both parts together, if it follows the held-out part better than calibration alone.
+    pub fn best(&self) -> usize {
+        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some());
+        let best = judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b])));
+        let best = best.unwrap_or(0);
+        let held = |i: usize| self.tried[i].held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
+        if held(best) < held(0) { best } else { 0 }
+    }
+}
+
+/// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
+fn coasting_m(model: &PushModel, sample: &Sample<'_>) -> f64 {
+    let mut speeds: Vec<f64> = sample
+        .data
+        .records
+        .iter()
+        .flat_map(|r| {
+            (1..r.rod_time.len()).map(move |k| {
+                (r.rod_x[k] - r.rod_x[k - 1]).hypot(r.rod_y[k] - r.rod_y[k - 1])
+                    / (r.rod_time[k] - r.rod_time[k - 1])
+            })
+        })
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    let friction = model.parameters[augsim_physics::push::SUPPORT_FRICTION].nominal;
+    quantile(&speeds, 0.9).powi(2) / (2.0 * friction * augsim_physics::push::GRAVITY_M_S2)
+}
+
+fn same(a: &[&str], b: &[&str]) -> bool {
+    a.len() == b.len() && a.iter().all(|k| b.contains(k))
+}
+
+/// From which mean squared residual the cost of windows is bent, by what is typical of a fit.
+fn bend(fit: &Fit) -> f64 {
+    let mut all: Vec<f64> = fit.pieces.iter().map(|p| p.q / p.m.max(1) as f64).collect();
+    BEND * median(&mut all).max(1.0)
+}

@@ -1,0 +1,113 @@
+//! Scoring of discoveries on sealed pushes: the truth is opened after the verdict.
+
+use crate::battery::{Row, Summary};
+use crate::sealed_push::{PushKind, draw_push, seal_pushes};
+use augsim_data::random_stream;
+use augsim_discovery::{Options, assess_push, discover_push};
+use augsim_physics::model::PushModel;
+use std::time::Instant;
+
+/// Runs sets `first .. first + count`, with one effect or none, of `pushes` each.
+pub fn run(single: bool, first: u64, count: u64, pushes: usize, each: &mut dyn FnMut(&Row)) -> Summary {
+    let mut summary = Summary::default();
+    for seed in first..first + count {
+        let row = one(single, seed, pushes, &mut summary);
+        each(&row);
+    }
+    summary
+}
+
+/// Kinds that poses cannot tell from a kind.
+fn class(kind: PushKind) -> &'static [&'static str] {
+    match kind {
+        PushKind::ExactSurface => &["exact-surface", "superelliptic-surface"],
+        PushKind::Superellipsoid(_) => &["superelliptic-surface", "exact-surface"],
+        _ => &[],
+    }
+}
+
+fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
+    let mut rng = random_stream(seed, "sealed truth", 0);
+    let truth = draw_push(&mut rng, single.then_some(seed as usize), pushes);
+    let options = Options { seed, train_share: 0.7 };
+    let failed = |text: String| Row { line: format!("{seed}: {text}"), right: false };
+    let sealed = match seal_pushes(truth, seed) {
+        Ok(s) => s,
+        Err(e) => return failed(e.to_string()),
+    };
+    let model = match PushModel::parse(&sealed.model, "sealed.toml") {
+        Ok(m) => m,
+        Err(e) => return failed(e.to_string()),
+    };
+    let begun = Instant::now();
+    let d = match discover_push(&model, &sealed.data, &options, &mut |_| {}) {
+        Ok(d) => d,
+        Err(e) => return failed(e.to_string()),
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    summary.seconds.push(seconds);
+    summary.sets += 1;
+    let found: Vec<&str> = d.effects.iter().map(|e| e.kind.as_str()).collect();
+    let truth = sealed.truth();
+    let mut right = true;
+    let mut oracle = String::new();
+    match truth.effect {
+        None => {
+            if !found.is_empty() || !d.tests.pass {
+                summary.false_alarms += 1;
+                right = false;
+            }
+        }
+        Some(kind) => {
+            let told = match assess_push(&model, &sealed.data, &[kind.name()], &options) {
+                Ok(a) => a,
+                Err(e) => return failed(e.to_string()),
+            };
+            oracle = format!(
+                "oracle gain {:.1} ({:.1}) rmse {:.3} mm",
+                told.gain,
+                told.penalty,
+                1e3 * told.rmse_m
+            );
+            if told.visible() {
+                summary.visible += 1;
+                let exact = found == [kind.name()];
+                let told_apart = found.iter().all(|f| *f == kind.name() || class(kind).contains(f));
+                let listed = d.alternatives.iter().any(|a| a.len() == 1 && a[0] == kind.name());
+                if exact {
+                    summary.exact += 1;
+                } else if !found.is_empty() && (told_apart || listed) {
+                    summary.ambiguous += 1;
+                } else {
+                    right = false;
+                }
+                summary.ratios.push(d.error.augmented.rmse / told.rmse_m);
+            } else if !found.is_empty() {
+                summary.false_alarms += 1;
+                right = false;
+            }
+        }
+    }
+    let line = format!(
+        "{seed}: {} truth {:?} patches {} c {:.5} mu {:.3} | {:?} {found:?} {:?} or {:?} | mm: declared {:.2} calibrated {:.2} augmented {:.2} floor {:.2} removed {:?} | {oracle} | {:?} dispersion {:.2} {seconds:.1} s",
+        if right { "ok" } else { "WRONG" },
+        truth.effect,
+        truth.patches,
+        truth.c_m,
+        truth.contact_friction,
+        d.verdict,
+        d.effects
+            .iter()
+            .flat_map(|e| e.parameters.iter().map(|(n, e)| format!("{n} {:.4}", e.value)))
+            .collect::<Vec<_>>(),
+        d.alternatives,
+        1e3 * d.error.declared.rmse,
+        1e3 * d.error.calibrated.rmse,
+        1e3 * d.error.augmented.rmse,
+        1e3 * d.error.noise_floor.rmse,
+        d.error.explained_share,
+        d.tests,
+        d.push.as_ref().map_or(0.0, |p| p.dispersion)
+    );
+    Row { line, right }
+}

@@ -1,0 +1,160 @@
+//! A square, pushed along a straight line: midpoint steps of the rod's travel.
+
+use super::dissipation::{Body, Surface};
+use super::make::{PushKind, PushTruth};
+
+/// Half the side of the square, m.
+pub(super) const HALF_M: f64 = 0.045;
+/// Radius of the rod, m.
+pub(super) const ROD_M: f64 = 0.00475;
+/// Sliding force of the truth, N: friction 0.15, 0.8374 kg.
+const SLIDING_N: f64 = 0.15 * 0.8374 * 9.81;
+/// Friction of the support.
+const SUPPORT: f64 = 0.15;
+const STEP_M: f64 = 5e-4;
+
+pub(super) struct World<'a> {
+    pub truth: &'a PushTruth,
+    pub surface: Surface,
+    /// `A^(1/2)` in the frame that it is fixed to.
+    pub stretch: [[f64; 2]; 2],
+}
+
+type Pose = [f64; 3];
+
+/// Closest point of the square, outward normal and gap, for a rod centre seen in the body.
+fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
+    let c = p.map(|x| x.clamp(-HALF_M, HALF_M));
+    let d = [p[0] - c[0], p[1] - c[1]];
+    let far = d[0].hypot(d[1]);
+    if far > 1e-9 {
+        return (c, [d[0] / far, d[1] / far], far - ROD_M);
+    }
+    // The centre is inside: the nearest face.
+    let i = if p[0].abs() > p[1].abs() { 0 } else { 1 };
+    let (mut at, mut n) = (p, [0.0; 2]);
+    at[i] = HALF_M * p[i].signum();
+    n[i] = p[i].signum();
+    (at, n, p[i].abs() - HALF_M - ROD_M)
+}
+
+impl World<'_> {
+    fn number(&self, pick: impl Fn(&PushKind) -> Option<f64>) -> f64 {
+        self.truth.effect.as_ref().and_then(pick).unwrap_or(0.0)
+    }
+
+    fn seen(pose: Pose, rod: [f64; 2]) -> [f64; 2] {
+        let (s, c) = pose[2].sin_cos();
+        let (dx, dy) = (rod[0] - pose[0], rod[1] - pose[1]);
+        [c * dx + s * dy, c * dy - s * dx]
+    }
+
+    /// Twist in the world and force on the object, N, for a rod at `rod` that moves with `u`.
+    fn respond(&self, pose: Pose, rod: [f64; 2], u: [f64; 2]) -> Option<([f64; 3], [f64; 2])> {
+        let (s, c) = pose[2].sin_cos();
+        let to_body = |v: [f64; 2]| [c * v[0] + s * v[1], c * v[1] - s * v[0]];
+        let to_world = |v: [f64; 2]| [c * v[0] - s * v[1], s * v[0] + c * v[1]];
+        let (r, out, _) = closest(Self::seen(pose, rod));
+        let mut body = Body {
+            surface: &self.surface,
+            centre: [0.0; 2],
+            stretch: [[1.0, 0.0], [0.0, 1.0]],
+            gradient: [0.0; 2],
+            load: [0.0; 2],
+        };
+        let mut rise = 0.0;
+        let mut height = 0.0;
+        match self.truth.effect {
+            Some(PushKind::PressureOffset(x, y)) => body.centre = [x, y],
+            Some(PushKind::ObjectAnisotropy(..)) => body.stretch = self.stretch,
+            Some(PushKind::TableAnisotropy(..)) => {
+                // R' H R
+                let h = self.stretch;
+                let column = |e: [f64; 2]| {
+                    let w = to_world(e);
+                    to_body([h[0][0] * w[0] + h[0][1] * w[1], h[1][0] * w[0] + h[1][1] * w[1]])
+                };
+                let (x, y) = (column([1.0, 0.0]), column([0.0, 1.0]));
+                body.stretch = [[x[0], y[0]], [x[1], y[1]]];
+            }
+            Some(PushKind::FrictionGradient(x, y)) => {
+                let g = to_body([x, y]);
+                match self.surface {
+                    Surface::Patches(_) => body.gradient = g,
+                    // The first moment of a load that grows by g: <rho rho'> g.
+                    _ => body.centre = g.map(|g| g * HALF_M * HALF_M / 3.0),
+                }
+            }
+            Some(PushKind::TableTilt(angle, direction)) => {
+                let f = angle.tan() / SUPPORT;
+                body.load = to_body([f * direction.cos(), f * direction.sin()]);
+            }
+            Some(PushKind::ContactSlip(k)) => rise = k,
+            Some(PushKind::PushHeight(z)) => height = z,
+            _ => {}
+        }
+        let friction = |slip: f64| self.truth.contact_friction * (1.0 + rise * slip);
+        let n = out.map(|x| -x);
+        let mut answer = body.pushed(r, n, to_body(u), &friction, 0.0)?;
+        if height > 0.0 {
+            for _ in 0..4 {
+                body.centre = answer.1.map(|f| f * height * SUPPORT);
+                answer = body.pushed(r, n, to_body(u), &friction, answer.0[2])?;
+            }
+        }
+        let v = to_world([answer.0[0], answer.0[1]]);
+        Some(([v[0], v[1], answer.0[2]], to_world(answer.1).map(|f| f * SLIDING_N)))
+    }
+
+    /// Poses at times, for a rod that leaves `from` at time 0 with velocity `u` and stops after `duration` s.
+    pub fn poses(&self, start: Pose, from: [f64; 2], u: [f64; 2], duration: f64, times: &[f64]) -> Vec<Pose> {
+        let bias = match self.truth.effect {
+            Some(PushKind::TipOffset(x, y)) => [x, y],
+            _ => [0.0; 2],
+        };
+        let bend = self.number(|k| if let PushKind::RodCompliance(c) = k { Some(*c) } else { None });
+        let rod_at = |t: f64| {
+            let t = t.clamp(0.0, duration);
+            [from[0] + bias[0] + u[0] * t, from[1] + bias[1] + u[1] * t]
+        };
+        let speed = u[0].hypot(u[1]);
+        let mut force = [0.0; 2];
+        let (mut pose, mut now) = (start, 0.0);
+        let mut all = Vec::new();
+        for &until in times {
+            while now < until.min(duration) - 1e-12 {
+                let h = (STEP_M / speed).min(until.min(duration) - now);
+                let bent = |p: [f64; 2]| [p[0] - bend * force[0], p[1] - bend * force[1]];
+                let (a, b) = (bent(rod_at(now)), bent(rod_at(now + h)));
+                let gap_a = closest(Self::seen(pose, a)).2;
+                let gap_b = closest(Self::seen(pose, b)).2;
+                if gap_a > 1e-6 && gap_b > 0.0 {
+                    now += h;
+                    force = [0.0; 2];
+                    continue;
+                }
+                // From the instant of touch on.
+                let share = if gap_a > 1e-6 { (gap_a / (gap_a - gap_b)).clamp(0.0, 1.0) } else { 0.0 };
+                let rest = (1.0 - share) * h;
+                let at = |s: f64| [0, 1].map(|i| a[i] + (b[i] - a[i]) * s);
+                if let Some((k1, _)) = self.respond(pose, at(share), u) {
+                    let middle = [0, 1, 2].map(|i| pose[i] + 0.5 * rest * k1[i]);
+                    let (k2, f) = self.respond(middle, at(0.5 * (share + 1.0)), u).unwrap_or((k1, [0.0; 2]));
+                    pose = [0, 1, 2].map(|i| pose[i] + rest * k2[i]);
+                    force = f;
+                    let (_, out, gap) = closest(Self::seen(pose, b));
+                    if gap < 1e-5 {
+                        let (s, c) = pose[2].sin_cos();
+                        pose[0] += gap * (c * out[0] - s * out[1]);
+                        pose[1] += gap * (s * out[0] + c * out[1]);
+                    }
+                } else {
+                    force = [0.0; 2];
+                }
+                now += h;
+            }
+            all.push(pose);
+        }
+        all
+    }
+}

@@ -1,0 +1,201 @@
+//! From a truth to a data set, and the model file that declares nothing of it.
+
+use super::dissipation::Surface;
+use super::integrate::{HALF_M, ROD_M, World};
+use augsim_data::{DataError, Dataset, Trajectory, random_stream};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// An effect of the truth, with sizes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PushKind {
+    ExactSurface,
+    Superellipsoid(f64),
+    PressureOffset(f64, f64),
+    TableAnisotropy(f64, f64),
+    ObjectAnisotropy(f64, f64),
+    FrictionGradient(f64, f64),
+    ContactSlip(f64),
+    TipOffset(f64, f64),
+    RodCompliance(f64),
+    PoseOffset(f64, f64),
+    PoseLatency(f64),
+    TableTilt(f64, f64),
+    PushHeight(f64),
+}
+
+impl PushKind {
+    /// Kind in the library.
+    pub fn name(&self) -> &'static str {
+        match self {
+            PushKind::ExactSurface => "exact-surface",
+            PushKind::Superellipsoid(_) => "superelliptic-surface",
+            PushKind::PressureOffset(..) => "pressure-offset",
+            PushKind::TableAnisotropy(..) => "table-anisotropy",
+            PushKind::ObjectAnisotropy(..) => "object-anisotropy",
+            PushKind::FrictionGradient(..) => "friction-gradient",
+            PushKind::ContactSlip(_) => "contact-friction-slip",
+            PushKind::TipOffset(..) => "tip-offset",
+            PushKind::RodCompliance(_) => "rod-compliance",
+            PushKind::PoseOffset(..) => "pose-offset",
+            PushKind::PoseLatency(_) => "pose-latency",
+            PushKind::TableTilt(..) => "table-tilt",
+            PushKind::PushHeight(_) => "push-height",
+        }
+    }
+}
+
+/// What is true of a set.
+#[derive(Clone, Debug)]
+pub struct PushTruth {
+    pub effect: Option<PushKind>,
+    /// Summed over patches, and declared so (but for [`PushKind::ExactSurface`], which the model does not declare).
+    pub patches: bool,
+    pub c_m: f64,
+    pub contact_friction: f64,
+    pub pushes: usize,
+}
+
+/// A set with its truth closed away.
+pub struct SealedPushes {
+    pub data: Dataset,
+    pub model: String,
+    truth: PushTruth,
+}
+
+impl SealedPushes {
+    /// Opens the envelope: only after the verdict.
+    pub fn truth(&self) -> &PushTruth {
+        &self.truth
+    }
+}
+
+/// Sizes called typical in the catalogue, varied by a third, in every direction.
+fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
+    let vary = rng.random_range(0.75..1.33);
+    let turn = rng.random_range(-PI..PI);
+    let vector = |size: f64| (size * vary * turn.cos(), size * vary * turn.sin());
+    match which % 13 {
+        0 => PushKind::ExactSurface,
+        1 => PushKind::Superellipsoid(1.7),
+        2 => {
+            let (x, y) = vector(3e-3);
+            PushKind::PressureOffset(x, y)
+        }
+        3 => PushKind::TableAnisotropy(1.0 + 0.25 * vary, 0.5 * turn),
+        4 => PushKind::ObjectAnisotropy(1.0 + 0.25 * vary, 0.5 * turn),
+        5 => {
+            let (x, y) = vector(1.0);
+            PushKind::FrictionGradient(x, y)
+        }
+        6 => PushKind::ContactSlip(20.0 * vary),
+        7 => {
+            let (x, y) = vector(0.6e-3);
+            PushKind::TipOffset(x, y)
+        }
+        8 => PushKind::RodCompliance(1.25e-4 * vary),
+        9 => {
+            let (x, y) = vector(1.2e-3);
+            PushKind::PoseOffset(x, y)
+        }
+        10 => PushKind::PoseLatency(0.02 * vary),
+        11 => PushKind::TableTilt(0.0175 * vary, turn),
+        _ => PushKind::PushHeight(0.01 * vary),
+    }
+}
+
+/// Draws a truth; `which` chooses the effect.
+pub fn draw_push(rng: &mut Xoshiro256PlusPlus, which: Option<usize>, pushes: usize) -> PushTruth {
+    let effect = which.map(|w| effect(rng, w));
+    let exact = effect == Some(PushKind::ExactSurface);
+    let closed = matches!(effect, Some(PushKind::Superellipsoid(_)));
+    PushTruth {
+        effect,
+        patches: exact || (rng.random_bool(0.5) && !closed),
+        c_m: rng.random_range(0.031..0.039),
+        contact_friction: rng.random_range(0.2..0.35),
+        pushes,
+    }
+}
+
+const POSITION_SD_M: f64 = 3e-4;
+const ANGLE_SD_RAD: f64 = 0.1 * PI / 180.0;
+const TRAVEL_M: f64 = 0.15;
+const SAMPLES: usize = 150;
+
+/// Makes the set of a truth.
+///
+/// # Errors
+/// None that a truth of this module's own can cause.
+pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataError> {
+    let surface = match (truth.effect, truth.patches) {
+        (Some(PushKind::Superellipsoid(p)), _) => Surface::Superellipsoid(truth.c_m, p),
+        (_, true) => Surface::square(2.0 * HALF_M),
+        _ => Surface::Ellipsoid(truth.c_m),
+    };
+    let stretch = match truth.effect {
+        Some(PushKind::TableAnisotropy(ratio, angle) | PushKind::ObjectAnisotropy(ratio, angle)) => {
+            let (s, c) = angle.sin_cos();
+            let (a, b) = (ratio.sqrt(), 1.0 / ratio.sqrt());
+            [[a * c * c + b * s * s, (a - b) * c * s], [(a - b) * c * s, a * s * s + b * c * c]]
+        }
+        _ => [[1.0, 0.0], [0.0, 1.0]],
+    };
+    let world = World { truth: &truth, surface, stretch };
+    let trajectories: Result<Vec<Trajectory>, DataError> =
+        (0..truth.pushes).into_par_iter().map(|j| one(&world, seed, j)).collect();
+    let names = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
+    let declared = if truth.patches && truth.effect != Some(PushKind::ExactSurface) {
+        "[[effect]]\nkind = \"exact-surface\"\n"
+    } else {
+        ""
+    };
+    let model = format!(
+        "scenario = \"push\"\nobject = \"rect1\"\n[parameters]\nc_m = {{ nominal = 0.0344, min = 0.01, max = 0.1 }}\n\
+         contact_friction = {{ nominal = 0.25, min = 0.0, max = 1.0 }}\nrod_radius_m = 0.00475\nsupport_friction = 0.15\n\
+         mass_kg = 0.8374\n[sensor]\nposition_sd_m = {POSITION_SD_M}\nangle_sd_rad = {ANGLE_SD_RAD}\n{declared}"
+    );
+    Ok(SealedPushes { data: Dataset::from_names(&names, trajectories?)?, model, truth })
+}
+
+fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> {
+    let mut rng = random_stream(seed, "sealed push", j as u64);
+    let normal = |rng: &mut Xoshiro256PlusPlus| -> f64 { StandardNormal.sample(rng) };
+    let start = [rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2), rng.random_range(-PI..PI)];
+    let (side, place) = (rng.random_range(0..4), HALF_M * rng.random_range(-0.8..0.8));
+    let lean = rng.random_range(-1.05..1.05);
+    let speed = [0.01, 0.02, 0.05][rng.random_range(0..3)];
+    // A millimetre before the face, more where an offset brings the rod nearer.
+    let out = 0.5 * PI * f64::from(side);
+    let away = HALF_M + ROD_M + 2e-3;
+    let (s, c) = (out + start[2]).sin_cos();
+    let from = [start[0] + away * c - place * s, start[1] + away * s + place * c];
+    let (ds, dc) = (out + start[2] + PI + lean).sin_cos();
+    let u = [speed * dc, speed * ds];
+    let duration = TRAVEL_M / speed;
+    let times: Vec<f64> = (0..SAMPLES).map(|k| 1.03 * duration * k as f64 / (SAMPLES - 1) as f64).collect();
+    let (late, moved) = match world.truth.effect {
+        Some(PushKind::PoseLatency(d)) => (d, [0.0; 2]),
+        Some(PushKind::PoseOffset(x, y)) => (0.0, [x, y]),
+        _ => (0.0, [0.0; 2]),
+    };
+    let asked: Vec<f64> = times.iter().map(|t| (t - late).max(0.0)).collect();
+    let poses = world.poses(start, from, u, duration, &asked);
+    let mut columns = vec![Vec::with_capacity(SAMPLES); 5];
+    for (t, pose) in times.iter().zip(&poses) {
+        let t = t.min(duration);
+        let (s, c) = pose[2].sin_cos();
+        let values = [
+            from[0] + u[0] * t,
+            from[1] + u[1] * t,
+            pose[0] + c * moved[0] - s * moved[1] + POSITION_SD_M * normal(&mut rng),
+            pose[1] + s * moved[0] + c * moved[1] + POSITION_SD_M * normal(&mut rng),
+            pose[2] + ANGLE_SD_RAD * normal(&mut rng),
+        ];
+        columns.iter_mut().zip(values).for_each(|(c, v)| c.push(v));
+    }
+    Trajectory::new(format!("{j}"), times, columns)
+}
