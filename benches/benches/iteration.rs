@@ -58,7 +58,7 @@ fn forecast(c: &mut Criterion) {
     let mut group = c.benchmark_group("forecast of 100 samples");
     group.sample_size(20);
     group.throughput(Throughput::Elements(SAMPLES as u64 * 400));
-    let task = Task { start: &[4.5, 0.0], time: 400, index: 0 };
+    let task = Task { start: &[4.5, 0.0], actions: &[], time: 400, index: 0 };
     for recipe in [Recipe::Hybrid, Recipe::HybridPlus] {
         let model = ok(NetModel::new(ok(training(recipe, &data).finish()).clone()));
         group.bench_function(recipe.label(), |b| b.iter(|| ok(model.forecast(black_box(task), SAMPLES))));

@@ -70,7 +70,8 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
     let ball = BulletBall { restitution: fixed.restitution_mean, ..fixed.ball };
     let exact = Physics(EngineSpec::PybulletBall(ball));
     for q in &test.items {
-        let got = ok(exact.forecast(Task { start: q.state(0), time: q.time, index: 0 }, SAMPLES));
+        let got =
+            ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: 0 }, SAMPLES));
         assert_eq!(got.count, 1);
         // Forecasts are single precision; the data are at most 10 in size: half a unit in the last place.
         for (g, want) in got.values.iter().zip(&q.states) {
@@ -98,7 +99,8 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
         .enumerate()
         .map(|(i, q)| {
             score(
-                &ok(exact.forecast(Task { start: q.state(0), time: q.time, index: i as u64 }, 1)),
+                &ok(exact
+                    .forecast(Task { start: q.state(0), actions: &[], time: q.time, index: i as u64 }, 1)),
                 &q.states,
                 2,
             )
@@ -145,7 +147,7 @@ fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
     for model in models {
         let name = model.name();
         // 90 steps are 1.5 s: the first impact comes after 0.96 s, and before it nothing is random.
-        let task = Task { start: &[4.5, 0.0], time: 90, index: 3 };
+        let task = Task { start: &[4.5, 0.0], actions: &[], time: 90, index: 3 };
         let got = ok(model.forecast(task, 12));
         assert_eq!(got.count, if model.is_deterministic() { 1 } else { 12 }, "{name}");
         assert_eq!(got.values.len(), 90 * 2 * got.count, "{name}");
@@ -179,7 +181,7 @@ fn changing_the_future_changes_no_forecast_but_every_reconstruction() {
             .zip(&changed.items)
             .enumerate()
             .map(|(i, (old, new))| {
-                let task = Task { start: old.state(0), time: old.time, index: i as u64 };
+                let task = Task { start: old.state(0), actions: &[], time: old.time, index: i as u64 };
                 score(&ok(model.forecast(task, SAMPLES)), &new.states, 2).crps[0]
             })
             .sum::<f64>()

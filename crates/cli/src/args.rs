@@ -217,6 +217,8 @@ pub struct Evaluate {
 pub enum Scenario {
     /// The bouncing ball.
     Ball,
+    /// Planar pushing.
+    Push,
     /// The loop on measured sets, and the chain from the declared model to the net on the augmented one.
     Loop,
 }
@@ -226,17 +228,18 @@ pub enum Scenario {
 pub struct Reproduce {
     /// Which.
     pub scenario: Scenario,
-    /// Directory with `train.csv.gz` and `test_1000.csv.gz`; where there is none, drops of the same law are
-    /// generated, and the table says so. For `loop` the folder of all sets.
+    /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`. Push: directory with published MIT Push files (folders
+    /// `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both. What is not there is generated, and the table says
+    /// so. Loop: the folder of all sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
-    /// Test drops, where they are generated.
+    /// Ball: test drops, where they are generated.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html`.
-    #[arg(long, default_value = "out/ball")]
-    pub out: PathBuf,
-    /// A tenth of the iterations.
+    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`).
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// A tenth of the iterations; of pushes, also fewer and on fewer sets.
     #[arg(long)]
     pub quick: bool,
     /// Iterations of each net.

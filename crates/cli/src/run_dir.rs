@@ -21,6 +21,17 @@ pub enum DataSource {
         /// Seed of the draws.
         seed: u64,
     },
+    /// The first pushes of an MIT layout in the virtual laboratory.
+    PushLaboratory {
+        /// Object.
+        object: String,
+        /// Support.
+        surface: String,
+        /// Pushes that were made, for training and tests.
+        pushes: usize,
+        /// Seed of the draws.
+        seed: u64,
+    },
 }
 
 /// What `config.resolved.toml` holds: enough to repeat the run.

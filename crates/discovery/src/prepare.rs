@@ -18,6 +18,8 @@ pub(crate) struct Prepared {
     pub test: Vec<usize>,
 }
 
+/// Held-out trajectories below which half of all is held out.
+const FEWEST_HELD_OUT: f64 = 8.0;
 /// Fewest samples of a trajectory that is used.
 const FEWEST: usize = 8;
 
@@ -54,13 +56,16 @@ fn split(data: &Measured, options: &Options) -> (Vec<usize>, Vec<usize>) {
     let mut rng = random_stream(options.seed, "discovery split", 0);
     let (mut train, mut test) = (Vec::new(), Vec::new());
     let (mut owed, n) = (0.0, data.records.len());
+    // Few trajectories: the half that is held out says more than three or four would.
+    let few = (1.0 - options.train_share) * (n as f64) < FEWEST_HELD_OUT;
+    let share = if few { options.train_share.min(0.5) } else { options.train_share };
     for group in 0..data.groups.len() {
         let mut members: Vec<usize> = (0..n).filter(|&j| data.records[j].group == group).collect();
         for i in (1..members.len()).rev() {
             members.swap(i, rng.random_range(0..=i));
         }
         // Rounding is carried from group to group, so that the whole keeps the share; every group has one in training.
-        owed += options.train_share * members.len() as f64;
+        owed += share * members.len() as f64;
         let most = if data.groups.len() == 1 { members.len() - 1 } else { members.len() };
         let take = (owed.round().max(0.0) as usize).clamp(1.min(most), most);
         owed -= take as f64;

@@ -1,5 +1,6 @@
 //! The analytical model as the nets use it: one step at a time.
 
+use crate::push::{self, PushEngine};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use serde::{Deserialize, Serialize};
 
@@ -8,22 +9,32 @@ pub trait Engine: Sync {
     /// Names of the state columns, with units.
     fn columns(&self) -> &'static [&'static str];
 
-    /// State one step after `state`.
-    fn step(&self, state: &[f64], next: &mut [f64]);
-
-    /// States `[time, S]` of the roll-out from `start`, which is the first of them.
-    fn rollout(&self, start: &[f64], time: usize) -> Vec<f64> {
-        let s = start.len();
-        let mut out = vec![0.0; time * s];
-        for t in 0..time {
-            let (done, rest) = out.split_at_mut(t * s);
-            match t {
-                0 => rest[..s].copy_from_slice(start),
-                _ => self.step(&done[(t - 1) * s..], &mut rest[..s]),
-            }
-        }
-        out
+    /// Names of the action columns, with units; none where nobody acts.
+    fn action_columns(&self) -> &'static [&'static str] {
+        &[]
     }
+
+    /// State one step after `state`, while the actions go from `from` to `to` (both empty without actions).
+    fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
+
+    /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
+    fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
+        step_by_step(self, start, actions, time)
+    }
+}
+
+fn step_by_step(engine: &(impl Engine + ?Sized), start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
+    let (s, a) = (start.len(), actions.len() / time);
+    let action = |t: usize| &actions[t * a..(t + 1) * a];
+    let mut out = vec![0.0; time * s];
+    for t in 0..time {
+        let (done, rest) = out.split_at_mut(t * s);
+        match t {
+            0 => rest[..s].copy_from_slice(start),
+            _ => engine.step(&done[(t - 1) * s..], action(t - 1), action(t), &mut rest[..s]),
+        }
+    }
+    out
 }
 
 /// Which engine a run uses, with its parameters; kept in the run's configuration and checkpoint.
@@ -32,16 +43,26 @@ pub trait Engine: Sync {
 pub enum EngineSpec {
     /// PyBullet's stepping scheme for a ball on flat ground.
     PybulletBall(BulletBall),
+    /// Quasi-static pushing with one rod.
+    Push(PushEngine),
 }
 
 impl Engine for EngineSpec {
     fn columns(&self) -> &'static [&'static str] {
         match self {
             EngineSpec::PybulletBall(_) => &["height_m", "velocity_m_s"],
+            EngineSpec::Push(_) => &push::STATES,
         }
     }
 
-    fn step(&self, state: &[f64], next: &mut [f64]) {
+    fn action_columns(&self) -> &'static [&'static str] {
+        match self {
+            EngineSpec::PybulletBall(_) => &[],
+            EngineSpec::Push(_) => &push::ACTIONS,
+        }
+    }
+
+    fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         match self {
             EngineSpec::PybulletBall(ball) => {
                 let mut s = BulletState { centre_m: state[0] + ball.radius_m, velocity_m_s: state[1] };
@@ -49,6 +70,17 @@ impl Engine for EngineSpec {
                 next[0] = s.centre_m - ball.radius_m;
                 next[1] = s.velocity_m_s;
             }
+            EngineSpec::Push(engine) => {
+                let path = engine.poses(state, &[from, to].concat());
+                next.copy_from_slice(&path[3..6]);
+            }
+        }
+    }
+
+    fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
+        match self {
+            EngineSpec::PybulletBall(_) => step_by_step(self, start, actions, time),
+            EngineSpec::Push(engine) => engine.poses(start, actions),
         }
     }
 }

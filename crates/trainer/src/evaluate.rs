@@ -42,7 +42,7 @@ pub fn evaluate_forecast(model: &dyn Forecaster, test: &Sequences) -> Result<Sco
         .par_iter()
         .enumerate()
         .map(|(i, q)| {
-            let task = Task { start: q.state(0), time: q.time, index: i as u64 };
+            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
             Ok(score(&model.forecast(task, SAMPLES)?, &q.states, s))
         })
         .collect::<Result<Vec<_>, TrainerError>>()?;

@@ -1,12 +1,14 @@
-//! One trait for every model class: given s_0, give trajectories.
+//! One trait for every model class: given s_0 and actions, give trajectories.
 
 use crate::TrainerError;
 
-/// What a predictor may see: the first state, and how far to go.
+/// What a predictor may see: the first state, the actions, and how far to go.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
     /// First state, `[S]`.
     pub start: &'a [f64],
+    /// Actions `[T, A]`, known beforehand; empty where nobody acts.
+    pub actions: &'a [f64],
     /// Number of samples T, the first of which is the start.
     pub time: usize,
     /// Place of the trajectory in its set: decides the random stream.

@@ -66,6 +66,7 @@ pub(crate) fn infer(
     params.bind_frozen(&mut tape, &mut bound)?;
     let x = tape.constant(&[p.time, p.x_width, 1], &p.x)?;
     let u = tape.constant(&[p.time, p.u_width, 1], &p.u)?;
+    let u = net.remember(&mut tape, &bound, u)?;
     let g = net.infer(&mut tape, &bound, x, u, None)?;
     let wide = |v| tape.value(v).iter().map(|v| f64::from(*v)).collect();
     Ok((wide(g.mean), wide(g.sd)))

@@ -1,7 +1,7 @@
 //! The model classes of the paper, their training, and honest evaluation.
 //!
 //! [`Training`] trains the net of a [`Recipe`] on [`Sequences`]; a [`Forecaster`] gives trajectories from
-//! the first state alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
+//! the first state and the actions alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
 //! [`Protocol`].
 
 mod engine;
@@ -13,6 +13,7 @@ pub mod models;
 pub mod nets;
 mod noise;
 mod prepare;
+pub mod push;
 pub mod score;
 mod sequences;
 mod settings;
@@ -25,7 +26,7 @@ pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction
 pub use forecast::{Forecaster, Samples, Task};
 pub use latent::LatentLaw;
 pub use models::NetModel;
-pub use prepare::Scales;
+pub use prepare::{Fitted, Scales};
 pub use sequences::{Sequence, Sequences};
 pub use settings::{NetSettings, Recipe, Settings};
 pub use training::{Losses, Training, TrainingState};

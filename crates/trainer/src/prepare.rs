@@ -1,6 +1,7 @@
 //! From trajectories to what the nets read: targets and conditions per time step.
 
-use crate::engine::Engine;
+use crate::engine::{Engine, EngineSpec};
+use crate::push::PushScales;
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Recipe;
 use serde::{Deserialize, Serialize};
@@ -42,7 +43,7 @@ impl Scales {
                     sum2[j] += now[j] * now[j];
                 }
                 if t + 1 < q.time {
-                    engine.step(now, &mut next);
+                    engine.step(now, q.action(t), q.action(t + 1), &mut next);
                     pairs += 1.0;
                     for j in 0..s {
                         step[j] += (next[j] - now[j]).powi(2);
@@ -60,7 +61,7 @@ impl Scales {
         for q in &train.items {
             for t in 0..q.time - 1 {
                 let (now, after) = (q.state(t), q.state(t + 1));
-                engine.step(now, &mut next);
+                engine.step(now, q.action(t), q.action(t + 1), &mut next);
                 for j in 0..s {
                     correction[j] += ((after[j] - next[j]) / scales.unit(j, now, &next)).powi(2);
                 }
@@ -131,6 +132,34 @@ pub struct Prepared {
     pub u: Vec<f32>,
 }
 
+/// The scales of a run, by scenario.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Fitted {
+    /// States without actions, such as the ball's.
+    States(Scales),
+    /// Pushes.
+    Push(PushScales),
+}
+
+impl Fitted {
+    /// Fits the scales that `engine` and `recipe` need on a training set.
+    pub fn fit(recipe: Recipe, engine: &EngineSpec, train: &Sequences) -> Self {
+        match engine {
+            EngineSpec::PybulletBall(_) => Fitted::States(Scales::fit(engine, train)),
+            EngineSpec::Push(push) => Fitted::Push(PushScales::fit(recipe, push, train)),
+        }
+    }
+
+    /// What `recipe` reads of a whole trajectory; `None` if the scales are not the engine's.
+    pub fn prepare(&self, recipe: Recipe, engine: &EngineSpec, q: &Sequence) -> Option<Prepared> {
+        match (self, engine) {
+            (Fitted::States(scales), EngineSpec::PybulletBall(_)) => Some(prepare(recipe, engine, scales, q)),
+            (Fitted::Push(scales), EngineSpec::Push(push)) => Some(scales.prepare(recipe, push, q)),
+            _ => None,
+        }
+    }
+}
+
 /// What `recipe` reads of a whole trajectory.
 pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequence) -> Prepared {
     let s = q.states.len() / q.time;
@@ -143,12 +172,12 @@ pub fn prepare(recipe: Recipe, engine: &dyn Engine, scales: &Scales, q: &Sequenc
             }
             Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
         }
-        Recipe::HybridPlus => {
+        Recipe::HybridPlus | Recipe::NeuralPlus => {
             let (rows, u_width) = (q.time - 1, Scales::features(s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
             let mut next = vec![0.0; s];
             for (t, u) in u.chunks_exact_mut(u_width).enumerate() {
-                engine.step(q.state(t), &mut next);
+                engine.step(q.state(t), q.action(t), q.action(t + 1), &mut next);
                 scales.write_features(q.state(t), &next, u);
                 let after = q.state(t + 1);
                 x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.unit(j, q.state(t), &next)) as f32));
@@ -170,7 +199,7 @@ pub fn conditions(
     let s = start.len();
     let path = match recipe {
         Recipe::Neural => Vec::new(),
-        _ => engine.rollout(start, time),
+        _ => engine.rollout(start, &[], time),
     };
     let mut u = Vec::with_capacity(time * 2 * s);
     for t in 0..time {

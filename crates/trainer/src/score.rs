@@ -68,7 +68,7 @@ pub fn score(samples: &Samples, truth: &[f64], s: usize) -> Score {
             sorted.copy_from_slice(row);
             sorted.sort_unstable_by(f32::total_cmp);
             out.median.absolute[j] += (quantile(&sorted, 0.5) - y).abs();
-            out.crps[j] += crps(&sorted, y);
+            out.crps[j] += crps_of(&sorted, y);
             for (inside, level) in inside.iter_mut().zip([0.5, 0.9]) {
                 let (low, high) =
                     (quantile(&sorted, 0.5 - level / 2.0), quantile(&sorted, 0.5 + level / 2.0));
@@ -136,7 +136,7 @@ pub fn quantile(sorted: &[f32], q: f64) -> f64 {
 
 /// Fair estimate of the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct
 /// pairs.
-fn crps(sorted: &[f32], y: f64) -> f64 {
+pub(crate) fn crps_of(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     let (mut misfit, mut spread) = (0.0, 0.0);
     for (i, x) in sorted.iter().enumerate() {
@@ -156,8 +156,8 @@ mod tests {
     #[test]
     fn crps_of_two_samples_by_hand() {
         // E|X - y| = (1 + 3) / 2, half of E|X - X'| over distinct pairs = 2 / 2.
-        assert!((crps(&[1.0, 3.0], 0.0) - (2.0 - 1.0)).abs() < 1e-12);
-        assert!((crps(&[2.0], 0.5) - 1.5).abs() < 1e-12);
+        assert!((crps_of(&[1.0, 3.0], 0.0) - (2.0 - 1.0)).abs() < 1e-12);
+        assert!((crps_of(&[2.0], 0.5) - 1.5).abs() < 1e-12);
     }
 
     #[test]
@@ -171,7 +171,7 @@ mod tests {
                 .map(|_| {
                     let mut x: Vec<f32> = (0..m).map(|_| uniform()).collect();
                     x.sort_unstable_by(f32::total_cmp);
-                    crps(&x, f64::from(uniform()))
+                    crps_of(&x, f64::from(uniform()))
                 })
                 .sum();
             // The standard error of the mean is below 0.0015 for each m.

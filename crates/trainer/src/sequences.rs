@@ -1,7 +1,10 @@
-//! Trajectories as the nets see them: equal columns, no gaps, row-major in time.
+//! Trajectories as the nets see them: equal columns, no gaps, row-major in time, with or without actions.
 
 use crate::TrainerError;
 use augsim_data::Dataset;
+
+/// Name of the clock among action columns.
+const TIME: &str = "t_s";
 
 /// One trajectory.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +15,8 @@ pub struct Sequence {
     pub time: usize,
     /// States `[T, S]`, in the units of the columns.
     pub states: Vec<f64>,
+    /// Actions `[T, A]`, known beforehand; empty where nobody acts.
+    pub actions: Vec<f64>,
 }
 
 impl Sequence {
@@ -20,6 +25,12 @@ impl Sequence {
         let s = self.states.len() / self.time;
         &self.states[t * s..(t + 1) * s]
     }
+
+    /// Action at sample `t`; empty where nobody acts.
+    pub fn action(&self, t: usize) -> &[f64] {
+        let a = self.actions.len() / self.time;
+        &self.actions[t * a..(t + 1) * a]
+    }
 }
 
 /// Trajectories with the same state columns.
@@ -27,40 +38,59 @@ impl Sequence {
 pub struct Sequences {
     /// Names of the state columns, with units.
     pub columns: Vec<String>,
+    /// Names of the action columns, with units; `t_s` is the time of the sample.
+    pub action_columns: Vec<String>,
     /// The trajectories.
     pub items: Vec<Sequence>,
 }
 
 impl Sequences {
-    /// The named columns of a data set.
+    /// The named columns of a data set, without actions.
+    ///
+    /// # Errors
+    /// As [`Sequences::with_actions`].
+    pub fn new(dataset: &Dataset, columns: &[&str]) -> Result<Self, TrainerError> {
+        Self::with_actions(dataset, columns, &[])
+    }
+
+    /// The named state and action columns of a data set.
     ///
     /// # Errors
     /// A column is missing, a sample has a gap, a trajectory has fewer than two samples, or there is no
     /// trajectory.
-    pub fn new(dataset: &Dataset, columns: &[&str]) -> Result<Self, TrainerError> {
-        let indices = columns.iter().map(|c| dataset.column_index(c)).collect::<Result<Vec<_>, _>>()?;
+    pub fn with_actions(dataset: &Dataset, columns: &[&str], actions: &[&str]) -> Result<Self, TrainerError> {
+        // The clock is no column of its own.
+        let index = |name: &&str| (*name != TIME).then(|| dataset.column_index(name)).transpose();
+        let indices = columns.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        let action_indices = actions.iter().map(index).collect::<Result<Vec<_>, _>>()?;
         let mut items = Vec::with_capacity(dataset.trajectories().len());
         for t in dataset.trajectories() {
             if t.len() < 2 {
                 return Err(TrainerError::TooShort { id: t.id().to_owned(), samples: t.len() });
             }
-            let mut states = Vec::with_capacity(t.len() * columns.len());
-            for sample in 0..t.len() {
-                for (&index, name) in indices.iter().zip(columns) {
-                    let value = t.column(index)[sample];
-                    if value.is_nan() {
-                        let (id, column) = (t.id().to_owned(), (*name).to_owned());
-                        return Err(TrainerError::Gap { id, column, sample });
+            let rows = |indices: &[Option<usize>], names: &[&str]| {
+                let mut rows = Vec::with_capacity(t.len() * names.len());
+                for sample in 0..t.len() {
+                    for (index, name) in indices.iter().zip(names) {
+                        let value = index.map_or(t.time_s()[sample], |i| t.column(i)[sample]);
+                        if value.is_nan() {
+                            let (id, column) = (t.id().to_owned(), (*name).to_owned());
+                            return Err(TrainerError::Gap { id, column, sample });
+                        }
+                        rows.push(value);
                     }
-                    states.push(value);
                 }
-            }
-            items.push(Sequence { id: t.id().to_owned(), time: t.len(), states });
+                Ok(rows)
+            };
+            let states = rows(&indices, columns)?;
+            let actions = rows(&action_indices, actions)?;
+            items.push(Sequence { id: t.id().to_owned(), time: t.len(), states, actions });
         }
         if items.is_empty() {
             return Err(TrainerError::NoTrajectories { what: "the data set" });
         }
-        Ok(Sequences { columns: columns.iter().map(|c| (*c).to_owned()).collect(), items })
+        let owned = |names: &[&str]| names.iter().map(|c| (*c).to_owned()).collect();
+        Ok(Sequences { columns: owned(columns), action_columns: owned(actions), items })
     }
 
     /// Number of state columns S.

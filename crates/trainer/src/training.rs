@@ -2,7 +2,7 @@
 
 use crate::latent::LatentLaw;
 use crate::nets::Net;
-use crate::prepare::{Prepared, Scales, prepare};
+use crate::prepare::{Fitted, Prepared};
 use crate::sequences::Sequences;
 use crate::settings::Settings;
 use crate::tiles::{NoiseKey, Workspace};
@@ -36,7 +36,7 @@ pub struct TrainingState {
     /// Names of the state columns.
     pub columns: Vec<String>,
     /// Scales fitted on the training set.
-    pub scales: Scales,
+    pub scales: Fitted,
     /// Fingerprint of the training set (CRC-32 of its values), so that a run is not resumed on other data.
     pub data: u32,
     /// Iterations done.
@@ -58,6 +58,10 @@ pub struct Training {
     prepared: Vec<Prepared>,
     order: Vec<usize>,
     order_epoch: Option<u64>,
+    /// The batch as (length, place in the batch, trajectory), longest first.
+    batch: Vec<(usize, usize, usize)>,
+    /// The same, trajectories only.
+    chosen: Vec<usize>,
     workspaces: Vec<Workspace>,
     grads: Vec<f32>,
 }
@@ -69,7 +73,11 @@ impl Training {
     /// A setting out of range, no trajectory, or columns that are not the engine's.
     pub fn new(settings: Settings, train: &Sequences) -> Result<Self, TrainerError> {
         settings.check()?;
-        let scales = Scales::fit(&settings.engine, train);
+        if train.items.is_empty() {
+            return Err(TrainerError::NoTrajectories { what: "the training set" });
+        }
+        check_columns(&settings.engine, &train.columns, &train.action_columns)?;
+        let scales = Fitted::fit(settings.recipe, &settings.engine, train);
         let mut params = Params::new(random_stream(settings.seed, "init", 0));
         Net::new(&settings, train.state_dim(), &mut params);
         let n = params.values().len();
@@ -106,21 +114,24 @@ impl Training {
         if train.items.is_empty() {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
-        if state.columns != state.settings.engine.columns() {
-            let wanted = state.settings.engine.columns().join(", ");
-            let what =
-                format!("the engine's states are {wanted}, the data's are {}", state.columns.join(", "));
-            return Err(TrainerError::Foreign { what });
-        }
+        check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
         let (net, params) = net_of(&state)?;
         let prepared: Vec<Prepared> = train
             .items
             .par_iter()
-            .map(|q| prepare(state.settings.recipe, &state.settings.engine, &state.scales, q))
-            .collect();
+            .map(|q| {
+                let settings = &state.settings;
+                let what = "its scales are those of another scenario";
+                let foreign = || TrainerError::Foreign { what: what.to_owned() };
+                state.scales.prepare(settings.recipe, &settings.engine, q).ok_or_else(foreign)
+            })
+            .collect::<Result<_, TrainerError>>()?;
+        let batch = state.settings.batch.min(prepared.len());
         Ok(Training {
             order: (0..prepared.len()).collect(),
             order_epoch: None,
+            batch: Vec::with_capacity(batch),
+            chosen: Vec::with_capacity(batch),
             workspaces: Vec::new(),
             grads: vec![0.0; params.values().len()],
             state,
@@ -179,7 +190,14 @@ impl Training {
             self.order_epoch = Some(epoch);
         }
         let start = (iteration % per_epoch) as usize * batch;
-        let chosen = &self.order[start..start + batch];
+        // Neighbours in length share a tile, which runs to its own longest only; equal lengths keep their order.
+        let in_order = self.order[start..start + batch].iter().enumerate();
+        self.batch.clear();
+        self.batch.extend(in_order.map(|(place, &item)| (self.prepared[item].time, place, item)));
+        self.batch.sort_unstable_by_key(|&(time, place, _)| (std::cmp::Reverse(time), place));
+        self.chosen.clear();
+        self.chosen.extend(self.batch.iter().map(|&(_, _, item)| item));
+        let chosen = &self.chosen;
         let (net, params, prepared, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
         // Neighbouring tiles share a workspace. Which one works on a tile does not change its result.
@@ -232,12 +250,26 @@ pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError>
     Ok((net, params))
 }
 
+/// The data must have the engine's columns.
+fn check_columns(engine: &impl Engine, states: &[String], actions: &[String]) -> Result<(), TrainerError> {
+    for (what, wanted, found) in
+        [("states", engine.columns(), states), ("actions", engine.action_columns(), actions)]
+    {
+        if found != wanted {
+            let (wanted, found) = (wanted.join(", "), found.join(", "));
+            let what = format!("the engine's {what} are {wanted}, the data's are {found}");
+            return Err(TrainerError::Foreign { what });
+        }
+    }
+    Ok(())
+}
+
 /// CRC-32 over all lengths and values.
 fn fingerprint(data: &Sequences) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     for q in &data.items {
         hasher.update(&(q.time as u64).to_le_bytes());
-        q.states.iter().for_each(|v| hasher.update(&v.to_le_bytes()));
+        q.states.iter().chain(&q.actions).for_each(|v| hasher.update(&v.to_le_bytes()));
     }
     hasher.finalize()
 }

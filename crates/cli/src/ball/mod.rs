@@ -22,6 +22,9 @@ pub fn read(source: &DataSource) -> anyhow::Result<Dataset> {
     let dataset = match source {
         DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
         DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
+        DataSource::PushLaboratory { .. } => {
+            anyhow::bail!("the run was trained on pushes; its forecasts are in `reproduce push`")
+        }
     };
     paper_law::check_rate(&dataset, paper_law::paper_engine().step_s)?;
     Ok(dataset)

@@ -35,11 +35,12 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
         return Err(Usage(what).into());
     };
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
-    let sets = sets::run(data, &args.out, seed, output)?;
+    let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
+    let sets = sets::run(data, &out_dir, seed, output)?;
     let chain = match sets.iter().find(|s| s.set == PYBULLET) {
         None => Vec::new(),
         Some(row) => {
-            let (folder, out) = (data.join(PYBULLET), args.out.join("chain-ball"));
+            let (folder, out) = (data.join(PYBULLET), out_dir.join("chain-ball"));
             let (found, resume) = (&row.found, args.resume);
             match (ball::Chain { data: &folder, out: &out, found, iterations, seed, resume }).run(output)? {
                 Some(rows) => rows,
@@ -48,7 +49,7 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
         }
     };
     let result = ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, iterations, seed };
-    let dir = RunDir::create(&args.out)?;
+    let dir = RunDir::create(&out_dir)?;
     let json = serde_json::to_string_pretty(&result)?;
     atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
     let report = dir.file("report.html");

@@ -31,7 +31,7 @@ pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
         .zip(data.trajectories())
         .enumerate()
         .map(|(i, (q, t))| {
-            let task = Task { start: q.state(0), time: q.time, index: i as u64 };
+            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
             let columns = summarise(&model.forecast(task, samples)?, q.time);
             Ok(Trajectory::new(q.id.clone(), t.time_s().to_vec(), columns)?)
         })

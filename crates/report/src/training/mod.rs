@@ -1,6 +1,6 @@
 //! The report of a training run: what `train`, `reproduce ball` and `demo` write.
 
-mod page;
+pub(crate) mod page;
 
 use serde::{Deserialize, Serialize};
 

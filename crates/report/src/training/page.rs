@@ -33,10 +33,10 @@ pub(super) fn page(report: &TrainingReport) -> Page {
 }
 
 /// The colour of each model through the report: the subject first, floors muted.
-struct Tones<'a>(Vec<&'a str>);
+pub(crate) struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {
-    fn of(report: &'a TrainingReport) -> Self {
+    pub(crate) fn of(report: &'a TrainingReport) -> Self {
         let rows = report.rows.iter().filter(|r| r.protocol != Protocol::Floor).map(|r| &r.model);
         let curves = report.errors.iter().filter(|e| e.protocol != Protocol::Floor).map(|e| &e.model);
         let forecasts = report.forecasts.iter().map(|f| &f.model);
@@ -51,7 +51,7 @@ impl<'a> Tones<'a> {
         Self(names)
     }
 
-    fn get(&self, model: &str) -> Tone {
+    pub(crate) fn get(&self, model: &str) -> Tone {
         let at = self.0.iter().position(|name| *name == model);
         at.and_then(|i| u8::try_from(i).ok()).map_or(Tone::Muted, Tone::Series)
     }
@@ -160,7 +160,7 @@ fn protocols() -> Vec<(String, String)> {
 }
 
 /// Distinct values of a key, in order of appearance.
-fn distinct<'a, T>(items: &'a [T], key: impl Fn(&'a T) -> &'a str) -> Vec<&'a str> {
+pub(crate) fn distinct<'a, T>(items: &'a [T], key: impl Fn(&'a T) -> &'a str) -> Vec<&'a str> {
     let mut seen = Vec::new();
     for item in items.iter().map(key) {
         if !seen.contains(&item) {
@@ -170,7 +170,7 @@ fn distinct<'a, T>(items: &'a [T], key: impl Fn(&'a T) -> &'a str) -> Vec<&'a st
     seen
 }
 
-fn forecasts(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
+pub(crate) fn forecasts(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
     let mut blocks = Vec::new();
     let models = distinct(&report.forecasts, |f| &f.model);
     for channel in distinct(&report.forecasts, |f| &f.channel) {
@@ -288,7 +288,7 @@ fn grid(figures: Vec<Figure>, caption: &str) -> Vec<Block> {
     vec![Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption })]
 }
 
-fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
+pub(crate) fn learning(report: &TrainingReport, tones: &Tones) -> Vec<Block> {
     let parts: Vec<&str> = {
         let mut seen: Vec<&str> = Vec::new();
         for part in report.learning.iter().flat_map(|l| &l.parts) {

@@ -25,7 +25,7 @@ impl Forecaster for Law {
         let mut rng = random_stream(self.seed, "exact-law", task.index);
         for sample in 0..samples {
             let ball = BulletBall { restitution: self.law.draw_restitution(&mut rng), ..self.law.ball };
-            let path = EngineSpec::PybulletBall(ball).rollout(task.start, task.time);
+            let path = EngineSpec::PybulletBall(ball).rollout(task.start, &[], task.time);
             for (slot, v) in values[sample..].iter_mut().step_by(samples).zip(path) {
                 *slot = v as f32;
             }

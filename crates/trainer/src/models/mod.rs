@@ -4,10 +4,12 @@ mod law;
 mod net;
 mod physics;
 mod scattered;
+mod still;
 mod zero;
 
 pub use law::Law;
 pub use net::NetModel;
 pub use physics::Physics;
 pub use scattered::ScatteredBall;
+pub use still::Still;
 pub use zero::Zero;

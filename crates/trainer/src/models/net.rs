@@ -3,11 +3,13 @@
 use crate::latent::infer;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;
-use crate::prepare::{conditions, prepare};
+use crate::prepare::{Fitted, Scales, conditions};
+use crate::push::condition::Condition;
+use crate::push::{ACTIONS, PushEngine, STATES};
 use crate::sequences::Sequence;
 use crate::settings::Recipe;
 use crate::training::{TrainingState, net_of};
-use crate::{Engine, Forecaster, Samples, TILE, Task, TrainerError};
+use crate::{Engine, EngineSpec, Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
@@ -53,10 +55,15 @@ impl NetModel {
     /// # Errors
     /// [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
-        let prepared =
-            prepare(self.state.settings.recipe, &self.state.settings.engine, &self.state.scales, q);
-        match &self.net {
-            Net::Dcvrnn(net) => {
+        let settings = &self.state.settings;
+        if matches!(settings.engine, EngineSpec::Push(_)) {
+            return Err(TrainerError::Foreign { what: "nets of pushes only forecast".to_owned() });
+        }
+        let Some(prepared) = self.state.scales.prepare(settings.recipe, &settings.engine, q) else {
+            return Err(Self::mixed());
+        };
+        match (&self.net, &self.state.scales) {
+            (Net::Dcvrnn(net), Fitted::States(scales)) => {
                 let (mut tape, bound) = self.frozen()?;
                 let wide = |v: &[f32]| -> Vec<f32> {
                     v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
@@ -66,9 +73,9 @@ impl NetModel {
                 let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
                 let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
                 let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
-                Ok(self.samples(samples, tape.value(passed.mean_x).to_vec()))
+                Ok(self.samples(scales, samples, tape.value(passed.mean_x).to_vec()))
             }
-            Net::Stepwise(net) => {
+            (Net::Stepwise(net), Fitted::States(scales)) => {
                 let (mean, sd) = infer(net, &self.params, &prepared)?;
                 let draws = self.noise("reconstruction", index, mean.len() * samples);
                 let mut w = draws;
@@ -76,15 +83,33 @@ impl NetModel {
                     let l = i / samples;
                     *w = (mean[l] + sd[l] * f64::from(*w)) as f32;
                 }
-                let task = Task { start: q.state(0), time: q.time, index };
-                self.roll(net, task, &w, samples, StepNoise::Mean)
+                let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index };
+                self.roll(net, scales, task, &w, samples, StepNoise::Mean)
             }
+            (_, Fitted::Push(_)) => Err(Self::mixed()),
         }
     }
 
-    fn samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
+    fn mixed() -> TrainerError {
+        TrainerError::Foreign { what: "its scales are those of another scenario".to_owned() }
+    }
+
+    /// The same net with another engine: another object or support, the same scenario.
+    ///
+    /// # Errors
+    /// [`TrainerError::Foreign`] if the engine is that of another scenario.
+    pub fn with_engine(&self, engine: EngineSpec) -> Result<Self, TrainerError> {
+        let mut state = self.state.clone();
+        if std::mem::discriminant(&state.settings.engine) != std::mem::discriminant(&engine) {
+            return Err(Self::mixed());
+        }
+        state.settings.engine = engine;
+        Self::new(state)
+    }
+
+    fn samples(&self, scales: &Scales, count: usize, mut values: Vec<f32>) -> Samples {
         if self.state.settings.recipe == Recipe::HybridStandardised {
-            self.state.scales.restore(&mut values, count);
+            scales.restore(&mut values, count);
         }
         Samples { count, values }
     }
@@ -104,13 +129,14 @@ impl NetModel {
     fn roll(
         &self,
         net: &Stepwise,
+        scales: &Scales,
         task: Task<'_>,
         w: &[f32],
         samples: usize,
         noise: StepNoise,
     ) -> Result<Samples, TrainerError> {
-        let Task { start, time, index } = task;
-        let (s, sizes, scales) = (start.len(), net.sizes(), &self.state.scales);
+        let Task { start, time, index, .. } = task;
+        let (s, sizes) = (start.len(), net.sizes());
         let engine = &self.state.settings.engine;
         let mut tape = Tape::new();
         let mut bound = Bound::default();
@@ -132,7 +158,7 @@ impl NetModel {
             }
             for sample in 0..samples {
                 let (from, to) = (&now[sample * s..][..s], &mut next[sample * s..][..s]);
-                engine.step(from, to);
+                engine.step(from, &[], &[], to);
                 scales.write_features(from, to, &mut row);
                 for (slot, v) in u[sample..].iter_mut().step_by(samples).zip(&row) {
                     *slot = *v;
@@ -161,10 +187,10 @@ impl NetModel {
         Ok(Samples { count: samples, values })
     }
 
-    fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Samples {
-        let Task { start, time, index } = task;
+    fn generate(&self, net: &Dcvrnn, scales: &Scales, task: Task<'_>, samples: usize) -> Samples {
+        let Task { start, time, index, .. } = task;
         let (settings, sizes) = (&self.state.settings, net.sizes());
-        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, start, time);
+        let u = conditions(settings.recipe, &settings.engine, scales, start, time);
         let mut values = vec![0.0; time * sizes.state * samples];
         let mut wide = Vec::new();
         let mut eps = Vec::new();
@@ -188,7 +214,65 @@ impl NetModel {
                 }
             }
         }
-        self.samples(samples, values)
+        self.samples(scales, samples, values)
+    }
+
+    /// Latents drawn from the fitted law, `[L, samples]`.
+    fn latents(&self, net: &Stepwise, index: u64, samples: usize) -> Result<Vec<f32>, TrainerError> {
+        let Some(law) = &self.state.latent else {
+            let what = "its training has not ended, so the law of its latent is not fitted yet";
+            return Err(TrainerError::Foreign { what: what.into() });
+        };
+        Ok(law.draw(&self.noise("forecast", index, net.sizes().latent * samples), samples))
+    }
+
+    /// A push from its first pose and the rod's path: draws of the decoder, its own noise included.
+    fn push(&self, engine: &PushEngine, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+        let Fitted::Push(scales) = &self.state.scales else { return Err(Self::mixed()) };
+        if task.start.len() != STATES.len() || task.actions.len() != ACTIONS.len() * task.time {
+            let wanted = [&STATES[..], &ACTIONS].concat().join(", ");
+            let what = format!("it forecasts pushes from {wanted} of every sample, which the data lack");
+            return Err(TrainerError::Foreign { what });
+        }
+        let condition = Condition::new(self.state.settings.recipe, engine, task.start, task.actions);
+        let u = scales.standard(&condition);
+        let (time, width) = (condition.time, condition.width);
+        let (mut tape, bound) = self.frozen()?;
+        let wide =
+            |v: &[f32]| -> Vec<f32> { v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect() };
+        let (mean, sd) = match &self.net {
+            Net::Dcvrnn(net) => {
+                let latent = net.sizes().latent;
+                let u = tape.constant(&[time, width, samples], &wide(&u))?;
+                let eps = self.noise("forecast", task.index, time * latent * samples);
+                let eps = tape.constant(&[time, latent, samples], &eps)?;
+                net.generate(&mut tape, &bound, u, eps)?
+            }
+            Net::Stepwise(net) => {
+                let w = self.latents(net, task.index, samples)?;
+                let u = tape.constant(&[time, width, 1], &u)?;
+                let read = net.remember(&mut tape, &bound, u)?;
+                let shape = [time, tape.shape(read).dims()[1], samples];
+                let read = wide(tape.value(read));
+                let read = tape.constant(&shape, &read)?;
+                let w = tape.constant(&[1, net.sizes().latent, samples], &w)?;
+                let g = net.correct(&mut tape, &bound, read, w)?;
+                (g.mean, Some(g.sd))
+            }
+        };
+        let mut values = tape.value(mean).to_vec();
+        if let Some(sd) = sd {
+            let noise = self.noise("step-noise", task.index, values.len());
+            for ((v, sd), e) in values.iter_mut().zip(tape.value(sd)).zip(noise) {
+                *v += sd * e;
+            }
+        }
+        scales.restore(&condition, &mut values, samples);
+        // What is measured at the start is known.
+        for (row, start) in values.chunks_exact_mut(samples).zip(task.start) {
+            row.fill(*start as f32);
+        }
+        Ok(Samples { count: samples, values })
     }
 }
 
@@ -198,16 +282,16 @@ impl Forecaster for NetModel {
     }
 
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
-        match &self.net {
-            Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
-            Net::Stepwise(net) => {
-                let Some(law) = &self.state.latent else {
-                    let what = "its training has not ended, so the law of its latent is not fitted yet";
-                    return Err(TrainerError::Foreign { what: what.into() });
-                };
-                let w = law.draw(&self.noise("forecast", task.index, net.sizes().latent * samples), samples);
-                self.roll(net, task, &w, samples, StepNoise::Drawn)
+        if let EngineSpec::Push(engine) = &self.state.settings.engine {
+            return self.push(engine, task, samples);
+        }
+        match (&self.net, &self.state.scales) {
+            (Net::Dcvrnn(net), Fitted::States(scales)) => Ok(self.generate(net, scales, task, samples)),
+            (Net::Stepwise(net), Fitted::States(scales)) => {
+                let w = self.latents(net, task.index, samples)?;
+                self.roll(net, scales, task, &w, samples, StepNoise::Drawn)
             }
+            (_, Fitted::Push(_)) => Err(Self::mixed()),
         }
     }
 }

@@ -19,7 +19,7 @@ impl Forecaster for Physics {
     }
 
     fn forecast(&self, task: Task<'_>, _: usize) -> Result<Samples, TrainerError> {
-        let path = self.0.rollout(task.start, task.time);
+        let path = self.0.rollout(task.start, task.actions, task.time);
         Ok(Samples { count: 1, values: path.into_iter().map(|v| v as f32).collect() })
     }
 }

@@ -5,12 +5,14 @@
 //! - prior: GRU(u_t, eps_t) gives mu_0, sigma_0; in prediction z_t = mu_0 + eps_t sigma_0
 //! - decoder: GRU(z_t) gives mu_x (and sigma_x, if it is learned)
 //!
+//! x_t, u_t and z_t pass through feature extractors first (phi_x, phi_u, phi_z), the identity for the ball.
+//!
 //! Loss: sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln P(x_t | z_t), less constants. The same
 //! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
 //! does not bound what z carries. What follows from that for forecasts is in the README.
 
 use super::{LossVars, Tile, mask_of, masked_sum};
-use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Params};
+use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
 /// How the decoder's standard deviation is had.
@@ -41,10 +43,27 @@ pub struct DcvrnnSizes {
     pub decoder: Decoder,
 }
 
+/// Widths of the layers of the feature extractors, each followed by tanh; none for the identity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Extractors {
+    /// Of targets.
+    pub x: &'static [usize],
+    /// Of conditions.
+    pub u: &'static [usize],
+    /// Of latents.
+    pub z: &'static [usize],
+}
+
+impl Extractors {
+    /// The paper's for pushing.
+    pub const PUSH: Extractors = Extractors { x: &[32, 16], u: &[32, 16], z: &[16] };
+}
+
 /// The net: ids of its parameters, named `enc.gru.weight_ih_l0`, `enc.mean.weight` and so on.
 #[derive(Debug, Clone)]
 pub struct Dcvrnn {
     sizes: DcvrnnSizes,
+    phi: [Mlp; 3],
     encoder: (Gru, GaussianHead),
     prior: (Gru, GaussianHead),
     decoder: Gru,
@@ -77,17 +96,30 @@ pub(super) struct Generating<'a> {
 }
 
 impl Dcvrnn {
-    /// Registers the parameters.
+    /// Registers the parameters of a net without feature extractors.
     pub fn new<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes) -> Self {
+        Self::with_extractors(params, s, Extractors::default())
+    }
+
+    /// Registers the parameters; those of the extractors are named `phi_x.0.weight` and so on.
+    pub fn with_extractors<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes, phi: Extractors) -> Self {
+        let mut extractor = |name: &str, inputs: usize, widths: &[usize]| {
+            let all: Vec<usize> = std::iter::once(inputs).chain(widths.iter().copied()).collect();
+            (Mlp::new(params, name, &all), all.last().copied().unwrap_or(inputs))
+        };
+        let (phi_x, x) = extractor("phi_x", s.state, phi.x);
+        let (phi_u, u) = extractor("phi_u", s.condition, phi.u);
+        let (phi_z, z) = extractor("phi_z", s.latent, phi.z);
         let net = |params: &mut Params<T>, name: &str, inputs: usize| {
             let gru = Gru::new(params, &format!("{name}.gru"), inputs, s.hidden, s.layers);
             (gru, GaussianHead::new(params, name, s.hidden, s.latent, s.sd_floor))
         };
         Dcvrnn {
             sizes: s,
-            encoder: net(params, "enc", s.state + s.condition + s.latent),
-            prior: net(params, "prior", s.condition + s.latent),
-            decoder: Gru::new(params, "dec.gru", s.latent, s.hidden, s.layers),
+            phi: [phi_x, phi_u, phi_z],
+            encoder: net(params, "enc", x + u + s.latent),
+            prior: net(params, "prior", u + s.latent),
+            decoder: Gru::new(params, "dec.gru", z, s.hidden, s.layers),
             decoder_mean: Linear::new(params, "dec.mean", s.hidden, s.state),
             decoder_std: matches!(s.decoder, Decoder::Learned)
                 .then(|| Linear::new(params, "dec.std", s.hidden, s.state)),
@@ -116,6 +148,8 @@ impl Dcvrnn {
         p: &Bound,
         [x, u, eps]: [Var; 3],
     ) -> Result<Passed, TensorError> {
+        let x = self.phi[0].forward(tape, p, x)?;
+        let u = self.phi[1].forward(tape, p, u)?;
         let seen = tape.concat(&[x, u, eps], 1)?;
         let posterior = run(tape, p, &self.encoder, seen)?;
         let prior = self.prior(tape, p, u, eps)?;
@@ -176,6 +210,7 @@ impl Dcvrnn {
         u: Var,
         eps: Var,
     ) -> Result<(Var, Option<Var>), TensorError> {
+        let u = self.phi[1].forward(tape, p, u)?;
         let prior = self.prior(tape, p, u, eps)?;
         let z = draw(tape, prior, eps)?;
         self.decode(tape, p, z)
@@ -198,6 +233,7 @@ impl Dcvrnn {
         p: &Bound,
         z: Var,
     ) -> Result<(Var, Option<Var>), TensorError> {
+        let z = self.phi[2].forward(tape, p, z)?;
         let h = self.decoder.forward(tape, p, z, &[])?;
         let mean = self.decoder_mean.forward(tape, p, h)?;
         let Some(std) = self.decoder_std else { return Ok((mean, None)) };

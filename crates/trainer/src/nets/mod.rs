@@ -4,11 +4,13 @@ mod dcvrnn;
 mod sampler;
 mod stepwise;
 
-pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder};
+pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 pub use sampler::{DcvrnnSampler, Predicted};
 pub use stepwise::{Stepwise, StepwiseSizes};
 
+use crate::engine::EngineSpec;
 use crate::prepare::Scales;
+use crate::push::condition;
 use crate::settings::{Recipe, Settings};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
@@ -47,7 +49,7 @@ pub struct LossVars {
 pub enum Net {
     /// Neural, Hybrid and Hybrid-std.
     Dcvrnn(Dcvrnn),
-    /// Hybrid+.
+    /// Hybrid+ and Neural+.
     Stepwise(Stepwise),
 }
 
@@ -55,32 +57,32 @@ impl Net {
     /// Registers the net of `settings` for states of `state` columns.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
         let net = settings.net;
+        let pushing = matches!(settings.engine, EngineSpec::Push(_));
         let condition = match settings.recipe {
+            recipe if pushing => condition::width(recipe),
             Recipe::Neural => state,
             Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-            Recipe::HybridPlus => {
-                let sizes = StepwiseSizes {
-                    state,
-                    condition: Scales::features(state),
-                    latent: net.latent,
-                    hidden: net.hidden,
-                    sd_floor: net.sd_floor,
-                };
-                return Net::Stepwise(Stepwise::new(params, sizes));
-            }
+            Recipe::HybridPlus | Recipe::NeuralPlus => Scales::features(state),
         };
-        Net::Dcvrnn(Dcvrnn::new(
-            params,
-            DcvrnnSizes {
-                state,
-                condition,
-                latent: net.latent,
-                hidden: net.hidden,
-                layers: net.layers,
-                sd_floor: net.sd_floor,
-                decoder: Decoder::Fixed,
-            },
-        ))
+        if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
+            let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
+            let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor };
+            return Net::Stepwise(match pushing {
+                true => Stepwise::with_memory(params, sizes),
+                false => Stepwise::new(params, sizes),
+            });
+        }
+        let sizes = DcvrnnSizes {
+            state,
+            condition,
+            latent: net.latent,
+            hidden: net.hidden,
+            layers: net.layers,
+            sd_floor: net.sd_floor,
+            decoder: if pushing { Decoder::Learned } else { Decoder::Fixed },
+        };
+        let phi = if pushing { Extractors::PUSH } else { Extractors::default() };
+        Net::Dcvrnn(Dcvrnn::with_extractors(params, sizes, phi))
     }
 
     /// Rows of noise that a sequence of `time` steps takes, and values per row.

@@ -1,0 +1,284 @@
+//! Trains the nets, scores every model on every set, writes `result.json` and `report.html`.
+
+use super::data::{PushData, part};
+use super::plan::Plan;
+use super::repeat::{Clouds, Repeated, compare};
+use super::report::report;
+use super::rows::Row;
+use super::runs::{Measured, measured};
+use crate::output::Output;
+use crate::run_dir::{Config, RunDir};
+use crate::session::{self, Ended, Trained};
+use augsim_data::atomic_write;
+use augsim_trainer::models::{Physics, Still, Zero};
+use augsim_trainer::push::calibrate::Estimate;
+use augsim_trainer::push::score::{PushScore, evaluate_pushes};
+use augsim_trainer::push::{GpOptions, GpPush};
+use augsim_trainer::{EngineSpec, Forecaster, Losses, NetModel, Recipe, Sequences, Settings};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Nets trained on the whole training set.
+const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, Recipe::HybridPlus];
+/// Nets of the training-set-size curve: the published ones forecast that nothing moves, whatever they were trained on.
+const CURVE: [Recipe; 2] = [Recipe::NeuralPlus, Recipe::HybridPlus];
+
+/// What is run.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// Command that repeats it.
+    pub command: String,
+    /// How much of everything.
+    pub plan: Plan,
+    /// Published files, where there are any.
+    pub published: Option<PathBuf>,
+    /// Measured runs of the pusher-slider, where there are any.
+    pub runs: Option<PathBuf>,
+    /// Whether less of everything was asked for.
+    pub quick: bool,
+    /// Seed.
+    pub seed: u64,
+    /// Directory for everything.
+    pub out: PathBuf,
+    /// Go on with runs that are there.
+    pub resume: bool,
+}
+
+/// A point of the training-set-size curve, on the test pushes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Model.
+    pub model: String,
+    /// Training pushes.
+    pub train_pushes: usize,
+    /// Position error of the mean of 100 samples, mm.
+    pub pos_mm: f64,
+    /// Angle error, degrees.
+    pub rot_deg: f64,
+    /// Continuous ranked probability score of the position, mm.
+    pub crps_mm: f64,
+}
+
+/// What `result.json` holds.
+#[derive(Debug, Serialize)]
+pub struct ResultFile {
+    /// `augsim.reproduce/1`.
+    pub schema: &'static str,
+    /// `push`.
+    pub scenario: &'static str,
+    /// `virtual laboratory` or `published MIT Push files`.
+    pub data: &'static str,
+    /// The tables; each row says what it was measured on.
+    pub rows: Vec<Row>,
+    /// Training-set-size curve.
+    pub curve: Vec<CurvePoint>,
+    /// The repeated push; absent on published files.
+    pub repeated: Option<Repeated>,
+    /// Parameters fitted to the measured runs; absent without them.
+    pub calibration: Option<Vec<Estimate>>,
+    /// Measured runs that were tested on.
+    pub test_runs: Vec<String>,
+    /// Most samples of a push and samples a second, after thinning.
+    pub thinning: [f64; 2],
+    /// Iterations of the paper's nets, and of Hybrid+ and Neural+.
+    pub iterations: [u64; 2],
+    /// Remarks about the data.
+    pub notes: Vec<String>,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A finished experiment.
+#[derive(Debug)]
+pub struct Finished {
+    /// What was written.
+    pub result: ResultFile,
+    /// The report's path.
+    pub report: PathBuf,
+}
+
+/// What the report draws, beside the result.
+pub struct Drawn<'a> {
+    /// Nets trained on the whole set.
+    pub nets: &'a [Trained],
+    /// Other models that sample.
+    pub others: Vec<&'a dyn Forecaster>,
+    /// Losses of each net.
+    pub losses: Vec<(Recipe, Vec<Losses>)>,
+    /// Position error over the push, by model.
+    pub over_push: Vec<(String, Vec<f64>)>,
+    /// The test pushes.
+    pub test: &'a Sequences,
+    /// Clouds of the repeated push.
+    pub clouds: Option<&'a Clouds>,
+}
+
+impl Experiment {
+    /// Runs it; `None` if the user stopped it (run again with `--resume`).
+    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
+        let plan = &self.plan;
+        let data = match &self.published {
+            Some(folder) => PushData::published(folder, plan, self.seed)?,
+            None => {
+                output.note("no published files: making pushes in the virtual laboratory");
+                PushData::laboratory(plan, self.seed)?
+            }
+        };
+        for note in &data.notes {
+            output.note(note);
+        }
+        let whole = data.train.items.len();
+        let mut nets = Vec::new();
+        for recipe in NETS {
+            match self.net(recipe, whole, &data, output)? {
+                Some(t) => nets.push(t),
+                None => return Ok(None),
+            }
+        }
+        let mut curve = Vec::new();
+        for recipe in CURVE {
+            for &size in plan.sizes.iter().filter(|&&size| size < whole) {
+                let Some(t) = self.net(recipe, size, &data, output)? else { return Ok(None) };
+                curve.push(point(recipe, size, &evaluate_pushes(&t.model, &data.tests[0].pushes)?));
+            }
+        }
+        output.note("fitting the Gaussian processes");
+        let options = GpOptions { steps: plan.gp_steps, seed: self.seed };
+        let gp = GpPush::fit(&data.engine, &data.train, options)?;
+        output.note("scoring");
+        let mut rows = Vec::new();
+        let mut over_push = Vec::new();
+        for (k, set) in data.tests.iter().enumerate() {
+            let physics = Physics(EngineSpec::Push(set.engine));
+            let gp = gp.with_engine(&set.engine);
+            let moved: Vec<NetModel> = nets
+                .iter()
+                .map(|t| t.model.with_engine(EngineSpec::Push(set.engine)))
+                .collect::<Result<_, _>>()?;
+            let mut models: Vec<(&dyn Forecaster, usize)> =
+                vec![(&Zero, 0), (&Still, 0), (&physics, 0), (&gp, whole)];
+            models.extend(moved.iter().map(|m| (m as &dyn Forecaster, whole)));
+            for (model, trained) in models {
+                let score = evaluate_pushes(model, &set.pushes)?;
+                rows.push(Row::new(data.name, model.name(), set, trained, &score));
+                if k == 0 {
+                    if !matches!(model.name(), "Zero" | "Still") {
+                        over_push.push((model.name().to_owned(), score.over_push.clone()));
+                    }
+                    if let Some(recipe) = CURVE.into_iter().find(|r| r.label() == model.name()) {
+                        curve.push(point(recipe, whole, &score));
+                    }
+                }
+            }
+        }
+        curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
+        let clouds = self.clouds(&gp, &nets, output)?;
+        let runs = self.measured(output)?;
+        if runs.as_ref().is_some_and(|r| r.interrupted) {
+            output.note("interrupted; go on with --resume");
+            return Ok(None);
+        }
+        let mut notes = data.notes.clone();
+        let (mut calibration, mut test_runs) = (None, Vec::new());
+        if let Some(m) = runs {
+            rows.extend(m.rows);
+            (calibration, test_runs) = (Some(m.calibration.estimates), m.test_runs);
+            notes.push("mit-pusher-slider-runs: windows of 1 s from the measured pose, 25 Hz".to_owned());
+        }
+        let result = ResultFile {
+            schema: "augsim.reproduce/1",
+            scenario: "push",
+            data: data.name,
+            rows,
+            curve,
+            repeated: clouds.as_ref().map(|c| c.result.clone()),
+            calibration,
+            test_runs,
+            thinning: [plan.thinning.samples as f64, plan.thinning.rate_hz],
+            iterations: [plan.paper_iterations, plan.plus_iterations],
+            notes,
+            seed: self.seed,
+        };
+        let dir = RunDir::create(&self.out)?;
+        let json = serde_json::to_string_pretty(&result)?;
+        atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
+        let drawn = Drawn {
+            losses: self.losses(whole)?,
+            others: vec![&gp],
+            over_push,
+            test: &data.tests[0].pushes,
+            clouds: clouds.as_ref(),
+            nets: &nets,
+        };
+        let html = augsim_report::push_report(&report(self, &result, &drawn)?);
+        let path = dir.file("report.html");
+        atomic_write(&path, |w| w.write_all(html.as_bytes()))?;
+        Ok(Some(Finished { result, report: path }))
+    }
+
+    fn run_dir(&self, recipe: Recipe, size: usize) -> PathBuf {
+        self.out.join(format!("{}-{size}", recipe.label().to_lowercase().replace('+', "-plus")))
+    }
+
+    /// Trains a net on the first `size` pushes; `None` if the user stopped it.
+    fn net(
+        &self,
+        recipe: Recipe,
+        size: usize,
+        data: &PushData,
+        output: &Output,
+    ) -> anyhow::Result<Option<Trained>> {
+        let iterations = match recipe {
+            Recipe::HybridPlus | Recipe::NeuralPlus => self.plan.plus_iterations,
+            _ => self.plan.paper_iterations,
+        };
+        output.note(format!("training {} on {size} pushes ({iterations} iterations)", recipe.label()));
+        let train = part(&data.train, 0, size);
+        let run = RunDir::create(&self.run_dir(recipe, size))?;
+        let settings = Settings::push(recipe, iterations, self.seed, data.engine);
+        let config = Config { checkpoint_every: 1000, data: data.source.clone(), settings };
+        // A run with other settings is not this run: it starts anew.
+        let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
+        run.write_config(&config)?;
+        Ok(match session::train(&run, &config, &train, resume, output)? {
+            Ended::Trained(t) => Some(*t),
+            Ended::Interrupted { iteration } => {
+                output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
+                None
+            }
+        })
+    }
+
+    fn losses(&self, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
+        let read = |r: Recipe| Ok((r, RunDir::open(&self.run_dir(r, whole)).read_metrics()?));
+        NETS.into_iter().map(read).collect()
+    }
+
+    /// The repeated push, which only the laboratory has.
+    fn clouds(&self, gp: &GpPush, nets: &[Trained], output: &Output) -> anyhow::Result<Option<Clouds>> {
+        if self.published.is_some() {
+            return Ok(None);
+        }
+        output.note(format!("one push {} times", self.plan.repeats));
+        let mut models: Vec<(String, &dyn Forecaster)> = vec![("GP-SUM".to_owned(), gp)];
+        models.extend(nets.iter().map(|t| (t.model.name().to_owned(), &t.model as &dyn Forecaster)));
+        compare(&self.plan, self.seed, &models).map(Some)
+    }
+
+    fn measured(&self, output: &Output) -> anyhow::Result<Option<Measured>> {
+        let Some(folder) = &self.runs else { return Ok(None) };
+        output.note(format!("measured runs: {}", folder.display()));
+        measured(folder, self.seed, self.quick).map(Some)
+    }
+}
+
+fn point(recipe: Recipe, train_pushes: usize, score: &PushScore) -> CurvePoint {
+    CurvePoint {
+        model: recipe.label().to_owned(),
+        train_pushes,
+        pos_mm: score.mean.pos_mm,
+        rot_deg: score.mean.rot_deg,
+        crps_mm: score.crps_mm,
+    }
+}

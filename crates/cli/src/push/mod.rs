@@ -1,0 +1,15 @@
+//! Planar pushing on the command line: data, the tables of models, the repeated push, measured runs, the report.
+
+mod data;
+mod experiment;
+mod plan;
+mod repeat;
+mod report;
+mod rows;
+mod runs;
+
+pub use data::PushData;
+pub use experiment::Experiment;
+pub use plan::Plan;
+pub use rows::table;
+pub use runs::folder as runs_folder;

@@ -1,0 +1,63 @@
+//! How much of everything a reproduction takes.
+
+use augsim_trainer::push::Thinning;
+
+/// Sizes and iterations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Training pushes.
+    pub train: usize,
+    /// Test pushes on the training object and support.
+    pub test: usize,
+    /// Test pushes on each other support and object.
+    pub transfer: usize,
+    /// Training-set sizes of the curve, ascending; the last is `train`.
+    pub sizes: Vec<usize>,
+    /// Iterations of the paper's nets.
+    pub paper_iterations: u64,
+    /// Iterations of Hybrid+ and Neural+.
+    pub plus_iterations: u64,
+    /// Repeats of one push, truth and samples alike.
+    pub repeats: usize,
+    /// Training steps of the Gaussian processes.
+    pub gp_steps: usize,
+    /// Thinning of every push.
+    pub thinning: Thinning,
+}
+
+impl Plan {
+    /// The paper's numbers of pushes.
+    pub fn full() -> Self {
+        Plan {
+            train: 6500,
+            test: 628,
+            transfer: 300,
+            sizes: vec![250, 1000, 2500, 6500],
+            paper_iterations: 10_000,
+            plus_iterations: 10_000,
+            repeats: 2000,
+            gp_steps: 800,
+            thinning: Thinning::default(),
+        }
+    }
+
+    /// A few minutes on two cores.
+    pub fn quick() -> Self {
+        Plan {
+            train: 1000,
+            test: 150,
+            transfer: 60,
+            sizes: vec![250, 1000],
+            paper_iterations: 1000,
+            plus_iterations: 2000,
+            repeats: 500,
+            gp_steps: 400,
+            ..Self::full()
+        }
+    }
+
+    /// The same with that many iterations for every net.
+    pub fn with_iterations(self, iterations: u64) -> Self {
+        Plan { paper_iterations: iterations, plus_iterations: iterations, ..self }
+    }
+}

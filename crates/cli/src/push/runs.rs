@@ -1,0 +1,129 @@
+//! Measured runs of the pusher-slider (Hogan and Rodriguez 2016): windows of a second, trained on some runs, tested
+//! on others.
+
+use super::data::Set;
+use super::rows::Row;
+use anyhow::Context;
+use augsim_data::Dataset;
+use augsim_data::convert::CONVERTERS;
+use augsim_data::push::resample;
+use augsim_trainer::models::{Physics, Still, Zero};
+use augsim_trainer::push::calibrate::{Calibration, calibrate};
+use augsim_trainer::push::score::evaluate_pushes;
+use augsim_trainer::push::{PushEngine, Thinning, pushes, windows};
+use augsim_trainer::{EngineSpec, Forecaster, NetModel, Recipe, Sequences, Settings, Training};
+use std::path::Path;
+
+/// Where the rows say they come from.
+const DATA: &str = "mit-pusher-slider-runs";
+/// Rate of the windows, Hz, and their samples: one second.
+const RATE_HZ: f64 = 25.0;
+const SAMPLES: usize = 26;
+/// Samples from one window to the next: training windows overlap, test windows do so by half.
+const EVERY: [usize; 2] = [3, 13];
+/// Every so manieth run is a test run.
+const TEST_EVERY: usize = 3;
+/// Iterations of the nets: there are few runs.
+const ITERATIONS: u64 = 1500;
+
+/// What came of the measured runs.
+#[derive(Debug)]
+pub struct Measured {
+    /// Table.
+    pub rows: Vec<Row>,
+    /// Calibrated parameters.
+    pub calibration: Calibration,
+    /// Names of the runs that were tested on.
+    pub test_runs: Vec<String>,
+    /// Whether the user stopped it.
+    pub interrupted: bool,
+}
+
+/// Physics under another name.
+struct Named<'a>(&'a str, Physics);
+
+impl Forecaster for Named<'_> {
+    fn name(&self) -> &str {
+        self.0
+    }
+    fn is_deterministic(&self) -> bool {
+        true
+    }
+    fn forecast(
+        &self,
+        task: augsim_trainer::Task<'_>,
+        samples: usize,
+    ) -> Result<augsim_trainer::Samples, augsim_trainer::TrainerError> {
+        self.1.forecast(task, samples)
+    }
+}
+
+/// The folder of the runs below `data`, or `data` itself, if it is there.
+pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
+    let below = data.join(DATA);
+    [below, data.to_owned()].into_iter().find(|p| p.join("index.csv").is_file() && p.join("runs").is_dir())
+}
+
+/// Trains, calibrates and scores.
+pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
+    let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
+    let convert = convert.context("no converter for the pusher-slider runs")?;
+    let data = resample(&convert(folder)?.data, RATE_HZ)?;
+    let engine = PushEngine::textbook("rect1", 0.35).context("rect1 is built in")?;
+    let engine = PushEngine { mass_kg: 1.053, ..engine };
+    let (mut train, mut test, mut calm) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, t) in data.trajectories().iter().enumerate() {
+        if i % TEST_EVERY == TEST_EVERY - 1 {
+            test.push(i);
+            if t.group() == Some("none") {
+                calm.push(i);
+            }
+        } else {
+            train.push(i);
+        }
+    }
+    let cut = |items: &[usize], every: usize| -> anyhow::Result<Sequences> {
+        let set: Dataset = data.select(items);
+        Ok(windows(&pushes(&set, Thinning { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
+    };
+    let train = cut(&train, EVERY[0])?;
+    let calibration = calibrate(&engine, &train)?;
+    let set = |split, pushes| Set { object: "square".into(), surface: "table".into(), split, engine, pushes };
+    let mut sets = vec![set("test runs", cut(&test, EVERY[1])?)];
+    if !calm.is_empty() {
+        sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
+    }
+    let nominal = Named("Physics", Physics(EngineSpec::Push(engine)));
+    let calibrated = Named("Physics, fitted", Physics(EngineSpec::Push(calibration.engine)));
+    let mut nets = Vec::new();
+    let mut interrupted = false;
+    for (recipe, engine) in [
+        (Recipe::Neural, engine),
+        (Recipe::NeuralPlus, engine),
+        (Recipe::Hybrid, calibration.engine),
+        (Recipe::HybridPlus, calibration.engine),
+    ] {
+        let iterations = if quick { ITERATIONS / 4 } else { ITERATIONS };
+        let mut training = Training::new(Settings::push(recipe, iterations, seed, engine), &train)?;
+        while training.iteration() < iterations && !crate::interrupt::requested() {
+            training.step()?;
+        }
+        interrupted |= training.iteration() < iterations;
+        if interrupted {
+            break;
+        }
+        nets.push(NetModel::new(training.finish()?.clone())?);
+    }
+    let mut models: Vec<(&dyn Forecaster, usize)> =
+        vec![(&Zero, 0), (&Still, 0), (&nominal, 0), (&calibrated, train.items.len())];
+    models.extend(nets.iter().map(|n| (n as &dyn Forecaster, train.items.len())));
+    let mut rows = Vec::new();
+    for set in &sets {
+        for (model, trained) in &models {
+            let score = evaluate_pushes(*model, &set.pushes)?;
+            rows.push(Row::new(DATA, model.name(), set, *trained, &score));
+        }
+    }
+    let name = |i: &usize| data.trajectories()[*i].id().to_owned();
+    Ok(Measured { rows, calibration, test_runs: test.iter().map(name).collect(), interrupted })
+}

@@ -1,0 +1,22 @@
+//! Nothing moves.
+
+use crate::{Forecaster, Samples, Task, TrainerError};
+
+/// Predicts the first state for ever.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Still;
+
+impl Forecaster for Still {
+    fn name(&self) -> &str {
+        "Still"
+    }
+
+    fn is_deterministic(&self) -> bool {
+        true
+    }
+
+    fn forecast(&self, task: Task<'_>, _: usize) -> Result<Samples, TrainerError> {
+        let start: Vec<f32> = task.start.iter().map(|v| *v as f32).collect();
+        Ok(Samples { count: 1, values: start.repeat(task.time) })
+    }
+}

@@ -1,0 +1,303 @@
+//! Gaussian-process regression with noise that depends on the input.
+//!
+//! One latent function f with a squared-exponential kernel, one length scale an input (ARD), and a second process g
+//! for the logarithm of the noise, fitted to the squared leave-one-out residuals of the first ("most likely" noise,
+//! Kersting et al. 2007; the leave-one-out formulas are those of Rasmussen and Williams 2006, section 5.4.2). The
+//! variational bound of Lázaro-Gredilla and Titsias (2011) is what GP-SUM's authors used; this one is cheaper.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Accum, Mat, Par};
+
+/// Steps of the optimiser for the first fit, and for the later ones, which start from it.
+const STEPS: [usize; 2] = [60, 25];
+/// Rounds of noise and refit.
+const ROUNDS: usize = 2;
+/// - E ln chi^2_1, by which the logarithm of a squared residual lies below that of the variance.
+const LOG_CHI_SQUARE: f64 = 1.270_36;
+/// Added to the diagonal, relative to the signal's variance.
+const JITTER: f64 = 1e-8;
+
+/// Inputs of a process, `D` numbers each, in standard units.
+pub type Inputs<const D: usize> = [[f64; D]];
+
+/// Logarithms of the kernel's parameters: signal, noise (standard deviations), length scales.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kernel<const D: usize> {
+    signal: f64,
+    noise: f64,
+    lengths: [f64; D],
+}
+
+impl<const D: usize> Kernel<D> {
+    fn covariance(&self, a: &[f64; D], b: &[f64; D]) -> f64 {
+        let square: f64 = (0..D).map(|d| ((a[d] - b[d]) * (-self.lengths[d]).exp()).powi(2)).sum();
+        (2.0 * self.signal - 0.5 * square).exp()
+    }
+}
+
+/// A process conditioned on data.
+#[derive(Debug, Clone)]
+struct Process<const D: usize> {
+    kernel: Kernel<D>,
+    inputs: Vec<[f64; D]>,
+    mean: f64,
+    /// (K + R)^-1 (y - mean).
+    weights: Vec<f64>,
+    /// (K + R)^-1.
+    inverse: Mat<f64>,
+    log_likelihood: f64,
+}
+
+impl<const D: usize> Process<D> {
+    /// Conditions on `y` with noise variances `noise`, beside the kernel's own; `None` if the matrix is not
+    /// positive definite in floating point.
+    fn new(kernel: Kernel<D>, inputs: &Inputs<D>, y: &[f64], mean: f64, noise: &[f64]) -> Option<Self> {
+        let n = inputs.len();
+        let own = (2.0 * kernel.noise).exp() + JITTER * (2.0 * kernel.signal).exp();
+        let mut l = Mat::from_fn(n, n, |i, j| {
+            let k = if i >= j { kernel.covariance(&inputs[i], &inputs[j]) } else { 0.0 };
+            if i == j { k + own + noise[i] } else { k }
+        });
+        // One thread: the sums must not depend on how many there are.
+        let params = Default::default();
+        let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
+        let stack = MemStack::new(&mut memory);
+        llt::factor::cholesky_in_place(l.as_mut(), Default::default(), Par::Seq, stack, params).ok()?;
+        let mut root = Mat::<f64>::identity(n, n);
+        solve_lower_triangular_in_place(l.as_ref(), root.as_mut(), Par::Seq);
+        let mut inverse = Mat::<f64>::zeros(n, n);
+        matmul(
+            inverse.as_mut(),
+            BlockStructure::Rectangular,
+            Accum::Replace,
+            root.transpose(),
+            BlockStructure::TriangularUpper,
+            root.as_ref(),
+            BlockStructure::TriangularLower,
+            1.0,
+            Par::Seq,
+        );
+        let rest: Vec<f64> = y.iter().map(|v| v - mean).collect();
+        let weights: Vec<f64> = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * rest[j]).sum()).collect();
+        let fit: f64 = weights.iter().zip(&rest).map(|(w, r)| w * r).sum();
+        let log_determinant: f64 = (0..n).map(|i| l[(i, i)].ln()).sum();
+        let log_likelihood = -0.5 * fit - log_determinant;
+        log_likelihood.is_finite().then_some(Process {
+            kernel,
+            inputs: inputs.to_vec(),
+            mean,
+            weights,
+            inverse,
+            log_likelihood,
+        })
+    }
+
+    /// Gradient of the log likelihood by the kernel's parameters.
+    fn gradient(&self) -> Kernel<D> {
+        let n = self.inputs.len();
+        let mut g = Kernel { signal: 0.0, noise: 0.0, lengths: [0.0; D] };
+        let scales = self.kernel.lengths.map(|l| (-2.0 * l).exp());
+        for i in 0..n {
+            for j in 0..=i {
+                let twice = if i == j { 1.0 } else { 2.0 };
+                let w = twice * 0.5 * (self.weights[i] * self.weights[j] - self.inverse[(i, j)]);
+                let (a, b) = (&self.inputs[i], &self.inputs[j]);
+                let k = self.kernel.covariance(a, b);
+                g.signal += 2.0 * w * k;
+                for d in 0..D {
+                    g.lengths[d] += w * k * (a[d] - b[d]).powi(2) * scales[d];
+                }
+                if i == j {
+                    g.noise += 2.0 * w * (2.0 * self.kernel.noise).exp();
+                }
+            }
+        }
+        g
+    }
+
+    /// Residual and variance of each datum, predicted from all others.
+    fn leave_one_out(&self) -> Vec<(f64, f64)> {
+        let one = |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
+        self.weights.iter().enumerate().map(one).collect()
+    }
+
+    fn covariances(&self, x: &[f64; D]) -> Vec<f64> {
+        self.inputs.iter().map(|a| self.kernel.covariance(a, x)).collect()
+    }
+
+    fn mean_at(&self, x: &[f64; D]) -> f64 {
+        self.mean + self.covariances(x).iter().zip(&self.weights).map(|(k, w)| k * w).sum::<f64>()
+    }
+
+    /// Mean and variance of the function (without noise) at `x`.
+    fn at(&self, x: &[f64; D]) -> (f64, f64) {
+        let k = self.covariances(x);
+        let mean = self.mean + k.iter().zip(&self.weights).map(|(k, w)| k * w).sum::<f64>();
+        let n = k.len();
+        let explained: f64 =
+            (0..n).map(|i| k[i] * (0..n).map(|j| self.inverse[(j, i)] * k[j]).sum::<f64>()).sum();
+        (mean, ((2.0 * self.kernel.signal).exp() - explained).max(0.0))
+    }
+}
+
+/// How the likelihood is climbed.
+#[derive(Debug, Clone, Copy)]
+struct Climb {
+    /// Whether the kernel's own noise is fitted.
+    own_noise: bool,
+    /// Shortest and longest length scale.
+    lengths: [f64; 2],
+    steps: usize,
+}
+
+/// Climbs the likelihood by Adam on the logarithms.
+fn optimise<const D: usize>(
+    start: Kernel<D>,
+    inputs: &Inputs<D>,
+    y: &[f64],
+    mean: f64,
+    noise: &[f64],
+    climb: Climb,
+) -> Option<Process<D>> {
+    let Climb { own_noise, lengths: [low, high], steps } = climb;
+    let mut best = Process::new(start, inputs, y, mean, noise)?;
+    let mut now = best.clone();
+    let mut moments = vec![[0.0; 2]; D + 2];
+    for step in 1..=steps {
+        let g = now.gradient();
+        let slopes = [&[g.signal, if own_noise { g.noise } else { 0.0 }][..], &g.lengths].concat();
+        let bias = [1.0 - 0.9_f64.powi(step as i32), 1.0 - 0.99_f64.powi(step as i32)];
+        let mut moved = now.kernel;
+        for (i, (slope, m)) in slopes.iter().zip(&mut moments).enumerate() {
+            *m = [0.9 * m[0] + 0.1 * slope, 0.99 * m[1] + 0.01 * slope * slope];
+            let change = 0.1 * (m[0] / bias[0]) / ((m[1] / bias[1]).sqrt() + 1e-12);
+            match i {
+                0 => moved.signal = (moved.signal + change).clamp(-6.0, 6.0),
+                1 => moved.noise = (moved.noise + change).clamp(-7.0, 3.0),
+                _ => moved.lengths[i - 2] = (moved.lengths[i - 2] + change).clamp(low.ln(), high.ln()),
+            }
+        }
+        let Some(next) = Process::new(moved, inputs, y, mean, noise) else { break };
+        now = next;
+        if now.log_likelihood > best.log_likelihood {
+            best = now.clone();
+        }
+    }
+    Some(best)
+}
+
+/// A function with noise that depends on the input.
+#[derive(Debug, Clone)]
+pub struct Heteroscedastic<const D: usize> {
+    function: Process<D>,
+    log_noise: Process<D>,
+    noise_shift: f64,
+}
+
+impl<const D: usize> Heteroscedastic<D> {
+    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their
+    /// covariance is singular.
+    pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
+        let n = y.len();
+        if n < 5 {
+            return None;
+        }
+        let none = vec![0.0; n];
+        let first = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
+        let again = Climb { own_noise: false, steps: STEPS[1], ..first };
+        // The logarithms of squared residuals are noisy: no short length scales.
+        let smooth = Climb { own_noise: true, lengths: [0.7, 20.0], steps: STEPS[1] };
+        let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
+        let mut function = optimise(start, inputs, y, 0.0, &none, first)?;
+        let mut fitted = None;
+        for _ in 0..ROUNDS {
+            let logs: Vec<f64> = (function.leave_one_out().iter())
+                .map(|(e, _)| (e * e).max(1e-12).ln() + LOG_CHI_SQUARE)
+                .collect();
+            let mean = logs.iter().sum::<f64>() / n as f64;
+            // The logarithm of chi^2_1 has a standard deviation of 2.2.
+            let start = Kernel { signal: 0.0, noise: 2.2_f64.ln(), lengths: [0.5; D] };
+            let log_noise = optimise(start, inputs, &logs, mean, &none, smooth)?;
+            let noise: Vec<f64> = inputs.iter().map(|x| log_noise.mean_at(x).exp()).collect();
+            let start = Kernel { noise: -7.0, ..function.kernel };
+            function = optimise(start, inputs, y, 0.0, &noise, again)?;
+            // Leave-one-out residuals must have the variance that is claimed.
+            let ratios = function.leave_one_out().iter().map(|(e, v)| e * e / v).sum::<f64>() / n as f64;
+            fitted = Some((log_noise, ratios.max(1e-6).ln()));
+        }
+        let (log_noise, noise_shift) = fitted?;
+        Some(Heteroscedastic { function, log_noise, noise_shift })
+    }
+
+    /// Mean and variance of a new datum at `x`, noise included.
+    pub fn predict(&self, x: &[f64; D]) -> (f64, f64) {
+        let (mean, variance) = self.function.at(x);
+        (mean, variance + (self.log_noise.mean_at(x) + self.noise_shift).exp())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the gradient is that of the likelihood, and a function with growing noise is found with it.
+    use super::*;
+    use augsim_data::random_stream;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn data(n: usize) -> (Vec<[f64; 1]>, Vec<f64>) {
+        let mut rng = random_stream(5, "gp", 0);
+        let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
+        let x: Vec<[f64; 1]> = (0..n).map(|i| [4.0 * i as f64 / n as f64 - 2.0]).collect();
+        let y = x.iter().map(|[x]| (2.0 * x).sin() + (0.05 + 0.1 * (x + 2.0)) * draw()).collect();
+        (x, y)
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_likelihood() {
+        let (x, y) = data(30);
+        let none = vec![0.0; 30];
+        let kernel = Kernel { signal: 0.1, noise: -1.0, lengths: [-0.3] };
+        let value = |k: Kernel<1>| Process::new(k, &x, &y, 0.0, &none).expect("definite").log_likelihood;
+        let g = Process::new(kernel, &x, &y, 0.0, &none).expect("definite").gradient();
+        let h = 1e-5;
+        let slopes = [
+            (
+                value(Kernel { signal: 0.1 + h, ..kernel }) - value(Kernel { signal: 0.1 - h, ..kernel }),
+                g.signal,
+            ),
+            (
+                value(Kernel { noise: -1.0 + h, ..kernel }) - value(Kernel { noise: -1.0 - h, ..kernel }),
+                g.noise,
+            ),
+            (
+                value(Kernel { lengths: [-0.3 + h], ..kernel })
+                    - value(Kernel { lengths: [-0.3 - h], ..kernel }),
+                g.lengths[0],
+            ),
+        ];
+        for (difference, slope) in slopes {
+            // Truncation of order h^2 and cancellation of order 1e-16 / h, on values of order 10.
+            assert!((difference / (2.0 * h) - slope).abs() < 1e-5 * slope.abs().max(1.0), "{slopes:?}");
+        }
+    }
+
+    #[test]
+    fn growing_noise_is_found() {
+        let (x, y) = data(200);
+        let gp = Heteroscedastic::fit(&x, &y).expect("fits");
+        for x in [-1.5, 0.0, 1.5] {
+            let (mean, variance) = gp.predict(&[x]);
+            let sd = 0.05 + 0.1 * (x + 2.0);
+            assert!((mean - (2.0 * x).sin()).abs() < sd, "at {x}: {mean}");
+            // About 50 data speak for the noise at one place: a tenth of its size, and the kernel smooths.
+            assert!((0.6..1.6).contains(&(variance.sqrt() / sd)), "at {x}: {} for {sd}", variance.sqrt());
+        }
+    }
+
+    #[test]
+    fn too_few_data_are_refused() {
+        assert!(Heteroscedastic::fit(&[[0.0]; 4], &[0.0; 4]).is_none());
+    }
+}

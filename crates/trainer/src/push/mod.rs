@@ -1,0 +1,27 @@
+//! Planar pushing: the engine as the nets use it, frames and features, scores, the Gaussian-process baseline,
+//! calibration, and distances between clouds of points.
+//!
+//! A push is a [`crate::Sequence`] whose states are the object's pose and whose actions are the rod's
+//! positions with their times, in any fixed frame. Every model sees the first pose and the actions only, works in
+//! the frame of the first pose, and gives poses in the frame of the data.
+
+pub mod calibrate;
+pub mod cloud;
+pub(crate) mod condition;
+mod engine;
+mod frame;
+pub mod gp;
+mod gp_push;
+pub mod score;
+mod sequences;
+
+pub use condition::PushScales;
+pub use engine::{ObjectName, PushEngine};
+pub use frame::StartFrame;
+pub use gp_push::{GpOptions, GpPush};
+pub use sequences::{Thinning, pushes, windows};
+
+/// State columns of a push.
+pub const STATES: [&str; 3] = ["x_m", "y_m", "theta_rad"];
+/// Action columns of a push; `t_s` is the time of the sample.
+pub const ACTIONS: [&str; 3] = ["pusher_x_m", "pusher_y_m", "t_s"];

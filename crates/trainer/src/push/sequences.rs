@@ -1,0 +1,68 @@
+//! Pushes as sequences: thinned in time, or cut into windows.
+
+use super::{ACTIONS, STATES};
+use crate::{Sequence, Sequences, TrainerError};
+use augsim_data::Dataset;
+use serde::{Deserialize, Serialize};
+
+/// How pushes are thinned: every k-th sample is kept, with the smallest k that does both. Fast pushes stay
+/// shorter than slow ones; nothing is interpolated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Thinning {
+    /// Most samples of a push.
+    pub samples: usize,
+    /// Most samples a second.
+    pub rate_hz: f64,
+}
+
+impl Default for Thinning {
+    /// 50 samples, 50 Hz.
+    fn default() -> Self {
+        Thinning { samples: 50, rate_hz: 50.0 }
+    }
+}
+
+impl Thinning {
+    fn stride(&self, samples: usize, duration_s: f64) -> usize {
+        let by_count = (samples - 1).div_ceil(self.samples.max(2) - 1);
+        let rate = (samples - 1) as f64 / duration_s;
+        // A rate that is a whole multiple up to rounding counts as one.
+        let by_rate = (rate / self.rate_hz - 1e-6).ceil().max(1.0) as usize;
+        by_count.max(by_rate)
+    }
+}
+
+/// The pushes of a data set, thinned. Values must be on one clock (`augsim_data::push::resample`).
+///
+/// # Errors
+/// A column of push data is missing, a value is missing, or a push is too short.
+pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, TrainerError> {
+    let mut all = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
+    for q in &mut all.items {
+        let duration = q.action(q.time - 1)[2] - q.action(0)[2];
+        let stride = thinning.stride(q.time, duration);
+        *q = part(q, 0, (q.time - 1) / stride + 1, stride, q.id.clone());
+        if q.time < 2 {
+            return Err(TrainerError::TooShort { id: q.id.clone(), samples: q.time });
+        }
+    }
+    Ok(all)
+}
+
+/// Windows of `samples` samples that begin every `every` samples, of each trajectory that is long enough; named
+/// `trajectory@sample`.
+pub fn windows(all: &Sequences, samples: usize, every: usize) -> Sequences {
+    let cut = |q: &Sequence| -> Vec<Sequence> {
+        let last = (q.time + 1).saturating_sub(samples);
+        (0..last).step_by(every.max(1)).map(|t| part(q, t, samples, 1, format!("{}@{t}", q.id))).collect()
+    };
+    let items = all.items.iter().flat_map(cut).collect();
+    Sequences { columns: all.columns.clone(), action_columns: all.action_columns.clone(), items }
+}
+
+fn part(q: &Sequence, first: usize, time: usize, stride: usize, id: String) -> Sequence {
+    let rows = || (0..time).map(|i| first + i * stride);
+    let states = rows().flat_map(|t| q.state(t).to_vec()).collect();
+    let actions = rows().flat_map(|t| q.action(t).to_vec()).collect();
+    Sequence { id, time, states, actions }
+}
