@@ -252,6 +252,19 @@ impl<'a> Search<'a> {
                     }
                 }
             }
+            // A score cannot forecast the exact surface from afar: where the superellipsoid promises much, it is fitted too.
+            let twins: Vec<(usize, Vec<&'static str>, Vec<f64>)> = jobs
+                .iter()
+                .filter(|j| j.1.last() == Some(&"superelliptic-surface"))
+                .map(|j| {
+                    let mut kinds = j.1.clone();
+                    kinds.pop();
+                    kinds.push("exact-surface");
+                    (j.0, kinds, self.tried[j.0].fit.theta.clone())
+                })
+                .filter(|t| !self.known(&t.1) && !jobs.iter().any(|j| same(&j.1, &t.1)))
+                .collect();
+            jobs.extend(twins);
             let before = self.ranked()[0];
             let fitted: Vec<Judged> = jobs
                 .par_iter()
@@ -327,9 +340,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The answer: the best on both parts together, if it follows the held-out part better than calibration alone.
+    /// The answer: the best on both parts together, of those that pay their penalty on the training part and follow the
+    /// held-out part better than calibration alone.
     pub fn best(&self) -> usize {
-        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some());
+        let least = self.criterion(&self.tried[0]);
+        let pays = |i: &usize| *i == 0 || self.criterion(&self.tried[*i]) < least;
+        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some()).filter(pays);
         let best = judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b])));
         let best = best.unwrap_or(0);
         let held = |i: usize| self.tried[i].held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
