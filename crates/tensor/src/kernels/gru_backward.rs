@@ -6,6 +6,7 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::vector::Vector;
 use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
@@ -25,7 +26,7 @@ pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let GruDims { time, input, hidden, batch } = g.dims;
         if hidden == 0 {

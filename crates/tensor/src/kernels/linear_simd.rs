@@ -3,9 +3,9 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::vector::Vector;
 use super::{LinearBackward, LinearDims, LinearForward};
 use crate::simd::{Kernel, Level};
-use pulp::Simd;
 
 /// Scratch elements for extents `(input, output)`.
 pub fn scratch(input: usize, output: usize) -> usize {
@@ -38,7 +38,7 @@ struct Backward<'a, 'b>(LinearBackward<'a, f32>, &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Forward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(output, input));
@@ -64,7 +64,7 @@ impl Kernel for Forward<'_, '_> {
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(input, output));

@@ -20,6 +20,7 @@ mod outer;
 mod panels;
 pub mod pointwise;
 pub mod pointwise_reference;
+pub(crate) mod vector;
 
 pub use gru_packed::PackedGru;
 pub use matmul::{MatmulDims, matmul};

@@ -6,6 +6,7 @@
 
 use super::lanes::MAX_LANES;
 use super::pointwise::ln;
+use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 
@@ -59,7 +60,7 @@ struct Fill<'a>(&'a mut NormalLanes, &'a mut [f32]);
 
 impl Kernel for Fill<'_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Fill(NormalLanes { state, lanes }, out) = self;
         let lanes = *lanes;
         for first in (0..lanes).step_by(S::F32_LANES) {

@@ -6,6 +6,7 @@
 use super::activation::{TANH_CLAMP, TANH_P, TANH_Q};
 use super::gates::{SIGMOID_SCALE, exp2, one_plus_exp2};
 use super::lanes::{at_least, at_most};
+use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 use std::marker::PhantomData;
@@ -25,7 +26,7 @@ struct Over<'a, F, const IN: usize, const OUT: usize> {
 
 impl<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize> Kernel for Over<'_, F, IN, OUT> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Over { inputs, outputs, accumulate, function: _ } = self;
         let inputs = inputs.map(|x| S::as_simd_f32s(x));
         let mut outputs = outputs.map(|y| S::as_mut_simd_f32s(y));
