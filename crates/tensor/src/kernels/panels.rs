@@ -120,6 +120,8 @@ impl Job<'_> {
         }
     }
 
+    /// `M` steps from step `s`. A tile that all its outputs exist of is a case of its own: its extents are known
+    /// to the compiler, which then keeps the sums in registers from first to last.
     #[inline(always)]
     fn tile<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -129,40 +131,72 @@ impl Job<'_> {
         (out, out_stride): (&mut [S::f32s], usize),
     ) {
         let weights = self.packed.as_chunks::<N>().0;
-        let inputs = weights.len();
-        let mut acc = [[simd.splat_f32s(0.0); N]; M];
-        match self.start {
-            Start::Zero => {}
-            Start::Bias(bias) => {
-                for (j, b) in bias[self.first..][..self.count].iter().enumerate() {
+        let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..weights.len()]);
+        let zero = simd.splat_f32s(0.0);
+        let at = |m: usize| (s + m) * out_stride + self.first;
+        if self.count == N {
+            let mut acc = [[zero; N]; M];
+            match self.start {
+                Start::Zero => {}
+                Start::Bias(bias) => {
+                    let bias = &bias[self.first..][..N];
                     for acc in &mut acc {
-                        acc[j] = simd.splat_f32s(*b);
+                        for j in 0..N {
+                            acc[j] = simd.splat_f32s(bias[j]);
+                        }
+                    }
+                }
+                Start::Output => {
+                    for (m, acc) in acc.iter_mut().enumerate() {
+                        let row = &out[at(m)..][..N];
+                        for j in 0..N {
+                            acc[j] = row[j];
+                        }
                     }
                 }
             }
-            Start::Output => {
-                for (m, acc) in acc.iter_mut().enumerate() {
-                    let row = &out[(s + m) * out_stride + self.first..][..self.count];
-                    for (a, v) in acc.iter_mut().zip(row) {
-                        *a = *v;
-                    }
-                }
-            }
-        }
-        let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..inputs]);
-        for (i, w) in weights.iter().enumerate() {
+            let acc = products(simd, acc, weights, rows);
             for m in 0..M {
-                let v = rows[m][i];
+                let row = &mut out[at(m)..][..N];
                 for j in 0..N {
-                    acc[m][j] = simd.mul_add_e_f32s(simd.splat_f32s(w[j]), v, acc[m][j]);
+                    row[j] = acc[m][j];
                 }
             }
+            return;
         }
-        for (m, acc) in acc.iter().enumerate() {
-            let row = &mut out[(s + m) * out_stride + self.first..][..self.count];
-            for (v, a) in row.iter_mut().zip(acc) {
-                *v = *a;
+        let mut acc = [[zero; N]; M];
+        for (m, acc) in acc.iter_mut().enumerate() {
+            let acc = &mut acc[..self.count];
+            match self.start {
+                Start::Zero => {}
+                Start::Bias(bias) => {
+                    let bias = &bias[self.first..][..self.count];
+                    acc.iter_mut().zip(bias).for_each(|(a, b)| *a = simd.splat_f32s(*b));
+                }
+                Start::Output => acc.copy_from_slice(&out[at(m)..][..self.count]),
+            }
+        }
+        for (m, acc) in products(simd, acc, weights, rows).iter().enumerate() {
+            out[at(m)..][..self.count].copy_from_slice(&acc[..self.count]);
+        }
+    }
+}
+
+/// `acc[m][j] + sum_i weights[i][j] rows[m][i]`.
+#[inline(always)]
+fn products<S: Simd, const N: usize, const M: usize>(
+    simd: S,
+    mut acc: [[S::f32s; N]; M],
+    weights: &[[f32; N]],
+    rows: [&[S::f32s]; M],
+) -> [[S::f32s; N]; M] {
+    for (i, w) in weights.iter().enumerate() {
+        for m in 0..M {
+            let v = rows[m][i];
+            for j in 0..N {
+                acc[m][j] = simd.mul_add_e_f32s(simd.splat_f32s(w[j]), v, acc[m][j]);
             }
         }
     }
+    acc
 }
