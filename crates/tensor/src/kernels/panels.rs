@@ -1,24 +1,27 @@
-//! A small matrix times many vectors: register tiles of 4, 8 or 16 outputs with weights broadcast from
+//! A small matrix times many vectors: register tiles of 1, 2, 4, 8 or 16 outputs with weights broadcast from
 //! memory, several time steps at once where the outputs are few.
 
 use pulp::Simd;
 
-/// Outputs of the next tile when `rest` are left.
+/// Outputs of the next tile when `rest` are left: all of a tile's outputs exist, so that its extents are known to
+/// the compiler, which then keeps the sums in registers from first to last.
 #[inline(always)]
 const fn width<const ROOMY: bool>(rest: usize) -> usize {
     match rest {
         16.. if ROOMY => 16,
-        5.. => 8,
-        _ => 4,
+        8.. => 8,
+        4.. => 4,
+        2.. => 2,
+        _ => 1,
     }
 }
 
-/// Floats that [`pack`] needs at most for `outputs x inputs` weights.
+/// Floats that [`Panels::pack`] needs for `outputs x inputs` weights.
 pub(crate) const fn packed_len(outputs: usize, inputs: usize) -> usize {
-    outputs.next_multiple_of(8) * inputs
+    outputs * inputs
 }
 
-/// Packed weights `[tile][input][output in tile]`, zero where an output does not exist.
+/// Packed weights `[tile][input][output in tile]`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Panels<'a> {
     packed: &'a [f32],
@@ -39,10 +42,7 @@ impl<'a> Panels<'a> {
         while first < outputs {
             let w = width::<ROOMY>(outputs - first);
             for input in 0..inputs {
-                for slot in &mut packed[at..at + w] {
-                    *slot = 0.0;
-                }
-                for (j, slot) in packed[at..at + w].iter_mut().take(outputs - first).enumerate() {
+                for (j, slot) in packed[at..at + w].iter_mut().enumerate() {
                     *slot = weight(first + j, input);
                 }
                 at += w;
@@ -67,13 +67,15 @@ impl<'a> Panels<'a> {
         while first < self.outputs {
             let w = width::<ROOMY>(self.outputs - first);
             let (head, rest) = packed.split_at(w * self.inputs);
-            let job = Job { packed: head, start, first, count: w.min(self.outputs - first), steps };
+            let job = Job { packed: head, start, first, steps };
             match (w, ROOMY) {
                 (16, _) => job.run::<S, 16, 1>(simd, (x, x_stride), (out, out_stride)),
                 (8, true) => job.run::<S, 8, 2>(simd, (x, x_stride), (out, out_stride)),
                 (8, false) => job.run::<S, 8, 1>(simd, (x, x_stride), (out, out_stride)),
-                (_, true) => job.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
-                (_, false) => job.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
+                (4, true) => job.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
+                (4, false) => job.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
+                (2, _) => job.run::<S, 2, 4>(simd, (x, x_stride), (out, out_stride)),
+                _ => job.run::<S, 1, 8>(simd, (x, x_stride), (out, out_stride)),
             }
             packed = rest;
             first += w;
@@ -97,7 +99,6 @@ struct Job<'a> {
     packed: &'a [f32],
     start: Start<'a>,
     first: usize,
-    count: usize,
     steps: usize,
 }
 
@@ -120,8 +121,7 @@ impl Job<'_> {
         }
     }
 
-    /// `M` steps from step `s`. A tile that all its outputs exist of is a case of its own: its extents are known
-    /// to the compiler, which then keeps the sums in registers from first to last.
+    /// `M` steps from step `s`.
     #[inline(always)]
     fn tile<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -132,71 +132,40 @@ impl Job<'_> {
     ) {
         let weights = self.packed.as_chunks::<N>().0;
         let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..weights.len()]);
-        let zero = simd.splat_f32s(0.0);
         let at = |m: usize| (s + m) * out_stride + self.first;
-        if self.count == N {
-            let mut acc = [[zero; N]; M];
-            match self.start {
-                Start::Zero => {}
-                Start::Bias(bias) => {
-                    let bias = &bias[self.first..][..N];
-                    for acc in &mut acc {
-                        for j in 0..N {
-                            acc[j] = simd.splat_f32s(bias[j]);
-                        }
-                    }
-                }
-                Start::Output => {
-                    for (m, acc) in acc.iter_mut().enumerate() {
-                        let row = &out[at(m)..][..N];
-                        for j in 0..N {
-                            acc[j] = row[j];
-                        }
+        let mut acc = [[simd.splat_f32s(0.0); N]; M];
+        match self.start {
+            Start::Zero => {}
+            Start::Bias(bias) => {
+                let bias = &bias[self.first..][..N];
+                for acc in &mut acc {
+                    for j in 0..N {
+                        acc[j] = simd.splat_f32s(bias[j]);
                     }
                 }
             }
-            let acc = products(simd, acc, weights, rows);
+            Start::Output => {
+                for (m, acc) in acc.iter_mut().enumerate() {
+                    let row = &out[at(m)..][..N];
+                    for j in 0..N {
+                        acc[j] = row[j];
+                    }
+                }
+            }
+        }
+        for (i, w) in weights.iter().enumerate() {
             for m in 0..M {
-                let row = &mut out[at(m)..][..N];
+                let v = rows[m][i];
                 for j in 0..N {
-                    row[j] = acc[m][j];
+                    acc[m][j] = simd.mul_add_e_f32s(simd.splat_f32s(w[j]), v, acc[m][j]);
                 }
             }
-            return;
         }
-        let mut acc = [[zero; N]; M];
-        for (m, acc) in acc.iter_mut().enumerate() {
-            let acc = &mut acc[..self.count];
-            match self.start {
-                Start::Zero => {}
-                Start::Bias(bias) => {
-                    let bias = &bias[self.first..][..self.count];
-                    acc.iter_mut().zip(bias).for_each(|(a, b)| *a = simd.splat_f32s(*b));
-                }
-                Start::Output => acc.copy_from_slice(&out[at(m)..][..self.count]),
-            }
-        }
-        for (m, acc) in products(simd, acc, weights, rows).iter().enumerate() {
-            out[at(m)..][..self.count].copy_from_slice(&acc[..self.count]);
-        }
-    }
-}
-
-/// `acc[m][j] + sum_i weights[i][j] rows[m][i]`.
-#[inline(always)]
-fn products<S: Simd, const N: usize, const M: usize>(
-    simd: S,
-    mut acc: [[S::f32s; N]; M],
-    weights: &[[f32; N]],
-    rows: [&[S::f32s]; M],
-) -> [[S::f32s; N]; M] {
-    for (i, w) in weights.iter().enumerate() {
         for m in 0..M {
-            let v = rows[m][i];
+            let row = &mut out[at(m)..][..N];
             for j in 0..N {
-                acc[m][j] = simd.mul_add_e_f32s(simd.splat_f32s(w[j]), v, acc[m][j]);
+                row[j] = acc[m][j];
             }
         }
     }
-    acc
 }
