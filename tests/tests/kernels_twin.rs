@@ -233,17 +233,21 @@ fn pointwise_kernels_equal_their_twins() {
         pointwise::softplus(&mq, &mut y);
         pointwise_reference::softplus(&mq64, &mut y64);
         check("softplus", &y, &y64);
-        {
+        // Added to what is there, and then, where it counts as fresh, written over it.
+        for fresh in [false, true] {
             let [a, b, c, e] = &mut d[..] else { unreachable!() };
-            pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e]);
-            let [a, b, c, _] = &mut d[..] else { unreachable!() };
-            pointwise::gaussian_nll_vjp([&mq, &mp, &sp], &g, [a, b, c]);
-            pointwise::softplus_vjp(&mq, &g, a);
+            pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e], [fresh; 4]);
             let [a, b, c, e] = &mut d64[..] else { unreachable!() };
+            [&mut *a, &mut *b, &mut *c, &mut *e].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
             pointwise_reference::gaussian_kl_vjp([&mq64[..], &sq64, &mp64, &sp64], &g64, [a, b, c, e]);
+            let [a, b, c, _] = &mut d[..] else { unreachable!() };
+            pointwise::gaussian_nll_vjp([&mq, &mp, &sp], &g, [a, b, c], [false, fresh, false]);
+            pointwise::softplus_vjp(&mq, &g, c, fresh);
             let [a, b, c, _] = &mut d64[..] else { unreachable!() };
+            [&mut *b].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
             pointwise_reference::gaussian_nll_vjp([&mq64[..], &mp64, &sp64], &g64, [a, b, c]);
-            pointwise_reference::softplus_vjp(&mq64, &g64, a);
+            [&mut *c].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
+            pointwise_reference::softplus_vjp(&mq64, &g64, c);
         }
         for (d, d64) in d.iter().zip(&d64) {
             check("gradients", d, d64);

@@ -276,6 +276,16 @@ impl<T: Scalar> Tape<T> {
         self.pool.give(grad);
     }
 
+    /// As [`Tape::accumulate`], for an `f` that writes all of the gradient where it holds nothing yet (its second
+    /// argument) and adds to it elsewhere.
+    pub(crate) fn contribute(&mut self, v: Var, f: impl FnOnce(&mut [T], bool, &Tape<T>)) {
+        if self.nodes[v.index()].needs_grad {
+            let (mut grad, fresh) = self.take_grad_to_write(v);
+            f(&mut grad, fresh, self);
+            self.put_grad(v, grad);
+        }
+    }
+
     /// Adds to the gradient of `v`, if it is wanted: `f(gradient of v, tape)`.
     pub(crate) fn accumulate(&mut self, v: Var, f: impl FnOnce(&mut [T], &Tape<T>)) {
         if self.nodes[v.index()].needs_grad {
@@ -292,6 +302,16 @@ impl<T: Scalar> Tape<T> {
         let wanted = self.nodes[v.index()].needs_grad;
         let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
         (grad, wanted)
+    }
+
+    /// As [`Tape::take_grad_to_write`], but a buffer to throw away when the gradient is not wanted: buffer, whether
+    /// it holds nothing yet, whether it is wanted.
+    pub(crate) fn take_grad_or_scratch_to_write(&mut self, v: Var) -> (Buffer<T>, bool, bool) {
+        if self.nodes[v.index()].needs_grad {
+            let (grad, fresh) = self.take_grad_to_write(v);
+            return (grad, fresh, true);
+        }
+        (self.pool.take(self.shape(v).len()), true, false)
     }
 
     /// Puts a buffer of [`Tape::take_grad_or_scratch`] back.

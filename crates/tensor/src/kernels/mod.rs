@@ -5,6 +5,7 @@
 //! function beside each says how much.
 
 pub mod activation;
+pub mod draw;
 mod gates;
 mod gru_backward;
 mod gru_forward;
