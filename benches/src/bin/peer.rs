@@ -46,7 +46,7 @@ fn main() {
             let mut seed = 0;
             serve(|| {
                 seed += 1;
-                samplers.par_iter_mut().enumerate().for_each(|(tile, (sampler, out))| {
+                samplers.par_iter_mut().with_max_len(4).enumerate().for_each(|(tile, (sampler, out))| {
                     sampler.reset();
                     let lanes = (0..TILE as u64).map(|lane| [seed, (tile * TILE) as u64 + lane]);
                     let mut noise = NormalLanes::new(lanes);
