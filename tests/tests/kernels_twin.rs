@@ -137,26 +137,50 @@ fn gru_simd_equals_its_twin_on_random_shapes() {
     }
 }
 
-fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool) {
+fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool, tanh: bool) {
     let LinearDims { time, input, output, batch } = dims;
     let draw = |k: u64, n: usize| normals_f32(seed * 10 + k, n);
     let (w, b) = (draw(1, output * input), draw(2, output));
     let (x, dy) = (draw(3, time * input * batch), draw(4, time * output * batch));
     let mut scratch = vec![f32::NAN; linear_simd::scratch(input, output)];
     let mut y = vec![0.0; dy.len()];
-    linear_simd::forward_at(level, LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
+    linear_simd::forward_at(
+        level,
+        LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y, tanh },
+        &mut scratch,
+    );
     let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
     scratch.fill(f32::NAN);
     let (gx, gw, gb) = (&mut dx, &mut dw, &mut db);
-    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    let args = LinearBackward {
+        dims,
+        w: &w,
+        x: &x,
+        y: if tanh { &y } else { &[] },
+        dy: &dy,
+        dx: gx,
+        dx_fresh: fresh,
+        dw: gw,
+        db: gb,
+    };
     linear_simd::backward_at(level, args, &mut scratch);
 
     let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
     let mut y64 = vec![0.0; dy.len()];
-    linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
+    linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64, tanh });
     let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
     let (gx, gw, gb) = (&mut dx64, &mut dw64, &mut db64);
-    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    let args = LinearBackward {
+        dims,
+        w: &w,
+        x: &x,
+        y: if tanh { &y64 } else { &[] },
+        dy: &dy,
+        dx: gx,
+        dx_fresh: fresh,
+        dw: gw,
+        db: gb,
+    };
     linear_reference::backward(args);
     for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)] {
         assert_close(&format!("{level:?} {dims:?} {name}"), got, want, 1e-4);
@@ -179,7 +203,8 @@ fn linear_simd_equals_its_twin() {
     for (seed, [time, input, output, batch]) in shapes.into_iter().chain(random).enumerate() {
         for level in Level::available() {
             let dims = LinearDims { time, input, output, batch };
-            check_linear(level, dims, seed as u64, seed % 2 == 0);
+            check_linear(level, dims, seed as u64, seed % 2 == 0, false);
+            check_linear(level, dims, seed as u64, seed % 2 == 0, true);
         }
     }
 }

@@ -98,7 +98,8 @@ impl LinearRunner {
         let input = self.w.len() / output.max(1);
         let y = &mut self.y[..steps * output * self.lanes];
         let dims = LinearDims { time: steps, input, output, batch: self.lanes };
-        linear_simd::forward(LinearForward { dims, w: &self.w, b: &self.b, x, y }, &mut self.scratch);
+        let args = LinearForward { dims, w: &self.w, b: &self.b, x, y, tanh: false };
+        linear_simd::forward(args, &mut self.scratch);
         y
     }
 }

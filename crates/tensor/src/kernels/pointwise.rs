@@ -133,21 +133,26 @@ impl Pointwise<1, 1> for Softplus {
 }
 
 /// The rational approximation of [`super::activation::tanh`].
+#[inline(always)]
+pub(super) fn tanh_at<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let x = at_most(simd, at_least(simd, x, -TANH_CLAMP), TANH_CLAMP);
+    let s = simd.mul_f32s(x, x);
+    let mut p = simd.splat_f32s(TANH_P[0]);
+    for &c in &TANH_P[1..] {
+        p = simd.mul_add_e_f32s(p, s, simd.splat_f32s(c));
+    }
+    let mut q = simd.splat_f32s(TANH_Q[0]);
+    for &c in &TANH_Q[1..] {
+        q = simd.mul_add_e_f32s(q, s, simd.splat_f32s(c));
+    }
+    simd.div_f32s(simd.mul_f32s(x, p), q)
+}
+
 struct Tanh;
 impl Pointwise<1, 1> for Tanh {
     #[inline(always)]
     fn at<S: Simd>(simd: S, [x]: [S::f32s; 1]) -> [S::f32s; 1] {
-        let x = at_most(simd, at_least(simd, x, -TANH_CLAMP), TANH_CLAMP);
-        let s = simd.mul_f32s(x, x);
-        let mut p = simd.splat_f32s(TANH_P[0]);
-        for &c in &TANH_P[1..] {
-            p = simd.mul_add_e_f32s(p, s, simd.splat_f32s(c));
-        }
-        let mut q = simd.splat_f32s(TANH_Q[0]);
-        for &c in &TANH_Q[1..] {
-            q = simd.mul_add_e_f32s(q, s, simd.splat_f32s(c));
-        }
-        [simd.div_f32s(simd.mul_f32s(x, p), q)]
+        [tanh_at(simd, x)]
     }
 }
 
