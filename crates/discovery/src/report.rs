@@ -32,6 +32,8 @@ pub(crate) struct Parts<'a> {
     pub verdict: Verdict,
     pub severe: bool,
     pub error: ErrorTable,
+    /// Kinds that each fold found, where the loop was repeated on folds.
+    pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
     pub seconds: f64,
 }
@@ -108,24 +110,13 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
     {
-        // Standard error of a standard deviation from as many draws as there are offsets.
-        let draws: f64 = parts
-            .search
-            .train
-            .data
-            .records
-            .iter()
-            .map(|r| match scatter.per {
-                augsim_physics::effects::ScatterPer::Impact => r.impacts.len() as f64,
-                augsim_physics::effects::ScatterPer::Trajectory => 1.0,
-            })
-            .sum();
-        let half = 1.96 * scatter.sd / (2.0 * draws.max(1.0)).sqrt();
+        // A standard deviation from so many draws is log-normal to good precision; a symmetric interval misses low ones.
+        let factor = (1.96 / (2.0 * fit.draws.max(1.0)).sqrt()).exp();
         out.insert(
             "sd".into(),
             Estimate {
                 value: scatter.sd,
-                ci95: [(scatter.sd - half).max(0.0), scatter.sd + half],
+                ci95: [scatter.sd / factor, scatter.sd * factor],
                 unit: String::new(),
                 groups: BTreeMap::new(),
             },
@@ -292,6 +283,10 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             kind: a.kind().into(),
             stands_for: spec.map_or(Vec::new(), |s| s.stands_for.iter().map(|s| s.to_string()).collect()),
             parameters: estimates(parts, parts.full, Some(n)),
+            folds: (!parts.folds.is_empty()).then(|| {
+                let label = kinds(std::slice::from_ref(a));
+                [parts.folds.iter().filter(|f| f.contains(&label[0])).count(), parts.folds.len()]
+            }),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
             per: match a {
                 Addition::Scatter(per) => Some(per.name().into()),
