@@ -4,6 +4,7 @@ use crate::candidates::laws;
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample};
 use crate::linear::Square;
+use crate::periodicity;
 use crate::score::{Score, heterogeneity, scores};
 use crate::search::{Judged, Search};
 use crate::statistics::chi2_tail;
@@ -44,9 +45,8 @@ impl Adequacy {
 
     /// So much is left that the model cannot be called an explanation, even without a better one.
     pub fn severe(&self) -> bool {
-        let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity];
-        // Periods are counted as if all frequencies were independent, which they are not: its p-value is far too large.
-        p.iter().any(|p| *p < 1e-6) || self.periodicity < 1e-4 || self.scatter_gain > 42.0
+        let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity, self.periodicity];
+        p.iter().any(|p| *p < 1e-6) || self.scatter_gain > 42.0
     }
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         library: bonferroni(&library),
         laws: bonferroni(&law_scores),
         heterogeneity: heterogeneity.min(1.0),
-        periodicity: if scatter { periodicity(sample, fit) } else { 1.0 },
+        periodicity: if scatter { periodicity::p_value(sample, fit) } else { 1.0 },
         scatter_gain,
         scatters: scatter,
         law_scores,
@@ -153,54 +153,4 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
     let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
     let freedom = freedom - fit.theta.len() as f64;
     if freedom < 1.0 { 1.0 } else { chi2_tail(sum, freedom) }
-}
-
-/// Slow frequencies, in multiples of the inverse of twice the time that the clock spans.
-const SLOW: u32 = 2_000;
-/// Fast frequencies, evenly between these two, Hz.
-const FAST: (f64, f64, u32) = (0.05, 30.0, 20_000);
-
-/// Smallest p-value of a Lomb-Scargle periodogram of the offsets, and of the offsets times speed (a moving floor), on the
-/// session clock (Scargle 1982; Horne and Baliunas 1986 for the number of independent frequencies).
-fn periodicity(sample: &Sample<'_>, fit: &Fit) -> f64 {
-    let mut points: Vec<(f64, f64, f64)> = Vec::new();
-    for (i, record) in sample.records().enumerate() {
-        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
-        let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
-        let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory);
-        // An offset that a whole trajectory shares counts once.
-        let impacts = fit.impacts[i].iter().take(if shared { 1 } else { usize::MAX });
-        for (x, impact) in xi.iter().zip(impacts) {
-            points.push((impact.time + record.covariates.clock_s, *x, x * impact.speed_in));
-        }
-    }
-    if points.len() < 30 {
-        return 1.0;
-    }
-    let (first, last) = points.iter().fold((f64::MAX, f64::MIN), |a, p| (a.0.min(p.0), a.1.max(p.0)));
-    let slow = 0.5 / (last - first).max(1e-9);
-    let frequency = |k: u32| match k.checked_sub(SLOW) {
-        None => slow * f64::from(k + 1),
-        Some(fast) => FAST.0 + (FAST.1 - FAST.0) * f64::from(fast) / f64::from(FAST.2),
-    };
-    let n = points.len() as f64;
-    let mut best = 0.0f64;
-    for scaled in [false, true] {
-        let y: Vec<f64> = points.iter().map(|p| if scaled { p.2 } else { p.1 }).collect();
-        let mean = y.iter().sum::<f64>() / n;
-        let variance = y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
-        let power = |f: f64| {
-            let w = 2.0 * std::f64::consts::PI * f;
-            let (mut c, mut s) = (0.0, 0.0);
-            for (p, v) in points.iter().zip(&y) {
-                let (sin, cos) = (w * p.0).sin_cos();
-                c += (v - mean) * cos;
-                s += (v - mean) * sin;
-            }
-            (c * c + s * s) / (n * variance)
-        };
-        let top = (0..SLOW + FAST.2).into_par_iter().map(|k| power(frequency(k))).reduce(|| 0.0, f64::max);
-        best = best.max(top);
-    }
-    (2.0 * f64::from(SLOW + FAST.2) * (-best).exp()).min(1.0)
 }

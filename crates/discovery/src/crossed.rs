@@ -28,10 +28,10 @@ pub(crate) struct Crossed {
     pub found: Vec<Vec<String>>,
 }
 
-/// Whether one split leaves the gain of an answer open: something was added that can lower a forecast's error (a scatter alone
-/// cannot), there is error to remove, and the interval includes no change.
+/// Whether one split leaves the gain of an answer open: an effect was added that can lower a forecast's error (a scatter alone
+/// cannot; tables are not looked for in folds), there is error to remove, and the interval includes no change.
 pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
-    let lawful = best.additions().iter().any(|a| !matches!(a, Addition::Scatter(_)));
+    let lawful = best.additions().iter().any(|a| matches!(a, Addition::Kind(..)));
     // An interval that is not a number is open as well.
     let settled = error.reduction.ci95[0] > 0.0;
     lawful && error.explained_share.is_some() && !settled
@@ -51,7 +51,7 @@ pub(crate) fn crossed(model: &Model, prepared: &Prepared, options: &Options) -> 
             let (train, test) = split(data, &rest, options);
             let mut search = Search::new(model, prepared.sample(&train), prepared.sample(&test));
             let base = calibrate(model, &search.train);
-            let decided = decide(&mut search, base, &mut |_| {})?;
+            let decided = decide(&mut search, base, false, &mut |_| {})?;
             // What was decided is fitted to all that the fold leaves.
             let all = prepared.sample(&rest);
             let [base, best] = [&decided.base, &decided.best].map(|j| {

@@ -33,10 +33,12 @@ pub(crate) struct Decided {
     pub severe: bool,
 }
 
-/// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged.
+/// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
+/// for if `tables`.
 pub(crate) fn decide(
     search: &mut Search<'_>,
     base: Fit,
+    tables: bool,
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Search);
@@ -67,7 +69,7 @@ pub(crate) fn decide(
     if !tests.ok() || best.additions().len() > 3 {
         progress(Progress::Unlisted);
         severe = tests.severe();
-        if let Some(wider) = widen(search, &base, &best) {
+        if tables && let Some(wider) = widen(search, &base, &best) {
             let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
             if better {
                 let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));

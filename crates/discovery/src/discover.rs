@@ -44,7 +44,7 @@ pub fn discover(
     progress(Progress::Calibration);
     check_calibration(model, &search.train)?;
     let base = calibrate(model, &search.train);
-    let Decided { found, base, best, tests, verdict, severe } = decide(&mut search, base, progress)
+    let Decided { found, base, best, tests, verdict, severe } = decide(&mut search, base, true, progress)
         .ok_or_else(|| DiscoveryError::TooFew { data: measured.name.clone(), found: 0 })?;
 
     progress(Progress::Errors);

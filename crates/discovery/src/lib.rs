@@ -24,6 +24,7 @@ mod hypothesis;
 mod linear;
 mod noise;
 mod options;
+mod periodicity;
 mod prepare;
 mod push;
 mod record;
