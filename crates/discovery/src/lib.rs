@@ -33,6 +33,7 @@ mod result;
 mod score;
 mod search;
 mod segment;
+mod separate;
 mod statistics;
 mod unlisted;
 

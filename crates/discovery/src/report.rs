@@ -138,14 +138,15 @@ pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     k
 }
 
-fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
+/// Other sets that explain the data as well, best first, with their kinds.
+fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Law(_)));
     if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
     }
     let best = parts.best;
     let mine = kinds(best.additions());
-    let mut out: Vec<Vec<String>> = Vec::new();
+    let mut out: Vec<(&Judged, Vec<String>)> = Vec::new();
     for j in &parts.found.pool {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
@@ -155,9 +156,9 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
             && !superset
             && theirs.len() <= mine.len() + 1
             && !theirs.is_empty()
-            && !out.contains(&theirs)
+            && !out.iter().any(|(_, k)| *k == theirs)
         {
-            out.push(theirs);
+            out.push((j, theirs));
         }
     }
     out
@@ -430,9 +431,10 @@ fn sentence(
 pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let found_effects = effects(&parts);
     let unexplained = unexplained(&parts);
-    let alternatives = alternatives(&parts);
+    let others = alternatives(&parts);
+    let next_experiment = next_experiment(&parts, others.first(), &unexplained);
+    let alternatives: Vec<Vec<String>> = others.into_iter().map(|(_, kinds)| kinds).collect();
     let sentence = sentence(&parts, &found_effects, &unexplained, &alternatives);
-    let next_experiment = next_experiment(&parts, &alternatives, &unexplained);
     let fit = parts.full;
     let h = &fit.hypothesis;
     let data = parts.search.train.data;
