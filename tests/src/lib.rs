@@ -1,5 +1,6 @@
 //! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed data of balls and pushes and their scoring.
 
+pub mod answers;
 pub mod battery;
 pub mod golden;
 pub mod gradient;

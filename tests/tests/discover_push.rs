@@ -2,13 +2,17 @@
 //! it cannot be closed are refused with one sentence that says what to do; on measured runs the error on runs that no fit has
 //! seen falls with calibration. The measured set came from others and is not part of this repository: where it is missing the test says so.
 
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, Trajectory};
 use augsim_discovery::{Discovery, Options, Verdict, discover_push};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
+use augsim_tests::answers::assert_same_on_any_number_of_threads;
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
-use std::path::PathBuf;
+use shared_data::shared_data;
 
 fn sealed(effect: Option<PushKind>, patches: bool) -> Discovery {
     let truth = PushTruth { effect, patches, c_m: 0.0355, contact_friction: 0.28, pushes: 24 };
@@ -51,17 +55,9 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     let truth = PushTruth { effect: None, patches: false, c_m: 0.033, contact_friction: 0.3, pushes: 6 };
     let set = seal_pushes(truth, 3).expect("well formed");
     let model = PushModel::parse(&set.model, "sealed.toml").expect("well formed");
-    let answer = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let mut d = pool
-            .install(|| discover_push(&model, &set.data, &Options::default(), &mut |_| {}))
-            .expect("an answer");
-        d.seconds = 0.0;
-        serde_json::to_string(&d).expect("JSON")
-    };
-    let one = answer(1);
-    assert_eq!(one, answer(2));
-    assert_eq!(one, answer(7));
+    assert_same_on_any_number_of_threads(|| {
+        discover_push(&model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
+    });
 }
 
 /// Pushes whose rod keeps `away` m from the object's centre.
@@ -113,18 +109,7 @@ fn an_effect_that_is_not_in_the_library() {
 
 #[test]
 fn measured_runs_are_calibrated_and_their_knocks_left_out() {
-    let root = std::env::var_os("AUGSIM_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
-    let folder = root.join("mit-pusher-slider-runs");
-    if !folder.exists() {
-        let required = std::env::var_os("AUGSIM_REQUIRE_DATA").is_some_and(|v| v == "1");
-        assert!(!required, "{} is missing", folder.display());
-        let notice = format!("SKIPPED: {} is missing\n", folder.display());
-        let _ = std::io::Write::write_all(&mut std::io::stderr(), notice.as_bytes());
-        return;
-    }
+    let Some(folder) = shared_data("mit-pusher-slider-runs") else { return };
     let (_, convert) = CONVERTERS.iter().find(|(set, _)| *set == "mit-pusher-slider").expect("a converter");
     let converted = convert(&folder).expect("convertible");
     let text = converted.model_toml.expect("a model file");

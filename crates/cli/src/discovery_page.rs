@@ -39,6 +39,8 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
             calibrated: Some(rmse(d.error.calibrated)),
             augmented: Some(rmse(d.error.augmented)),
             noise_floor: Some(rmse(d.error.noise_floor)),
+            reduction: (!d.effects.is_empty()).then(|| rmse(d.error.reduction)),
+            folds: d.error.folds.map(|n| n as u64),
             explained_share: d.error.explained_share,
         },
         calibrated: declared
@@ -65,6 +67,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
                 stands_for: e.stands_for.join(", "),
                 parameters: parameters(&e.parameters),
                 share: Some(e.share),
+                folds: e.folds.map(|f| f.map(|n| n as u64)),
             })
             .collect(),
         anatomy: anatomy(d),

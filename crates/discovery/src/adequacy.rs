@@ -4,6 +4,7 @@ use crate::candidates::laws;
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample};
 use crate::linear::Square;
+use crate::periodicity;
 use crate::score::{Score, heterogeneity, scores};
 use crate::search::{Judged, Search};
 use crate::statistics::chi2_tail;
@@ -78,7 +79,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         library: bonferroni(&library),
         laws: bonferroni(&law_scores),
         heterogeneity: heterogeneity.min(1.0),
-        periodicity: if scatter { periodicity(sample, fit) } else { 1.0 },
+        periodicity: if scatter { periodicity::p_value(sample, fit) } else { 1.0 },
         scatter_gain,
         scatters: scatter,
         law_scores,
@@ -152,50 +153,4 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
     let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
     let freedom = freedom - fit.theta.len() as f64;
     if freedom < 1.0 { 1.0 } else { chi2_tail(sum, freedom) }
-}
-
-/// Smallest p-value of a Lomb-Scargle periodogram of the offsets, and of the offsets times speed (a moving floor), on the
-/// session clock (Scargle 1982; Horne and Baliunas 1986 for the number of independent frequencies).
-fn periodicity(sample: &Sample<'_>, fit: &Fit) -> f64 {
-    let mut points: Vec<(f64, f64, f64)> = Vec::new();
-    for (i, record) in sample.records().enumerate() {
-        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
-        if fit.hypothesis.scatter.is_none_or(|s| s.per == ScatterPer::Trajectory) {
-            return 1.0;
-        }
-        let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
-        for (x, impact) in xi.iter().zip(&fit.impacts[i]) {
-            points.push((impact.time + record.covariates.clock_s, *x, x * impact.speed_in));
-        }
-    }
-    if points.len() < 30 {
-        return 1.0;
-    }
-    let clocks: &[bool] = if sample.data.has_start_time { &[true] } else { &[false] };
-    let n = points.len() as f64;
-    let count = 20_000;
-    let mut best = 0.0f64;
-    for _ in clocks {
-        for scaled in [false, true] {
-            let y: Vec<f64> = points.iter().map(|p| if scaled { p.2 } else { p.1 }).collect();
-            let mean = y.iter().sum::<f64>() / n;
-            let variance = y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
-            let power = |f: f64| {
-                let w = 2.0 * std::f64::consts::PI * f;
-                let (mut c, mut s) = (0.0, 0.0);
-                for (p, v) in points.iter().zip(&y) {
-                    let (sin, cos) = (w * p.0).sin_cos();
-                    c += (v - mean) * cos;
-                    s += (v - mean) * sin;
-                }
-                (c * c + s * s) / (n * variance)
-            };
-            let top = (0..count)
-                .into_par_iter()
-                .map(|k| power(0.05 + 30.0 * f64::from(k) / f64::from(count)))
-                .reduce(|| 0.0, f64::max);
-            best = best.max(top);
-        }
-    }
-    (2.0 * f64::from(count) * (-best).exp()).min(1.0)
 }

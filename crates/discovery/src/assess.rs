@@ -1,7 +1,6 @@
 //! What a named set of effects would gain: the answer of someone who is told what to look for.
 
 use crate::discover::calibrate;
-use crate::fit::Sample;
 use crate::hypothesis::Addition;
 use crate::prepare::prepare;
 use crate::search::Search;
@@ -41,8 +40,7 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let on = |chosen| Sample { data: &prepared.data, chosen, correlation: prepared.noise.correlation };
-    let search = Search::new(model, on(&prepared.train), on(&prepared.test));
+    let search = Search::new(model, prepared.sample(&prepared.train), prepared.sample(&prepared.test));
     let base = calibrate(model, &search.train);
     let additions: Vec<Addition> = kinds
         .iter()

@@ -1,27 +1,22 @@
 //! The loop: noise, calibration, search, adequacy, unlisted laws, verdict, errors.
 
-use crate::adequacy::{Adequacy, adequacy};
+use crate::adequacy::Adequacy;
 use crate::anatomy::anatomy;
-use crate::fit::{Fit, Sample, fit, fit_nuisance};
-use crate::forecast;
-use crate::hypothesis::{Addition, Hypothesis};
+use crate::crossed::{crossed, worth_crossing};
+use crate::decide::{Decided, decide, heldout_gain};
+use crate::error_table::Lists;
+use crate::fit::{Fit, Sample, fit};
+use crate::hypothesis::Hypothesis;
 use crate::prepare::{Prepared, prepare};
 use crate::report::{Parts, report};
-use crate::result::{Discovery, ErrorTable, Rmse, Verdict};
+use crate::result::{Discovery, ErrorTable};
 use crate::search::{Judged, Search};
 use crate::statistics::median;
-use crate::unlisted::unlisted;
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
 use augsim_physics::ball::{GRAVITY, RESTITUTION};
 use augsim_physics::model::{Model, Per};
 use std::time::Instant;
-
-/// By how much a table must lower the criterion before the library's answer is given up.
-const MARGIN: f64 = 10.0;
-
-/// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
-const LAWFUL: f64 = 0.8;
 
 /// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
 /// terminal speed, below the quarter that wrong units leave.
@@ -44,62 +39,29 @@ pub fn discover(
     progress(Progress::Noise);
     let prepared = prepare(model, data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
-    let on = |chosen| Sample { data: measured, chosen, correlation: noise.correlation };
-    let mut search = Search::new(model, on(train), on(test));
+    let mut search = Search::new(model, prepared.sample(train), prepared.sample(test));
 
     progress(Progress::Calibration);
     check_calibration(model, &search.train)?;
     let base = calibrate(model, &search.train);
-
-    progress(Progress::Search);
-    let mut found = search.run(base);
-    let base = found.pool.iter().find(|j| j.additions().is_empty());
-    let base = base.or(found.tried.first()).cloned();
-    let Some(base) = base else {
-        let (data, found) = (measured.name.clone(), 0);
-        return Err(DiscoveryError::TooFew { data, found });
-    };
-    let mut best = confirmed(&found, &base);
-    let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
-    if best.fit.hypothesis.scatter.is_some() && forecast_of(&best) > 0.95 * forecast_of(&base) {
-        // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
-        search.scatter = false;
-        let other = search.run(base.fit.clone());
-        let lawful = confirmed(&other, &base);
-        let forecast_of = |j: &Judged| forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta));
-        if forecast_of(&lawful) < LAWFUL * forecast_of(&best) {
-            (found, best) = (other, lawful);
-        }
-    }
-
-    progress(Progress::Adequacy);
-    let mut tests = adequacy(&search, &best);
-    let (mut verdict, mut severe) = (Verdict::NothingToAdd, false);
-    if !best.additions().is_empty() {
-        verdict = Verdict::Explained;
-    }
-    if !tests.ok() || best.additions().len() > 3 {
-        progress(Progress::Unlisted);
-        severe = tests.severe();
-        if let Some(wider) = widen(&search, &base, &best) {
-            let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
-            if better {
-                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));
-                verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
-                tests = adequacy(&search, &wider);
-                best = wider;
-                severe = false;
-            }
-        }
-        if severe {
-            verdict = if best.additions().is_empty() { Verdict::Unknown } else { Verdict::PartlyExplained };
-        }
-    }
+    let Decided { found, base, best, tests, verdict, severe } = decide(&mut search, base, true, progress)
+        .ok_or_else(|| DiscoveryError::TooFew { data: measured.name.clone(), found: 0 })?;
 
     progress(Progress::Errors);
-    let error = error_table(&search, model, &base, &best, options);
+    let gain = heldout_gain(&best, &base).unwrap_or(0.0);
+    let mut error =
+        Lists::of(model, &search.test, [&base.fit, &best.fit], options.seed).table(options.seed, gain);
+    let crossed = if worth_crossing(&best, &error) {
+        progress(Progress::Folds);
+        crossed(model, &prepared, options)
+    } else {
+        None
+    };
+    if let Some(c) = &crossed {
+        error = ErrorTable { folds: Some(c.found.len()), ..c.lists.table(options.seed, gain) };
+    }
     let everything: Vec<usize> = (0..measured.records.len()).collect();
-    let all = on(&everything);
+    let all = prepared.sample(&everything);
     let full = |j: &Judged| {
         let held = search.heldout(&j.fit);
         let mut nuisance = vec![Vec::new(); everything.len()];
@@ -121,14 +83,10 @@ pub fn discover(
         verdict,
         severe,
         error,
+        folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
         seconds: begun.elapsed().as_secs_f64(),
     }))
-}
-
-/// The best of a search, if the held-out part confirms it.
-fn confirmed(found: &crate::search::Found, base: &Judged) -> Judged {
-    found.pool.first().filter(|best| best.heldout_ll > base.heldout_ll).unwrap_or(base).clone()
 }
 
 /// The declared model fitted.
@@ -193,54 +151,6 @@ fn check_calibration(model: &Model, train: &Sample<'_>) -> Result<(), DiscoveryE
         sd_m: format!("{sd:.2e}"),
         ratio: format!("{:.0}", rmse / sd),
     })
-}
-
-/// Looks for tables from the base and from the best library model.
-fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
-    let mut starts = vec![base.clone()];
-    if !best.additions().is_empty() {
-        starts.push(best.clone());
-    }
-    let mut wider = unlisted(search, base, &starts)?;
-    wider.heldout_ll = Some(search.heldout(&wider.fit).ll);
-    Some(wider)
-}
-
-fn error_table(
-    search: &Search<'_>,
-    model: &Model,
-    base: &Judged,
-    best: &Judged,
-    options: &Options,
-) -> ErrorTable {
-    let test = &search.test;
-    let plain = Hypothesis::new(model, test.data, &[]);
-    let nominal = plain.theta_start(0.0);
-    let declared = forecast::errors(test, &base.fit, &nominal);
-    let calibrated = forecast::errors(test, &base.fit, &base.fit.theta);
-    let augmented = forecast::errors(test, &best.fit, &best.fit.theta);
-    let held = fit_nuisance(test, &best.fit.hypothesis, &best.fit.theta, &[]);
-    let floor = forecast::floor(test, &best.fit, &held, options.seed);
-    let row = |e: &forecast::Errors| Rmse {
-        rmse: forecast::rmse(e),
-        ci95: forecast::bootstrap(&[e], options.seed, |r| r[0]),
-    };
-    let squares = [&calibrated, &augmented, &floor].map(|e| forecast::rmse(e).powi(2));
-    let removable = squares[0] - squares[2];
-    ErrorTable {
-        unit: "m".into(),
-        heldout_trajectories: test.chosen.len(),
-        declared: row(&declared),
-        calibrated: row(&calibrated),
-        augmented: row(&augmented),
-        noise_floor: row(&floor),
-        reduction: Rmse {
-            rmse: squares[0].sqrt() - squares[1].sqrt(),
-            ci95: forecast::bootstrap(&[&calibrated, &augmented], options.seed, |r| r[0] - r[1]),
-        },
-        explained_share: (removable > 0.02 * squares[2]).then(|| (squares[0] - squares[1]) / removable),
-        heldout_gain: best.heldout_ll.unwrap_or(0.0) - base.heldout_ll.unwrap_or(0.0),
-    }
 }
 
 /// Whether a free parameter has one value for each group.

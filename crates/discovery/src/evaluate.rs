@@ -224,6 +224,8 @@ pub(crate) struct Normal {
     pub h: Square,
     pub g: Vec<f64>,
     pub q: f64,
+    /// Sum of squares of the whitened residuals.
+    pub misfit: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
     pub impacts: Vec<ImpactRecord<f64>>,
@@ -289,7 +291,8 @@ fn normal_wide<const N: usize>(
         }
     }
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
-    let (mut q, weight) = robust(q, free.max(1.0));
+    let misfit = q;
+    let (mut q, weight) = robust(misfit, free.max(1.0));
     let mut out = Square::zero(count);
     for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
         to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
@@ -319,5 +322,5 @@ fn normal_wide<const N: usize>(
             spin: i.spin.map(|x| x.value),
         })
         .collect();
-    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, weight, impacts }
+    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, impacts }
 }

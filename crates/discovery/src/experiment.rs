@@ -2,19 +2,46 @@
 
 use crate::report::Parts;
 use crate::result::{Unexplained, Verdict};
+use crate::search::Judged;
+use crate::separate::separation;
 use augsim_physics::effects::{Location, spec_of};
+
+/// Records beyond which an experiment is no proposal.
+const MOST_TRAJECTORIES: f64 = 300.0;
 
 /// The next experiment in words, from what could not be told apart or explained.
 pub(crate) fn next_experiment(
     parts: &Parts<'_>,
-    alternatives: &[Vec<String>],
+    alternative: Option<&(&Judged, Vec<String>)>,
     unexplained: &Option<Unexplained>,
 ) -> String {
     let mine = crate::report::kinds(parts.best.additions());
-    if let Some(other) = alternatives.first() {
-        let differ: Vec<&String> =
-            mine.iter().chain(other).filter(|k| mine.contains(k) != other.contains(k)).collect();
-        return separate(&differ.iter().map(|k| k.as_str()).collect::<Vec<_>>());
+    if let Some((judged, other)) = alternative {
+        let differ: Vec<&str> = mine
+            .iter()
+            .chain(other)
+            .filter(|k| mine.contains(k) != other.contains(k))
+            .map(String::as_str)
+            .collect();
+        let rule = separate(&differ);
+        let scattered = [parts.best, judged].iter().any(|j| j.fit.hypothesis.scatter.is_some());
+        let by_design = separation(&parts.search.train, &parts.noise.sd_m, &parts.best.fit, &judged.fit);
+        return match by_design {
+            // A scatter is told from a law by many repeats, not by one throw.
+            _ if scattered => rule,
+            s if s.trajectories <= MOST_TRAJECTORIES => format!(
+                "{}; records needed with this camera to tell {} from {} with odds of 1000 to 1: {:.0}. In general: {rule}",
+                s.design,
+                mine.join(" + "),
+                other.join(" + "),
+                s.trajectories.ceil()
+            ),
+            _ => format!(
+                "no throw from a twentieth to twice the heights of these data tells {} from {} in fewer than {MOST_TRAJECTORIES:.0} records with this camera; {rule}",
+                mine.join(" + "),
+                other.join(" + ")
+            ),
+        };
     }
     if let Some(u) = unexplained {
         return format!(

@@ -18,6 +18,13 @@ const LOST: f64 = 0.2;
 /// Most steps of a record's own nuisances after a step of theta.
 const MOST_FOLLOWING: usize = 8;
 
+/// Bounds of the scatter of the restitution.
+const LEAST_SCATTER: f64 = 1e-5;
+const MOST_SCATTER: f64 = 0.5;
+/// Most steps of the scatter, and the relative step below which it stands still.
+const MOST_SCATTER_STEPS: usize = 12;
+const SCATTER_TOLERANCE: f64 = 0.01;
+
 /// What fits are made on.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample<'a> {
@@ -45,6 +52,8 @@ pub(crate) struct Fit {
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
+    /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
+    pub draws: f64,
     /// Simulated impacts of each chosen record.
     pub impacts: Vec<Vec<ImpactRecord<f64>>>,
 }
@@ -177,17 +186,19 @@ fn fit_with(
         .collect();
     let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
     state = rescue(sample, &h, &lanes, state);
-    for _ in 0..12 {
+    let mut changes: Vec<f64> = Vec::new();
+    for _ in 0..MOST_SCATTER_STEPS {
         state = minimise(sample, &h, &lanes, state, move_theta);
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
-        let sd = scatter_sd(&lanes, &state, scatter.sd);
-        let change = (sd / scatter.sd).ln().abs();
+        let change = (scatter_sd(&lanes, &state, scatter.sd).0 / scatter.sd).ln();
+        changes.push(change);
+        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(LEAST_SCATTER, MOST_SCATTER);
         h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
         state = assemble(sample, &h, &lanes, theta, nuisance);
-        if change < 0.03 {
+        if change.abs() < SCATTER_TOLERANCE {
             break;
         }
     }
@@ -198,8 +209,10 @@ fn fit_with(
         ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
+    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&lanes, &state, s.sd).1);
     Fit {
         hypothesis: h,
+        draws,
         theta: state.theta,
         nuisance: state.nuisance,
         ll,
@@ -208,9 +221,22 @@ fn fit_with(
     }
 }
 
-/// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992).
-fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> f64 {
-    let (mut sum, mut freedom) = (0.0, 0.0);
+/// The step of ln sd after a history of fixed-point steps. The fixed point is linear where offsets are hardly seen (and then
+/// slow): two steps in a row tell where the sequence goes (Aitken's extrapolation).
+fn extrapolated(changes: &[f64]) -> f64 {
+    match changes {
+        [.., before, now] => {
+            let ratio = now / before;
+            if (0.1..0.9).contains(&ratio) { now / (1.0 - ratio) } else { *now }
+        }
+        _ => changes.last().copied().unwrap_or(0.0),
+    }
+}
+
+/// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992), and to how many draws
+/// the offsets amount: the information on ln sd, halved.
+fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
+    let (mut sum, mut freedom, mut draws) = (0.0, 0.0, 0.0);
     for ((l, normal), n) in lanes.iter().zip(&state.normals).zip(&state.nuisance) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
         let c = normal.h.sub(&tail).cholesky().inverse();
@@ -218,11 +244,13 @@ fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> f64 {
         for (i, x) in n.iter().enumerate().skip(first).take(l.offsets) {
             // A trajectory that the model does not follow says nothing about its scatter.
             let weight = normal.weight.min(1.0);
+            let seen = 1.0 - c.at(i, i) / (sd * sd);
             sum += weight * x * x;
-            freedom += weight * (1.0 - c.at(i, i) / (sd * sd));
+            freedom += weight * seen;
+            draws += weight * seen * seen;
         }
     }
-    (sum / freedom.max(1e-6)).sqrt().clamp(1e-5, 0.5)
+    ((sum / freedom.max(1e-6)).sqrt().clamp(LEAST_SCATTER, MOST_SCATTER), draws)
 }
 
 fn minimise(

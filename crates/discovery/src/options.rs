@@ -30,6 +30,8 @@ pub enum Progress {
     Unlisted,
     /// Errors before and after.
     Errors,
+    /// The loop once more on folds.
+    Folds,
 }
 
 impl Progress {
@@ -41,6 +43,7 @@ impl Progress {
             Progress::Search => "fitting candidate effects",
             Progress::Adequacy => "testing what the best model leaves",
             Progress::Unlisted => "looking for a law outside the library",
+            Progress::Folds => "repeating the loop without each fifth of the data",
             Progress::Errors => "measuring errors on held-out trajectories",
         }
     }

@@ -1,5 +1,6 @@
 //! From a data set to records with impacts, noise and a split.
 
+use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
 use crate::record::Measured;
 use crate::segment::{rough_noise, segment};
@@ -16,6 +17,13 @@ pub(crate) struct Prepared {
     pub noise: Noise,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
+}
+
+impl Prepared {
+    /// Some of the trajectories, with the noise of all.
+    pub fn sample<'a>(&'a self, chosen: &'a [usize]) -> Sample<'a> {
+        Sample { data: &self.data, chosen, correlation: self.noise.correlation }
+    }
 }
 
 /// Held-out trajectories below which half of all is held out.
@@ -47,23 +55,34 @@ pub(crate) fn prepare(
         return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
     }
     let noise = estimate(&mut data, model.position_sd_m);
-    let (train, test) = split(&data, options);
+    let everything: Vec<usize> = (0..data.records.len()).collect();
+    let (train, test) = split(&data, &everything, options);
     Ok(Prepared { data, noise, train, test })
 }
 
-/// Deals out trajectories group by group, so that every object is seen in training.
-fn split(data: &Measured, options: &Options) -> (Vec<usize>, Vec<usize>) {
-    let mut rng = random_stream(options.seed, "discovery split", 0);
+/// The trajectories of each group in random order.
+fn shuffled(data: &Measured, among: &[usize], seed: u64, purpose: &str) -> Vec<Vec<usize>> {
+    let mut rng = random_stream(seed, purpose, 0);
+    (0..data.groups.len())
+        .map(|group| {
+            let mut members: Vec<usize> =
+                among.iter().copied().filter(|&j| data.records[j].group == group).collect();
+            for i in (1..members.len()).rev() {
+                members.swap(i, rng.random_range(0..=i));
+            }
+            members
+        })
+        .collect()
+}
+
+/// Deals the trajectories `among` out to training and test group by group, so that every object is seen in training.
+pub(crate) fn split(data: &Measured, among: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
     let (mut train, mut test) = (Vec::new(), Vec::new());
-    let (mut owed, n) = (0.0, data.records.len());
+    let (mut owed, n) = (0.0, among.len());
     // Few trajectories: the half that is held out says more than three or four would.
     let few = (1.0 - options.train_share) * (n as f64) < FEWEST_HELD_OUT;
     let share = if few { options.train_share.min(0.5) } else { options.train_share };
-    for group in 0..data.groups.len() {
-        let mut members: Vec<usize> = (0..n).filter(|&j| data.records[j].group == group).collect();
-        for i in (1..members.len()).rev() {
-            members.swap(i, rng.random_range(0..=i));
-        }
+    for members in shuffled(data, among, options.seed, "discovery split") {
         // Rounding is carried from group to group, so that the whole keeps the share; every group has one in training.
         owed += share * members.len() as f64;
         let most = if data.groups.len() == 1 { members.len() - 1 } else { members.len() };
@@ -80,4 +99,16 @@ fn split(data: &Measured, options: &Options) -> (Vec<usize>, Vec<usize>) {
     train.sort_unstable();
     test.sort_unstable();
     (train, test)
+}
+
+/// Deals all trajectories out to folds, group by group. The only trajectory of a group is in none: without it nothing is known
+/// of the group.
+pub(crate) fn deal(data: &Measured, folds: usize, seed: u64) -> Vec<Vec<usize>> {
+    let everything: Vec<usize> = (0..data.records.len()).collect();
+    let mut out = vec![Vec::new(); folds];
+    let groups = shuffled(data, &everything, seed, "discovery folds");
+    let dealt = groups.iter().filter(|members| members.len() > 1).flatten();
+    dealt.enumerate().for_each(|(i, &j)| out[i % folds].push(j));
+    out.iter_mut().for_each(|fold| fold.sort_unstable());
+    out
 }

@@ -32,6 +32,8 @@ pub(crate) struct Parts<'a> {
     pub verdict: Verdict,
     pub severe: bool,
     pub error: ErrorTable,
+    /// Kinds that each fold found, where the loop was repeated on folds.
+    pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
     pub seconds: f64,
 }
@@ -108,24 +110,13 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
     {
-        // Standard error of a standard deviation from as many draws as there are offsets.
-        let draws: f64 = parts
-            .search
-            .train
-            .data
-            .records
-            .iter()
-            .map(|r| match scatter.per {
-                augsim_physics::effects::ScatterPer::Impact => r.impacts.len() as f64,
-                augsim_physics::effects::ScatterPer::Trajectory => 1.0,
-            })
-            .sum();
-        let half = 1.96 * scatter.sd / (2.0 * draws.max(1.0)).sqrt();
+        // A standard deviation from so many draws is log-normal to good precision; a symmetric interval misses low ones.
+        let factor = (1.96 / (2.0 * fit.draws.max(1.0)).sqrt()).exp();
         out.insert(
             "sd".into(),
             Estimate {
                 value: scatter.sd,
-                ci95: [(scatter.sd - half).max(0.0), scatter.sd + half],
+                ci95: [scatter.sd / factor, scatter.sd * factor],
                 unit: String::new(),
                 groups: BTreeMap::new(),
             },
@@ -147,14 +138,15 @@ pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     k
 }
 
-fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
+/// Other sets that explain the data as well, best first, with their kinds.
+fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Law(_)));
     if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
     }
     let best = parts.best;
     let mine = kinds(best.additions());
-    let mut out: Vec<Vec<String>> = Vec::new();
+    let mut out: Vec<(&Judged, Vec<String>)> = Vec::new();
     for j in &parts.found.pool {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
@@ -164,9 +156,9 @@ fn alternatives(parts: &Parts<'_>) -> Vec<Vec<String>> {
             && !superset
             && theirs.len() <= mine.len() + 1
             && !theirs.is_empty()
-            && !out.contains(&theirs)
+            && !out.iter().any(|(_, k)| *k == theirs)
         {
-            out.push(theirs);
+            out.push((j, theirs));
         }
     }
     out
@@ -292,6 +284,10 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             kind: a.kind().into(),
             stands_for: spec.map_or(Vec::new(), |s| s.stands_for.iter().map(|s| s.to_string()).collect()),
             parameters: estimates(parts, parts.full, Some(n)),
+            folds: (!parts.folds.is_empty()).then(|| {
+                let label = kinds(std::slice::from_ref(a));
+                [parts.folds.iter().filter(|f| f.contains(&label[0])).count(), parts.folds.len()]
+            }),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
             per: match a {
                 Addition::Scatter(per) => Some(per.name().into()),
@@ -435,9 +431,10 @@ fn sentence(
 pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let found_effects = effects(&parts);
     let unexplained = unexplained(&parts);
-    let alternatives = alternatives(&parts);
+    let others = alternatives(&parts);
+    let next_experiment = next_experiment(&parts, others.first(), &unexplained);
+    let alternatives: Vec<Vec<String>> = others.into_iter().map(|(_, kinds)| kinds).collect();
     let sentence = sentence(&parts, &found_effects, &unexplained, &alternatives);
-    let next_experiment = next_experiment(&parts, &alternatives, &unexplained);
     let fit = parts.full;
     let h = &fit.hypothesis;
     let data = parts.search.train.data;

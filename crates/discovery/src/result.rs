@@ -45,6 +45,9 @@ pub struct FoundEffect {
     pub parameters: BTreeMap<String, Estimate>,
     /// Share of the gain in likelihood that is lost without it.
     pub share: f64,
+    /// In how many folds the loop found it again, of how many; absent where it was not repeated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folds: Option<[usize; 2]>,
     /// For the scatter of restitution: `impact` or `trajectory`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
@@ -122,6 +125,9 @@ pub struct ErrorTable {
     pub unit: String,
     /// How many trajectories.
     pub heldout_trajectories: usize,
+    /// Folds, where the whole loop was repeated without each in turn and the errors are those on all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folds: Option<usize>,
     /// The model as declared.
     pub declared: Rmse,
     /// After calibration of the declared parameters.

@@ -15,7 +15,7 @@ const ALPHA: f64 = 0.01;
 /// Hypotheses kept from level to level.
 const BEAM: usize = 3;
 /// Most effects in a hypothesis.
-pub(crate) const MOST_EFFECTS: usize = 6;
+pub(crate) const MOST_EFFECTS: usize = 4;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -281,7 +281,7 @@ impl<'a> Search<'a> {
                     // The two starts of a pair are different attempts.
                     key.push(format!("{:?}", m[1].1));
                 }
-                let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS + 1;
+                let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS;
                 seen.push(key);
                 fresh
             })

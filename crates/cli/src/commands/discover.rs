@@ -59,14 +59,17 @@ fn text(args: &Discover, d: &Discovery) -> String {
     let e = &d.error;
     let _ = writeln!(
         out,
-        "\n  error on {} held-out trajectories, {} (95 % interval)",
-        e.heldout_trajectories, e.unit
+        "\n  error on {} held-out trajectories{}, {} (95 % interval)",
+        e.heldout_trajectories,
+        e.folds.map_or(String::new(), |n| format!(" of {n} folds")),
+        e.unit
     );
     let rows = [
         ("declared", e.declared),
         ("calibrated", e.calibrated),
         ("augmented", e.augmented),
         ("noise floor", e.noise_floor),
+        ("reduction", e.reduction),
     ];
     for (name, r) in rows {
         let _ = writeln!(out, "  {name:<12} {:>10.5}  ({:.5} to {:.5})", r.rmse, r.ci95[0], r.ci95[1]);

@@ -255,6 +255,7 @@ fn error_table(
     ErrorTable {
         unit: unit.into(),
         heldout_trajectories,
+        folds: None,
         declared: row(&lists[0]),
         calibrated: row(&lists[1]),
         augmented: row(&lists[2]),

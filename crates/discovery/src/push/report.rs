@@ -89,6 +89,7 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
                 .collect();
             also.dedup();
             FoundEffect {
+                folds: None,
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: estimates(parts.full, ci95, Some(kind)),

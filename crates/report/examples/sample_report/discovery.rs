@@ -192,6 +192,8 @@ pub fn sample() -> DiscoveryReport {
             calibrated: rmse(14.2, 12.9, 15.6),
             augmented: rmse(2.14, 2.05, 2.24),
             noise_floor: rmse(2.06, 2.0, 2.12),
+            reduction: rmse(12.1, 10.7, 13.5),
+            folds: None,
             explained_share: Some(0.998),
         },
         calibrated: vec![
@@ -199,8 +201,8 @@ pub fn sample() -> DiscoveryReport {
             CalibratedParameter { parameter: Parameter { name: "gravity_m_s2".into(), value: 9.81, ci95: None, unit: "m/s²".into() }, declared: 9.81, frozen: true },
         ],
         effects: vec![
-            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551) },
-            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036) },
+            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551), folds: None },
+            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), folds: None },
         ],
         anatomy: anatomy(),
         examples: examples(),

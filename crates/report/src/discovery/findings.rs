@@ -22,30 +22,41 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
         blocks.push(Block::Prose(text.to_owned()));
     } else {
         let mut rows = Vec::new();
+        let folds = report.effects.iter().any(|e| e.folds.is_some());
         for effect in &report.effects {
             for (i, p) in effect.parameters.iter().enumerate() {
                 let first = |cell: Cell| if i == 0 { cell } else { Cell::text("") };
                 let [value, unit] = parameter_cells(p);
-                rows.push(Row::from(vec![
+                let mut cells = vec![
                     first(Cell::text(format!("`{}`", effect.kind))),
                     first(Cell::text(&effect.stands_for)),
                     Cell::text(format!("`{}`", p.name)),
                     value,
                     unit,
                     first(Cell::number(effect.share.map(|s| s * 100.0))),
-                ]));
+                ];
+                if folds {
+                    let again =
+                        effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}")));
+                    cells.push(first(again));
+                }
+                rows.push(Row::from(cells));
             }
+        }
+        let mut columns = vec![
+            Column::text("kind"),
+            Column::text("stands for"),
+            Column::text("parameter"),
+            Column::number("value [95 %]", ""),
+            Column::text("unit"),
+            Column::number("share of the gain", "%").decimals(1),
+        ];
+        if folds {
+            columns.push(Column::text("found again in folds"));
         }
         blocks.push(Block::Table(Table {
             caption: "Effects added".to_owned(),
-            columns: vec![
-                Column::text("kind"),
-                Column::text("stands for"),
-                Column::text("parameter"),
-                Column::number("value [95 %]", ""),
-                Column::text("unit"),
-                Column::number("share of the gain", "%").decimals(1),
-            ],
+            columns,
             rows,
             footnotes: vec!["Share of the gain: how much of the gain in likelihood is lost when this effect alone is left out and the rest is fitted again.".to_owned()],
         }));
@@ -83,7 +94,13 @@ pub(super) fn open(report: &DiscoveryReport) -> Vec<Block> {
     if let Some(u) = &report.unexplained {
         let mut text = format!(
             "A residual remains that no effect in the library explains. It lives {}, and depends on {}.",
-            u.r#where, u.against
+            match u.r#where.as_str() {
+                "flight" => "in flight",
+                "impact" => "at impacts",
+                "sensor" => "in what the sensor reports",
+                other => other,
+            },
+            u.against
         );
         if !u.term.is_empty() {
             text.push_str(&format!(" The term that removes most of it: `{}`.", u.term));

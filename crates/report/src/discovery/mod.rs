@@ -124,6 +124,12 @@ pub struct ErrorSummary {
     pub augmented: Option<Rmse>,
     /// What the sensor's noise alone gives.
     pub noise_floor: Option<Rmse>,
+    /// Calibrated minus augmented.
+    #[serde(default)]
+    pub reduction: Option<Rmse>,
+    /// Folds of a cross-validation that the errors come from; absent for one split.
+    #[serde(default)]
+    pub folds: Option<u64>,
     /// Share of the removable error that was removed, as a fraction.
     pub explained_share: Option<f64>,
 }
@@ -166,6 +172,9 @@ pub struct FoundEffect {
     /// Share of the total gain in likelihood that goes when this effect is left out, as a fraction.
     #[serde(default)]
     pub share: Option<f64>,
+    /// In how many folds it was found again, of how many.
+    #[serde(default)]
+    pub folds: Option<[u64; 2]>,
 }
 
 /// Residuals before (calibrated model) and after (augmented model).

@@ -99,7 +99,8 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
     };
-    let rows = shown.iter().map(|(name, rmse, _, what)| {
+    let gain = e.reduction.map(|r| ("reduction", Some(r), Tone::Muted, "calibrated minus augmented"));
+    let rows = shown.iter().chain(&gain).map(|(name, rmse, _, what)| {
         let rmse = rmse.unwrap_or_default();
         Row {
             cells: vec![Cell::text(*name), Cell::text(*what), Cell::estimate(rmse.rmse, rmse.ci95)],
@@ -115,9 +116,13 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
             Column::number("root mean square error [95 %]", &e.unit),
         ],
         rows: rows.collect(),
-        footnotes: vec![
-            "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
-        ],
+        footnotes: vec![match e.folds {
+            None => "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
+            Some(n) => format!(
+                "One split left the gain open, so the whole loop, search included, was repeated without each of {n} folds; \
+                 every trajectory is forecast by the model that has not seen it. Intervals by bootstrap over trajectories."
+            ),
+        }],
     };
     let share = e.explained_share.map(|s| {
         Block::Prose(format!(

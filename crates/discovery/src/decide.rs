@@ -1,0 +1,116 @@
+//! From a fitted declared model to an answer: search, confirmation, adequacy, laws outside the library.
+
+use crate::Progress;
+use crate::adequacy::{Adequacy, adequacy};
+use crate::fit::Fit;
+use crate::forecast;
+use crate::hypothesis::Addition;
+use crate::result::Verdict;
+use crate::search::{Found, Judged, Search};
+use crate::unlisted::unlisted;
+
+/// By how much a table must lower the criterion before the library's answer is given up.
+const MARGIN: f64 = 10.0;
+
+/// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
+const LAWFUL: f64 = 0.8;
+
+/// Gain in the criterion on the training part that is clear evidence by itself, and the loss on the held-out part, as a share
+/// of it, that is tolerated then.
+const CLEAR: f64 = 25.0;
+const TOLERATED: f64 = 0.1;
+
+/// The answer of one split.
+pub(crate) struct Decided {
+    pub found: Found,
+    /// The calibrated model.
+    pub base: Judged,
+    pub best: Judged,
+    /// Tests of what the best leaves.
+    pub tests: Adequacy,
+    pub verdict: Verdict,
+    /// So much is left that the best is no explanation.
+    pub severe: bool,
+}
+
+/// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
+/// for if `tables`.
+pub(crate) fn decide(
+    search: &mut Search<'_>,
+    base: Fit,
+    tables: bool,
+    progress: &mut dyn FnMut(Progress),
+) -> Option<Decided> {
+    progress(Progress::Search);
+    let mut found = search.run(base);
+    let base = found.pool.iter().find(|j| j.additions().is_empty());
+    let base = base.or(found.tried.first()).cloned()?;
+    let mut best = confirmed(&found, &base);
+    let forecast_of = |search: &Search<'_>, j: &Judged| {
+        forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta))
+    };
+    if best.fit.hypothesis.scatter.is_some() && forecast_of(search, &best) > 0.95 * forecast_of(search, &base)
+    {
+        // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
+        search.scatter = false;
+        let other = search.run(base.fit.clone());
+        let lawful = confirmed(&other, &base);
+        if forecast_of(search, &lawful) < LAWFUL * forecast_of(search, &best) {
+            (found, best) = (other, lawful);
+        }
+    }
+
+    progress(Progress::Adequacy);
+    let mut tests = adequacy(search, &best);
+    let (mut verdict, mut severe) = (Verdict::NothingToAdd, false);
+    if !best.additions().is_empty() {
+        verdict = Verdict::Explained;
+    }
+    if !tests.ok() || best.additions().len() > 3 {
+        progress(Progress::Unlisted);
+        severe = tests.severe();
+        if tables && let Some(wider) = widen(search, &base, &best) {
+            let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
+            if better {
+                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));
+                verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
+                tests = adequacy(search, &wider);
+                best = wider;
+                severe = false;
+            }
+        }
+        if severe {
+            verdict = if best.additions().is_empty() { Verdict::Unknown } else { Verdict::PartlyExplained };
+        }
+    }
+    Some(Decided { found, base, best, tests, verdict, severe })
+}
+
+/// The best of a search, if the held-out part confirms it: by a gain there, or, where the training part speaks clearly, by no
+/// more than chance against it (the estimate of an effect that is there is above its truth in one half of all samples, and
+/// then the other half may see a small loss).
+fn confirmed(found: &Found, base: &Judged) -> Judged {
+    let holds = |best: &&Judged| {
+        let (Some(gain), trained) = (heldout_gain(best, base), base.criterion - best.criterion) else {
+            return false;
+        };
+        gain > 0.0 || (trained > CLEAR && gain > -TOLERATED * trained)
+    };
+    found.pool.first().filter(holds).unwrap_or(base).clone()
+}
+
+/// Gain in ln likelihood on the held-out part.
+pub(crate) fn heldout_gain(best: &Judged, base: &Judged) -> Option<f64> {
+    best.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b).filter(|g| g.is_finite())
+}
+
+/// Looks for tables from the base and from the best library model.
+fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
+    let mut starts = vec![base.clone()];
+    if !best.additions().is_empty() {
+        starts.push(best.clone());
+    }
+    let mut wider = unlisted(search, base, &starts)?;
+    wider.heldout_ll = Some(search.heldout(&wider.fit).ll);
+    Some(wider)
+}

@@ -1,0 +1,60 @@
+//! Errors before and after as a table with intervals.
+
+use crate::fit::{Fit, Sample, fit_nuisance};
+use crate::forecast::{self, Errors};
+use crate::hypothesis::Hypothesis;
+use crate::result::{ErrorTable, Rmse};
+use augsim_physics::model::Model;
+
+/// Forecast errors of the same trajectories: as declared, calibrated, augmented, and what noise and scatter leave.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lists {
+    declared: Errors,
+    calibrated: Errors,
+    augmented: Errors,
+    floor: Errors,
+}
+
+impl Lists {
+    /// On `test`, which the fits (calibrated, augmented) have not seen.
+    pub fn of(model: &Model, test: &Sample<'_>, [base, best]: [&Fit; 2], seed: u64) -> Self {
+        let nominal = Hypothesis::new(model, test.data, &[]).theta_start(0.0);
+        let held = fit_nuisance(test, &best.hypothesis, &best.theta, &[]);
+        Self {
+            declared: forecast::errors(test, base, &nominal),
+            calibrated: forecast::errors(test, base, &base.theta),
+            augmented: forecast::errors(test, best, &best.theta),
+            floor: forecast::floor(test, best, &held, seed),
+        }
+    }
+
+    /// Adds the trajectories of another fold.
+    pub fn extend(&mut self, other: Self) {
+        self.declared.extend(other.declared);
+        self.calibrated.extend(other.calibrated);
+        self.augmented.extend(other.augmented);
+        self.floor.extend(other.floor);
+    }
+
+    pub fn table(&self, seed: u64, heldout_gain: f64) -> ErrorTable {
+        let row =
+            |e: &Errors| Rmse { rmse: forecast::rmse(e), ci95: forecast::bootstrap(&[e], seed, |r| r[0]) };
+        let squares = [&self.calibrated, &self.augmented, &self.floor].map(|e| forecast::rmse(e).powi(2));
+        let removable = squares[0] - squares[2];
+        ErrorTable {
+            unit: "m".into(),
+            heldout_trajectories: self.declared.len(),
+            folds: None,
+            declared: row(&self.declared),
+            calibrated: row(&self.calibrated),
+            augmented: row(&self.augmented),
+            noise_floor: row(&self.floor),
+            reduction: Rmse {
+                rmse: squares[0].sqrt() - squares[1].sqrt(),
+                ci95: forecast::bootstrap(&[&self.calibrated, &self.augmented], seed, |r| r[0] - r[1]),
+            },
+            explained_share: (removable > 0.02 * squares[2]).then(|| (squares[0] - squares[1]) / removable),
+            heldout_gain,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Is a scatter a rhythm? Periodograms of the offsets on the session clock.
+
+use crate::evaluate::Lanes;
+use crate::fit::{Fit, Sample};
+use augsim_physics::effects::ScatterPer;
+use rayon::prelude::*;
+
+/// Slow frequencies: multiples of the inverse of twice the time that the clock spans.
+const SLOW: u32 = 2_000;
+/// Fast frequencies, evenly between the first two, Hz.
+const FAST: (f64, f64, u32) = (0.05, 30.0, 20_000);
+/// Fewest offsets that a rhythm can be seen in.
+const FEWEST: usize = 16;
+
+/// An offset of the restitution at its time on the clock.
+struct Point {
+    time: f64,
+    /// The offset, and the offset times the speed of impact (which a moving floor makes the rhythm's size).
+    y: [f64; 2],
+}
+
+/// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of the offsets, and
+/// of the offsets times speed. Slow frequencies are as many as there are offsets (Horne and Baliunas 1986), fast ones are
+/// counted one by one.
+pub(crate) fn p_value(sample: &Sample<'_>, fit: &Fit) -> f64 {
+    let points = points(sample, fit);
+    if points.len() < FEWEST {
+        return 1.0;
+    }
+    let (first, last) = points.iter().fold((f64::MAX, f64::MIN), |a, p| (a.0.min(p.time), a.1.max(p.time)));
+    let slow = 0.5 / (last - first).max(1e-9);
+    let n = points.len() as f64;
+    let best = |frequencies: Vec<f64>| {
+        frequencies.into_par_iter().map(|f| explained(&points, f)).reduce(|| 0.0, f64::max)
+    };
+    // Under white noise the explained share follows a beta law.
+    let tail = |share: f64| (1.0 - share).max(0.0).powf(0.5 * (n - 3.0));
+    let step = (FAST.1 - FAST.0) / f64::from(FAST.2);
+    let p = [
+        n * tail(best((1..=SLOW).map(|k| slow * f64::from(k)).collect())),
+        f64::from(FAST.2) * tail(best((0..FAST.2).map(|k| FAST.0 + step * f64::from(k)).collect())),
+    ];
+    // Two ranges, two forms.
+    (4.0 * p[0].min(p[1])).min(1.0)
+}
+
+fn points(sample: &Sample<'_>, fit: &Fit) -> Vec<Point> {
+    let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory);
+    let mut points = Vec::new();
+    for (i, record) in sample.records().enumerate() {
+        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
+        let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
+        // An offset that a whole trajectory shares counts once.
+        let impacts = fit.impacts[i].iter().take(if shared { 1 } else { usize::MAX });
+        points.extend(xi.iter().zip(impacts).map(|(&x, impact)| Point {
+            time: impact.time + record.covariates.clock_s,
+            y: [x, x * impact.speed_in],
+        }));
+    }
+    points
+}
+
+/// Largest share of the variance of either form that a sine of `frequency` Hz with a mean explains.
+fn explained(points: &[Point], frequency: f64) -> f64 {
+    let w = 2.0 * std::f64::consts::PI * frequency;
+    let n = points.len() as f64;
+    // Sums of cos, sin, cos², cos sin, sin²; then of y, y², y cos, y sin for each form.
+    let mut basis = [0.0; 5];
+    let mut data = [[0.0; 4]; 2];
+    for p in points {
+        let (sin, cos) = (w * p.time).sin_cos();
+        for (sum, x) in basis.iter_mut().zip([cos, sin, cos * cos, cos * sin, sin * sin]) {
+            *sum += x;
+        }
+        for (sums, y) in data.iter_mut().zip(p.y) {
+            for (sum, x) in sums.iter_mut().zip([y, y * y, y * cos, y * sin]) {
+                *sum += x;
+            }
+        }
+    }
+    let [c, s, cc, cs, ss] = basis;
+    let (cc, cs, ss) = (cc - c * c / n, cs - c * s / n, ss - s * s / n);
+    let determinant = cc * ss - cs * cs;
+    if determinant <= 1e-6 * n * n {
+        return 0.0;
+    }
+    let share = data.map(|[y, yy, yc, ys]| {
+        let (yy, yc, ys) = (yy - y * y / n, yc - y * c / n, ys - y * s / n);
+        (yc * yc * ss - 2.0 * yc * ys * cs + ys * ys * cc) / determinant / yy.max(1e-300)
+    });
+    share[0].max(share[1])
+}
