@@ -82,7 +82,7 @@ pub trait Scalar:
 }
 
 /// Zeros in those that are `fresh`.
-fn clear<'a, const N: usize>(mut grads: [&'a mut [f64]; N], fresh: [bool; N]) -> [&'a mut [f64]; N] {
+fn clear<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [&mut [f64]; N] {
     for (grad, fresh) in grads.iter_mut().zip(fresh) {
         if fresh {
             grad.fill(0.0);

@@ -84,24 +84,27 @@ impl Level {
     /// narrow vectors cost less (with the wide level's registers).
     #[inline]
     pub(crate) fn run<K: Kernel>(self, lanes: usize, kernel: K) {
-        match self {
+        match (self, lanes) {
             #[cfg(target_arch = "x86_64")]
-            Level::V3 => {
+            (Level::V3, _) => {
                 if let Some(simd) = pulp::x86::V3::try_new() {
                     return Simd::vectorize(simd, On::<_, _, false>(kernel, simd));
                 }
             }
             #[cfg(target_arch = "x86_64")]
-            Level::V4 => {
+            (Level::V4, 0..=8) => {
                 if let (Some(wide), Some(narrow)) = (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
-                    if lanes <= 8 {
-                        return Simd::vectorize(wide, On::<_, _, true>(kernel, narrow));
-                    }
-                    return Simd::vectorize(wide, On::<_, _, true>(kernel, wide));
+                    return Simd::vectorize(wide, On::<_, _, true>(kernel, narrow));
+                }
+            }
+            #[cfg(target_arch = "x86_64")]
+            (Level::V4, _) => {
+                if let Some(simd) = pulp::x86::V4::try_new() {
+                    return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
                 }
             }
             #[cfg(target_arch = "aarch64")]
-            Level::Neon => {
+            (Level::Neon, _) => {
                 if let Some(simd) = pulp::aarch64::Neon::try_new() {
                     return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
                 }

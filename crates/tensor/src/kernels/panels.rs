@@ -147,9 +147,7 @@ impl Job<'_> {
             Start::Output => {
                 for (m, acc) in acc.iter_mut().enumerate() {
                     let row = &out[at(m)..][..N];
-                    for j in 0..N {
-                        acc[j] = row[j];
-                    }
+                    acc.iter_mut().zip(row).for_each(|(a, v)| *a = *v);
                 }
             }
         }
@@ -163,9 +161,7 @@ impl Job<'_> {
         }
         for m in 0..M {
             let row = &mut out[at(m)..][..N];
-            for j in 0..N {
-                row[j] = acc[m][j];
-            }
+            row.iter_mut().zip(acc[m]).for_each(|(v, a)| *v = a);
         }
     }
 }

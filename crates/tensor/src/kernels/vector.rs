@@ -61,7 +61,7 @@ mod wide {
             1.383_91,
         ),
         f32x16(
-            1.414_213_5,
+            std::f32::consts::SQRT_2,
             1.445_180_8,
             1.476_826_2,
             1.509_164_5,
@@ -86,7 +86,6 @@ mod wide {
     /// What is left of t beyond 5 binary places, rounded down: between 0 and 1/32.
     const REST: i32 = (5 << 4) | DOWN;
     /// (2^f - 1) / f on [0, 1/32], highest power first: minimax in the relative error of 2^f (6.6e-8).
-    #[expect(clippy::approx_constant, reason = "a fitted coefficient near ln 2, not ln 2")]
     const EXP2: [f32; 2] = [2.426_527e-1, 6.931_237_6e-1];
 
     #[inline(always)]
