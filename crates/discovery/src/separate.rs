@@ -117,7 +117,11 @@ fn blank(sample: &Sample<'_>, design: &Design, step: f64) -> Option<Record> {
         y: Vec::new(),
         weight: Vec::new(),
         linked: Vec::new(),
-        covariates: Covariates { clock_s: 0.0, spin_rad_s: [0.0, design.spin_rad_s, 0.0] },
+        covariates: Covariates {
+            clock_s: 0.0,
+            spin_rad_s: [0.0, design.spin_rad_s, 0.0],
+            ..first.covariates
+        },
         radius_m: first.radius_m,
         group: first.group,
         impacts: Vec::new(),
