@@ -3,7 +3,7 @@
 use crate::args::Discover;
 use crate::commands::discover::close_loop;
 use crate::output::Output;
-use augsim_data::convert::CONVERTERS;
+use augsim_data::convert::{CONVERTERS, is_of_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
 use augsim_discovery::Discovery;
 use serde::Serialize;
@@ -56,15 +56,14 @@ pub struct SetRow {
 /// Runs the loop on the sets under `data` that are about the ball, each in its own folder of `out`.
 pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
     let mut rows = Vec::new();
-    for (set, convert) in CONVERTERS {
+    for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !is_of_pushes(set)) {
         let folder = data.join(set);
         if !folder.exists() {
             output.note(format!("{}: not there, left out", folder.display()));
             continue;
         }
         let converted = convert(&folder)?;
-        // Pushes are another scenario.
-        if let Some(model) = converted.model_toml.filter(|_| !converted.data.has_column("pusher_x_m")) {
+        if let Some(model) = converted.model_toml {
             rows.push(one(set, &converted.data, &model, out, seed, output)?);
         }
     }

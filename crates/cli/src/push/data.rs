@@ -4,7 +4,7 @@ use super::plan::Plan;
 use crate::run_dir::DataSource;
 use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
-use augsim_data::{Dataset, Split, SplitSize};
+use augsim_data::{Dataset, MissingCells, Split, SplitSize, read_dataset};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
 use augsim_trainer::Sequences;
@@ -65,6 +65,24 @@ pub fn recipe(protocol: Protocol, object: &str, surface: &str, pushes: usize) ->
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<PushEngine> {
     let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
     PushEngine::textbook(object, sheet.friction).with_context(|| format!("there is no object `{object}`"))
+}
+
+/// The pushes of a source, on one clock and thinned as every push here.
+pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
+    match source {
+        DataSource::File(path) => {
+            let data = read_dataset(path, MissingCells::AsGap)?;
+            let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
+            let data = if streams { resample(&data, PUBLISHED_RATE_HZ)? } else { data };
+            Ok(pushes(&data, Thinning::default())?)
+        }
+        DataSource::PushLaboratory { object, surface, pushes, seed } => {
+            made(object, surface, *pushes, *seed, Thinning::default())
+        }
+        DataSource::PaperLaw { .. } => {
+            anyhow::bail!("drops of a ball are no pushes: give pushes with --data")
+        }
+    }
 }
 
 fn made(

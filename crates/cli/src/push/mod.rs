@@ -8,7 +8,7 @@ mod report;
 mod rows;
 mod runs;
 
-pub use data::PushData;
+pub use data::{PushData, load};
 pub use experiment::Experiment;
 pub use plan::Plan;
 pub use rows::table;
