@@ -28,6 +28,7 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
             Needs::Spin => data.has_spin && horizontal,
             Needs::SpinInSpace => data.has_spin && data.axes == Axes::Space,
             Needs::StartTime => data.has_start_time,
+            Needs::AreaPerMass => area_per_mass_varies(data),
             Needs::ReleaseAtRest => model.release == Release::Rest,
             Needs::Effect(_) => horizontal,
         } && (spec.location != Location::Impact || data.has_impacts());
@@ -44,6 +45,13 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         }
     }
     out
+}
+
+/// Whether size and mass are known and make a difference: in balls that are all alike a coefficient is what drag per metre is.
+fn area_per_mass_varies(data: &Measured) -> bool {
+    let ratios = || data.records.iter().map(|r| r.covariates.area_per_mass_m2_kg);
+    let (low, high) = (ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max));
+    low > 0.0 && high > 1.05 * low
 }
 
 /// Whether an addition may join a hypothesis.

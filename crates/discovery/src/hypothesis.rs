@@ -229,6 +229,9 @@ impl Hypothesis {
     /// The model file of this hypothesis at `theta` with 95 % intervals `ci95`.
     pub fn to_model(&self, model: &Model, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Model {
         let mut out = model.clone();
+        if data.has_start_time {
+            out.clock_reference_s = Some(data.clock_reference_s);
+        }
         let mut at = 0;
         let mut put = |f: &Free, p: &mut Parameter| {
             match f.per {

@@ -36,7 +36,7 @@ pub(crate) fn prepare(
     dataset: &Dataset,
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
-    let mut data = Measured::from_dataset(dataset)?;
+    let mut data = Measured::from_dataset(dataset, model.clock_reference_s)?;
     let vertical = data.axes.count() - 1;
     let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
     let sigma = median(&mut rough);

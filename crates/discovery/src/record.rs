@@ -37,11 +37,14 @@ pub(crate) struct Measured {
     pub groups: Vec<String>,
     pub has_spin: bool,
     pub has_start_time: bool,
+    /// Session time that the clocks of the records count from, s.
+    pub clock_reference_s: f64,
 }
 
 impl Measured {
-    /// Takes the columns that the ball world knows from a data set; others are ignored.
-    pub fn from_dataset(data: &Dataset) -> Result<Self, DiscoveryError> {
+    /// Takes the columns that the ball world knows from a data set; others are ignored. The session clock counts from
+    /// `clock_reference_s` or, without it, from the mean of the start times.
+    pub fn from_dataset(data: &Dataset, clock_reference_s: Option<f64>) -> Result<Self, DiscoveryError> {
         let name = data.origin().to_string();
         let (axes, columns) =
             channels(data).ok_or_else(|| DiscoveryError::NoPosition { data: name.clone() })?;
@@ -62,15 +65,21 @@ impl Measured {
         let start_times: Vec<_> =
             data.trajectories().iter().filter_map(|t| constant("start_time_s", t)).collect();
         let has_start_time = start_times.len() == data.trajectories().len() && !start_times.is_empty();
-        let clock_reference_s =
+        let mean =
             if has_start_time { start_times.iter().sum::<f64>() / start_times.len() as f64 } else { 0.0 };
+        let clock_reference_s = clock_reference_s.filter(|_| has_start_time).unwrap_or(mean);
         let mut groups: Vec<String> =
             data.trajectories().iter().filter_map(|t| t.group().map(String::from)).collect();
         groups.sort();
         groups.dedup();
         let mut records = Vec::new();
         for t in data.trajectories() {
+            let (radius_m, mass_kg) = (constant("radius_m", t), constant("mass_kg", t));
             let covariates = Covariates {
+                area_per_mass_m2_kg: match (radius_m, mass_kg) {
+                    (Some(r), Some(m)) if m > 0.0 => std::f64::consts::PI * r * r / m,
+                    _ => 0.0,
+                },
                 clock_s: constant("start_time_s", t).map_or(0.0, |s| s - clock_reference_s),
                 spin_rad_s: [
                     constant("spin_x_rad_s", t).unwrap_or(0.0),
@@ -85,7 +94,7 @@ impl Measured {
                 weight: Vec::new(),
                 linked: Vec::new(),
                 covariates,
-                radius_m: constant("radius_m", t),
+                radius_m,
                 group: group.unwrap_or(0),
                 impacts: Vec::new(),
                 arcs: Vec::new(),
@@ -97,7 +106,7 @@ impl Measured {
             groups.push(String::new());
         }
         let has_spin = records.iter().any(|r| r.covariates.spin_rad_s != [0.0; 3]);
-        Ok(Self { name, axes, records, groups, has_spin, has_start_time })
+        Ok(Self { name, axes, records, groups, has_spin, has_start_time, clock_reference_s })
     }
 
     /// The same description with no records.

@@ -32,7 +32,7 @@ pub(crate) struct Score {
 fn integrates(addition: &Addition) -> bool {
     match addition {
         Addition::Law(t) => t.target.location() == Location::Flight,
-        other => matches!(other.kind(), "quadratic-drag" | "linear-drag" | "magnus"),
+        other => matches!(other.kind(), "quadratic-drag" | "drag-coefficient" | "linear-drag" | "magnus"),
     }
 }
 

@@ -117,7 +117,11 @@ fn blank(sample: &Sample<'_>, design: &Design, step: f64) -> Option<Record> {
         y: Vec::new(),
         weight: Vec::new(),
         linked: Vec::new(),
-        covariates: Covariates { clock_s: 0.0, spin_rad_s: [0.0, design.spin_rad_s, 0.0] },
+        covariates: Covariates {
+            clock_s: 0.0,
+            spin_rad_s: [0.0, design.spin_rad_s, 0.0],
+            ..first.covariates
+        },
         radius_m: first.radius_m,
         group: first.group,
         impacts: Vec::new(),
@@ -148,9 +152,9 @@ fn nearest(sample: &Sample<'_>, record: &Record, fit: &Fit) -> Option<f64> {
         let (normal, held, cost) = &now;
         let n = normal.h.n;
         let mut hessian = Square::zero(n);
-        let mut step = vec![0.0; n];
+        let mut step: Vec<f64> =
+            (0..n).map(|i| normal.g[i] / normal.weight - held.get(i).copied().unwrap_or(0.0)).collect();
         for i in 0..n {
-            step[i] = normal.g[i] / normal.weight - held.get(i).copied().unwrap_or(0.0);
             for k in 0..n {
                 let known = if i < common && k < common { prior.at(i, k) } else { 0.0 };
                 *hessian.at_mut(i, k) = normal.h.at(i, k) / normal.weight + known;

@@ -37,7 +37,7 @@ impl Scene {
             world: &self.world,
             parameters,
             start,
-            covariates: &Covariates { clock_s: 7.0, spin_rad_s: [0.0; 3] },
+            covariates: &Covariates { clock_s: 7.0, ..Covariates::default() },
             offsets: Offsets::None,
             velocities: true,
         };

@@ -8,6 +8,7 @@ gravity_m_s2 = { nominal = 9.81, frozen = true }
 restitution  = { nominal = 0.65, min = 0.0, max = 1.0 }
 [sensor]
 position_sd_m = 0.002
+clock_reference_s = 612.5
 [release]
 kind = "rest"
 [[effect]]

@@ -57,4 +57,6 @@ pub struct Covariates {
     pub clock_s: f64,
     /// Spin at the release, rad/s.
     pub spin_rad_s: [f64; 3],
+    /// Area of the ball's cross-section over its mass, m²/kg; 0 where size or mass is not known.
+    pub area_per_mass_m2_kg: f64,
 }

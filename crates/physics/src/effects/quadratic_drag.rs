@@ -15,7 +15,7 @@ static SPEC: EffectSpec = EffectSpec {
     ],
     needs: Needs::Nothing,
     stands_for: &[],
-    excludes: &[],
+    excludes: &["drag-coefficient"],
     formula: "a = -k |v - w| (v - w), w the velocity of the air",
     source: "Nagurka 2003, Int. J. Engng Ed. 19:623; k = rho Cd A / (2 m)",
 };

@@ -18,6 +18,7 @@ macro_rules! registry {
 // Laws of restitution act in this order: additive ones first, then multiplicative ones; scatter is added last by the engine.
 registry! {
     "quadratic_drag.rs" quadratic_drag QuadraticDrag
+    "drag_coefficient.rs" drag_coefficient DragCoefficient
     "linear_drag.rs" linear_drag LinearDrag
     "vertical_acceleration.rs" vertical_acceleration VerticalAcceleration
     "horizontal_acceleration.rs" horizontal_acceleration HorizontalAcceleration

@@ -63,6 +63,8 @@ pub enum Needs {
     SpinInSpace,
     /// A recorded start time of each trajectory.
     StartTime,
+    /// Recorded `mass_kg` and `radius_m` of every trajectory whose ratio of area to mass is not the same in all.
+    AreaPerMass,
     /// A declared release at rest at `t_s = 0`.
     ReleaseAtRest,
     /// Another effect in the model, by kind.

@@ -82,6 +82,8 @@ pub struct Model {
     pub declared: Vec<String>,
     /// Declared standard deviation of the position sensor, m.
     pub position_sd_m: Option<f64>,
+    /// Session time that laws of the session clock count from, s; without it the mean of the data's start times.
+    pub clock_reference_s: Option<f64>,
     /// How trajectories begin.
     pub release: Release,
     /// Effects in the model.
@@ -120,6 +122,7 @@ impl Model {
             parameters,
             declared: BASE_PARAMETERS[..2].iter().map(|s| s.to_string()).collect(),
             position_sd_m: None,
+            clock_reference_s: None,
             release: Release::Free,
             effects: Vec::new(),
         }

@@ -349,10 +349,13 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
             }
         }
     }
-    let mut position_sd_m = None;
+    let (mut position_sd_m, mut clock_reference_s) = (None, None);
     if let Some(value) = root.get("sensor") {
         let table = reader.table("sensor", value)?;
-        reader.known(table, "[sensor]", &["position_sd_m", "height_sd_m"])?;
+        reader.known(table, "[sensor]", &["position_sd_m", "height_sd_m", "clock_reference_s"])?;
+        if let Some(v) = table.get("clock_reference_s") {
+            clock_reference_s = Some(reader.number("clock_reference_s", v)?);
+        }
         for key in ["position_sd_m", "height_sd_m"] {
             if let Some(v) = table.get(key) {
                 let sd = reader.number(key, v)?;
@@ -383,5 +386,5 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
             effects.push(block);
         }
     }
-    Ok(Model { file: file.into(), parameters, declared, position_sd_m, release, effects })
+    Ok(Model { file: file.into(), parameters, declared, position_sd_m, clock_reference_s, release, effects })
 }

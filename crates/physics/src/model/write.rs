@@ -39,8 +39,14 @@ pub(super) fn to_toml(model: &Model) -> String {
     for p in model.parameters.iter().filter(|p| model.declared.contains(&p.name)) {
         s.push_str(&entry(p));
     }
-    if let Some(sd) = model.position_sd_m {
-        let _ = write!(s, "\n[sensor]\nposition_sd_m = {sd:?}\n");
+    let sensor = [("position_sd_m", model.position_sd_m), ("clock_reference_s", model.clock_reference_s)];
+    if sensor.iter().any(|(_, value)| value.is_some()) {
+        s.push_str("\n[sensor]\n");
+    }
+    for (name, value) in sensor {
+        if let Some(value) = value {
+            let _ = writeln!(s, "{name} = {value:?}");
+        }
     }
     let release = match model.release {
         Release::Rest => "rest",
