@@ -278,7 +278,7 @@ fn calibration_finds_the_parameters_that_made_the_pushes() {
     let truth = PushEngine { c_m: 0.031, contact_friction: 0.19, rod_radius_m: 0.0045, ..engine() };
     let mut data = data(40, 3);
     for q in &mut data.items {
-        q.states = EngineSpec::Push(truth).rollout(&q.states[..3], &q.actions, q.time);
+        q.states = EngineSpec::Push(truth.clone()).rollout(&q.states[..3], &q.actions, q.time);
     }
     let fit = ok(calibrate(&engine(), &data));
     for (e, truth) in fit.estimates.iter().zip([truth.c_m, truth.contact_friction, truth.rod_radius_m]) {

@@ -153,6 +153,7 @@ fn hidden(block: &EffectBlock) -> Option<(&str, &'static str)> {
             Needs::Horizontal | Needs::Lateral => Some("motion along the ground"),
             Needs::Spin | Needs::SpinInSpace => Some("the spin"),
             Needs::StartTime => Some("the clock of the session"),
+            Needs::AreaPerMass => Some("the ball's size and mass"),
             Needs::Nothing | Needs::ReleaseAtRest | Needs::Effect(_) => None,
         },
     };
