@@ -71,6 +71,14 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The settings for the scenario of `engine`: those of [`Settings::ball`] or of [`Settings::push`].
+    pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: EngineSpec) -> Self {
+        match engine {
+            EngineSpec::Push(engine) => Self::push(recipe, iterations, seed, engine),
+            ball => Self::ball(recipe, iterations, seed, ball),
+        }
+    }
+
     /// The settings for the bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of
     /// the 10,000 iterations, batch 100, two GRU layers of 16 units, latent 4. `iterations` scales the
     /// schedule with it.

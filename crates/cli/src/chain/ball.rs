@@ -1,15 +1,15 @@
 //! The whole chain on the ball: from a model that is almost right to the net on the augmented model.
 
+use super::nets::Nets;
 use crate::ball::{Row, load, paper_engine};
 use crate::output::Output;
-use crate::run_dir::{Config, DataSource};
-use crate::session;
+use crate::run_dir::DataSource;
 use augsim_discovery::Discovery;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
 use augsim_physics::effects::{SCATTER_KIND, ScatterPer};
 use augsim_trainer::models::{Physics, ScatteredBall, Zero};
-use augsim_trainer::{EngineSpec, Forecaster, NetModel, Protocol, Recipe, Settings, evaluate_forecast};
+use augsim_trainer::{EngineSpec, Forecaster, Protocol, evaluate_forecast};
 use std::path::Path;
 
 /// What is run.
@@ -36,24 +36,17 @@ impl Chain<'_> {
         let [train_data, test] = [load(&train, &paper_engine())?, load(&test, &paper_engine())?];
         let (nominal, calibrated) = (paper_law::paper_engine(), self.calibrated());
         let augmented = self.augmented();
-        let (textbook, improved) = (paper_engine(), EngineSpec::PybulletBall(augmented.ball));
-        let plans = [
-            ("Neural", "neural", Recipe::Neural, &textbook),
-            ("Hybrid", "hybrid", Recipe::Hybrid, &textbook),
-            ("Hybrid on augmented", "hybrid-augmented", Recipe::Hybrid, &improved),
-            ("Hybrid+", "hybrid-plus", Recipe::HybridPlus, &textbook),
-            ("Hybrid+ on augmented", "hybrid-plus-augmented", Recipe::HybridPlus, &improved),
-        ];
-        let mut nets: Vec<(&str, NetModel)> = Vec::new();
-        for (label, folder, recipe, engine) in plans {
-            output.note(format!("training {label} ({} iterations)", self.iterations));
-            let settings = Settings::ball(recipe, self.iterations, self.seed, engine.clone());
-            let config = Config { checkpoint_every: 500, data: train.clone(), settings };
-            match session::train_again(&self.out.join(folder), &config, &train_data, self.resume, output)? {
-                Some(t) => nets.push((label, t.model)),
-                None => return Ok(None),
-            }
-        }
+        let nets = Nets {
+            declared: paper_engine(),
+            augmented: EngineSpec::PybulletBall(augmented.ball),
+            source: &train,
+            train: &train_data,
+            out: self.out,
+            iterations: self.iterations,
+            seed: self.seed,
+            resume: self.resume,
+        };
+        let Some(nets) = nets.train(output)? else { return Ok(None) };
         let physics = |ball: BulletBall| Physics(EngineSpec::PybulletBall(ball));
         let (declared, fitted) = (physics(nominal), physics(calibrated));
         let points: [(&str, &dyn Forecaster); 3] =

@@ -77,7 +77,8 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
     Ok(rows)
 }
 
-fn one(
+/// Runs the loop on one set, in its own folder of `out`.
+pub fn one(
     set: &str,
     data: &Dataset,
     model: &str,

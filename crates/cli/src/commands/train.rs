@@ -6,7 +6,7 @@ use crate::output::Output;
 use crate::run_dir::{Config, DataSource, RunDir};
 use crate::session::{self, Ended};
 use crate::{ball, residual, run_data};
-use augsim_trainer::{EngineSpec, Recipe, Settings};
+use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 
 /// Trajectories that are generated when no data are given: the paper's number.
@@ -42,10 +42,7 @@ pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> 
                 (Some(found), Some(data)) => residual::engine(found, data, recipe, output)?,
                 _ => ball::paper_engine(),
             };
-            let settings = match engine {
-                EngineSpec::Push(engine) => Settings::push(recipe, args.iterations, seed, engine),
-                engine => Settings::ball(recipe, args.iterations, seed, engine),
-            };
+            let settings = Settings::new(recipe, args.iterations, seed, engine);
             Config { checkpoint_every: args.checkpoint_every, data, settings }
         }
     };
