@@ -49,7 +49,10 @@ impl Chain<'_> {
         let lab = Laboratory::new(&self.plan, self.seed)?;
         let some: Vec<usize> = (0..LOOP_PUSHES.min(self.plan.train)).collect();
         let some = lab.data.select(&some);
-        let set = sets::one(LABORATORY, &some, &lab.declared.to_toml(), self.out, self.seed, output)?;
+        let set = {
+            let model = lab.declared.to_toml();
+            sets::one(LABORATORY, &some, &model, self.out, self.seed, self.resume, output)?
+        };
         let textbook = PushEngine::of(&lab.declared).context("the laboratory's objects are built in")?;
         let calibrated = calibrated(&textbook, &set.found);
         let model = PushModel::parse(&set.found.model_toml, "the augmented model")?;
@@ -93,5 +96,64 @@ fn calibrated(declared: &PushEngine, found: &Discovery) -> PushEngine {
         contact_friction: value("contact_friction", declared.contact_friction),
         rod_radius_m: value("rod_radius_m", declared.rod_radius_m),
         ..declared.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the chain on pushing has the rows of the whole project in one table, on pushes that neither the loop nor a
+    //! net has seen; the augmented physics is that of the discovery's model file; going on repeats nothing and changes nothing.
+
+    use super::*;
+    use crate::run_dir::RunDir;
+
+    const ROWS: [&str; 9] = [
+        "Zero",
+        "Physics",
+        "Physics calibrated",
+        "Physics augmented",
+        "Neural",
+        "Hybrid",
+        "Hybrid on augmented",
+        "Hybrid+",
+        "Hybrid+ on augmented",
+    ];
+
+    #[test]
+    fn the_whole_chain_is_in_one_table_and_goes_on_from_what_is_there() {
+        let dir = tempfile::tempdir().expect("a temporary directory");
+        let plan = Plan { train: 16, test: 5, ..Plan::quick() };
+        let run = |resume: bool| {
+            let chain = Chain { out: dir.path(), plan: plan.clone(), iterations: 3, seed: 2, resume };
+            let done = chain.run(&Output::new(false, true, false)).expect("it runs");
+            done.expect("nobody stopped it")
+        };
+        let first = run(false);
+        assert_eq!(first.chain.iter().map(|r| r.model.as_str()).collect::<Vec<_>>(), ROWS);
+        let error = |model: &str| {
+            let row = first.chain.iter().find(|r| r.model == model).expect("a row");
+            assert_eq!((row.split, row.test_pushes), ("test", 5));
+            row.errors.pos_mm
+        };
+        assert!(error("Physics augmented") < error("Physics") && error("Physics") < error("Zero"));
+
+        let config = |folder: &str| {
+            let run = RunDir::open(&dir.path().join("chain-push").join(folder));
+            match run.read_config().expect("a configuration").settings.engine {
+                EngineSpec::Push(engine) => engine,
+                other => panic!("{other:?} is no engine of pushing"),
+            }
+        };
+        let kinds = |folder: &str| config(folder).effects.iter().map(|e| e.kind()).collect::<Vec<_>>();
+        let mut found: Vec<&str> = first.set.found.effects.iter().map(|e| e.kind.as_str()).collect();
+        let mut used = kinds("hybrid-plus-augmented");
+        found.sort_unstable();
+        used.sort_unstable();
+        assert!(!found.is_empty() && used == found, "found {found:?}, used {used:?}");
+        assert!(kinds("hybrid-plus").is_empty() && config("hybrid").contact_friction == 0.25);
+
+        let again = run(true);
+        assert_eq!(again.set.found, first.set.found, "the loop was run again: its time differs");
+        assert_eq!(again.chain, first.chain);
     }
 }
