@@ -46,5 +46,5 @@ impl Extents {
     }
 }
 
-/// One training iteration of [`crate::push::PushNet`] with 100 sequences of 300 steps.
+/// One training iteration of [`crate::push::push_net`] with 100 sequences of 300 steps.
 pub const PUSH_TRAINING: f64 = 2.47e9;

@@ -178,7 +178,7 @@ impl Linear {
     /// Forward pass.
     pub fn forward(&mut self) {
         let (x, y) = (self.x.get(), self.y.get_mut());
-        let args = LinearForward { dims: self.dims, w: &self.w, b: &self.b, x, y };
+        let args = LinearForward { dims: self.dims, w: &self.w, b: &self.b, x, y, tanh: false };
         linear_simd::forward(args, self.scratch.get_mut());
     }
 
@@ -186,7 +186,7 @@ impl Linear {
     pub fn backward(&mut self) {
         let [dw, db] = &mut self.grads;
         let (x, dy, dx) = (self.x.get(), self.dy.get(), self.dx.get_mut());
-        let args = LinearBackward { dims: self.dims, w: &self.w, x, dy, dx, dx_fresh: true, dw, db };
+        let args = LinearBackward { dims: self.dims, w: &self.w, x, y: &[], dy, dx, dx_fresh: true, dw, db };
         linear_simd::backward(args, self.scratch.get_mut());
     }
 }

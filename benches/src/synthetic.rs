@@ -2,36 +2,16 @@
 
 use crate::ok;
 use augsim_nn::{Adam, AdamState, Bound, Params};
+use augsim_tensor::Tape;
 use augsim_tensor::kernels::normal::NormalLanes;
-use augsim_tensor::{Tape, TensorError, Var};
 use augsim_trainer::TILE;
-use augsim_trainer::nets::Dcvrnn;
+use augsim_trainer::nets::{Dcvrnn, Tile};
 use rayon::prelude::*;
 
-/// A net whose loss can be recorded for a tile.
-pub trait TileNet: Sync {
-    /// Widths of targets, conditions and noise.
-    fn widths(&self) -> [usize; 3];
-
-    /// Records the loss for targets, conditions and noise `[time, width, lane]`.
-    ///
-    /// # Errors
-    /// As the tape.
-    fn loss(&self, tape: &mut Tape<f32>, p: &Bound, inputs: [Var; 3]) -> Result<Var, TensorError>;
-}
-
-impl TileNet for Dcvrnn {
-    fn widths(&self) -> [usize; 3] {
-        let s = self.sizes();
-        [s.state, s.condition, s.latent]
-    }
-
-    fn loss(&self, tape: &mut Tape<f32>, p: &Bound, inputs: [Var; 3]) -> Result<Var, TensorError> {
-        let passed = self.pass(tape, p, inputs)?;
-        let (kl, misfit) = self.parts(tape, inputs[0], passed)?;
-        let (kl, misfit) = (tape.sum_all(kl)?, tape.sum_all(misfit)?);
-        tape.add(kl, misfit)
-    }
+/// Widths of targets, conditions and noise.
+fn widths(net: &Dcvrnn) -> [usize; 3] {
+    let s = net.sizes();
+    [s.state, s.condition, s.latent]
 }
 
 #[derive(Debug, Default)]
@@ -44,8 +24,8 @@ struct Workspace {
 
 /// A training run on inputs that are the same in every tile.
 #[derive(Debug)]
-pub struct Synthetic<N> {
-    net: N,
+pub struct Synthetic {
+    net: Dcvrnn,
     params: Params<f32>,
     adam: AdamState<f32>,
     grads: Vec<f32>,
@@ -56,10 +36,10 @@ pub struct Synthetic<N> {
     iteration: u64,
 }
 
-impl<N: TileNet> Synthetic<N> {
+impl Synthetic {
     /// A run of `net` with `batch` sequences of `time` steps.
-    pub fn new(net: N, params: Params<f32>, batch: usize, time: usize) -> Self {
-        let [x, u, _] = net.widths();
+    pub fn new(net: Dcvrnn, params: Params<f32>, batch: usize, time: usize) -> Self {
+        let [x, u, _] = widths(&net);
         let draw = |seed: u64, width: usize| {
             let mut out = vec![0.0; time * width * TILE];
             NormalLanes::new((0..TILE as u64).map(|lane| [seed, lane + 1])).fill(&mut out);
@@ -94,7 +74,7 @@ impl<N: TileNet> Synthetic<N> {
             work.grads.resize_with(end - first, || vec![0.0; params.values().len()]);
             for (at, tile) in (first..end).enumerate() {
                 let lanes = TILE.min(batch - tile * TILE);
-                let [x, u, latent] = net.widths();
+                let [x, u, latent] = widths(net);
                 work.eps.resize(time * latent * lanes, 0.0);
                 let seeds = (0..lanes).map(|lane| [iteration + 1, (tile * TILE + lane) as u64]);
                 NormalLanes::new(seeds).fill(&mut work.eps);
@@ -102,12 +82,8 @@ impl<N: TileNet> Synthetic<N> {
                 tape.reset();
                 ok(params.bind(tape, &mut work.bound));
                 let [xs, us] = [(0, x), (1, u)].map(|(i, width)| &inputs[i][..time * width * lanes]);
-                let x = ok(tape.constant(&[time, x, lanes], xs));
-                let u = ok(tape.constant(&[time, u, lanes], us));
-                let eps = ok(tape.constant(&[time, latent, lanes], &work.eps));
-                let loss = ok(net.loss(tape, &work.bound, [x, u, eps]));
-                let loss = ok(tape.scale(loss, 1.0 / batch as f64));
-                ok(tape.backward(loss));
+                let tile = Tile { time, lanes, x: xs, u: us, eps: &work.eps, mask: &[] };
+                ok(net.differentiate(tape, &work.bound, tile, 1.0 / batch as f64));
                 params.gather_grads(tape, &work.bound, &mut work.grads[at]);
             }
         });

@@ -186,7 +186,8 @@ fn networks() -> Vec<Case> {
     case!(all, "matmul", "with itself", each(&[&[4, 4], &[1, 1]]), |t, v| t.matmul(v[0], v[0]));
     let maps: [[usize; 4]; 5] = [[5, 3, 4, 2], [1, 1, 1, 1], [0, 2, 3, 2], [2, 0, 3, 2], [3, 2, 2, 0]];
     let maps = maps.map(|[t, i, o, b]| normal(&[&[t, i, b], &[o, i], &[o]]));
-    case!(all, "linear", "", maps, |t, v| t.linear(v[0], v[1], v[2]));
+    case!(all, "linear", "", maps.clone(), |t, v| t.linear(v[0], v[1], v[2]));
+    case!(all, "linear_tanh", "", maps, |t, v| t.linear_tanh(v[0], v[1], v[2]));
     let sizes = [[6, 3, 4, 2], [1, 1, 1, 1], [0, 2, 3, 2], [3, 0, 2, 2], [2, 3, 2, 0], [2, 3, 0, 2]];
     case!(all, "gru_sequence", "with h0", gru(&sizes), |t, v| t.gru_sequence(v[0], Some(v[1]), weights(v)));
     case!(all, "gru_sequence", "without h0", gru(&sizes), |t, v| t.gru_sequence(v[0], None, weights(v)));

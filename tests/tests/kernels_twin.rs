@@ -137,26 +137,50 @@ fn gru_simd_equals_its_twin_on_random_shapes() {
     }
 }
 
-fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool) {
+fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool, tanh: bool) {
     let LinearDims { time, input, output, batch } = dims;
     let draw = |k: u64, n: usize| normals_f32(seed * 10 + k, n);
     let (w, b) = (draw(1, output * input), draw(2, output));
     let (x, dy) = (draw(3, time * input * batch), draw(4, time * output * batch));
     let mut scratch = vec![f32::NAN; linear_simd::scratch(input, output)];
     let mut y = vec![0.0; dy.len()];
-    linear_simd::forward_at(level, LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y }, &mut scratch);
+    linear_simd::forward_at(
+        level,
+        LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y, tanh },
+        &mut scratch,
+    );
     let (mut dx, mut dw, mut db) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
     scratch.fill(f32::NAN);
     let (gx, gw, gb) = (&mut dx, &mut dw, &mut db);
-    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    let args = LinearBackward {
+        dims,
+        w: &w,
+        x: &x,
+        y: if tanh { &y } else { &[] },
+        dy: &dy,
+        dx: gx,
+        dx_fresh: fresh,
+        dw: gw,
+        db: gb,
+    };
     linear_simd::backward_at(level, args, &mut scratch);
 
     let [w, b, x, dy] = [&w, &b, &x, &dy].map(|v| wide(v));
     let mut y64 = vec![0.0; dy.len()];
-    linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64 });
+    linear_reference::forward(LinearForward { dims, w: &w, b: &b, x: &x, y: &mut y64, tanh });
     let (mut dx64, mut dw64, mut db64) = (vec![0.5; x.len()], vec![0.5; w.len()], vec![0.5; b.len()]);
     let (gx, gw, gb) = (&mut dx64, &mut dw64, &mut db64);
-    let args = LinearBackward { dims, w: &w, x: &x, dy: &dy, dx: gx, dx_fresh: fresh, dw: gw, db: gb };
+    let args = LinearBackward {
+        dims,
+        w: &w,
+        x: &x,
+        y: if tanh { &y64 } else { &[] },
+        dy: &dy,
+        dx: gx,
+        dx_fresh: fresh,
+        dw: gw,
+        db: gb,
+    };
     linear_reference::backward(args);
     for (name, got, want) in [("y", &y, &y64), ("dx", &dx, &dx64), ("dw", &dw, &dw64), ("db", &db, &db64)] {
         assert_close(&format!("{level:?} {dims:?} {name}"), got, want, 1e-4);
@@ -179,7 +203,8 @@ fn linear_simd_equals_its_twin() {
     for (seed, [time, input, output, batch]) in shapes.into_iter().chain(random).enumerate() {
         for level in Level::available() {
             let dims = LinearDims { time, input, output, batch };
-            check_linear(level, dims, seed as u64, seed % 2 == 0);
+            check_linear(level, dims, seed as u64, seed % 2 == 0, false);
+            check_linear(level, dims, seed as u64, seed % 2 == 0, true);
         }
     }
 }
@@ -233,17 +258,21 @@ fn pointwise_kernels_equal_their_twins() {
         pointwise::softplus(&mq, &mut y);
         pointwise_reference::softplus(&mq64, &mut y64);
         check("softplus", &y, &y64);
-        {
+        // Added to what is there, and then, where it counts as fresh, written over it.
+        for fresh in [false, true] {
             let [a, b, c, e] = &mut d[..] else { unreachable!() };
-            pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e]);
-            let [a, b, c, _] = &mut d[..] else { unreachable!() };
-            pointwise::gaussian_nll_vjp([&mq, &mp, &sp], &g, [a, b, c]);
-            pointwise::softplus_vjp(&mq, &g, a);
+            pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e], [fresh; 4]);
             let [a, b, c, e] = &mut d64[..] else { unreachable!() };
+            [&mut *a, &mut *b, &mut *c, &mut *e].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
             pointwise_reference::gaussian_kl_vjp([&mq64[..], &sq64, &mp64, &sp64], &g64, [a, b, c, e]);
+            let [a, b, c, _] = &mut d[..] else { unreachable!() };
+            pointwise::gaussian_nll_vjp([&mq, &mp, &sp], &g, [a, b, c], [false, fresh, false]);
+            pointwise::softplus_vjp(&mq, &g, c, fresh);
             let [a, b, c, _] = &mut d64[..] else { unreachable!() };
+            [&mut *b].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
             pointwise_reference::gaussian_nll_vjp([&mq64[..], &mp64, &sp64], &g64, [a, b, c]);
-            pointwise_reference::softplus_vjp(&mq64, &g64, a);
+            [&mut *c].into_iter().filter(|_| fresh).for_each(|d| d.fill(0.0));
+            pointwise_reference::softplus_vjp(&mq64, &g64, c);
         }
         for (d, d64) in d.iter().zip(&d64) {
             check("gradients", d, d64);

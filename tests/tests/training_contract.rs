@@ -220,6 +220,15 @@ fn divergence_is_reported_and_changes_nothing() {
 /// Lengths of the trajectories of one tile.
 const LENGTHS: [usize; 4] = [9, 3, 9, 1];
 
+/// How a tile is differentiated.
+#[derive(Clone, Copy)]
+enum Pass {
+    /// The whole loss on one tape, then backwards.
+    Whole,
+    /// As training does it.
+    Terms { scale: f64 },
+}
+
 /// Sum of losses `[total, kl, misfit]` and gradients of `net` over lanes of `[time, width, lane]` inputs
 /// with the given lengths. Beyond the end of a trajectory stands `padding`.
 fn tile_loss<T: Scalar>(
@@ -227,6 +236,7 @@ fn tile_loss<T: Scalar>(
     params: &Params<T>,
     lanes: &[usize],
     padding: f64,
+    pass: Pass,
 ) -> ([f64; 3], Vec<f64>) {
     let time = lanes.iter().map(|&l| LENGTHS[l]).max().unwrap_or(0);
     let (state, condition) = match net {
@@ -258,6 +268,12 @@ fn tile_loss<T: Scalar>(
     let mut record = || -> Result<[f64; 3], TensorError> {
         params.bind(&mut tape, &mut bound)?;
         let tile = Tile { time, lanes: lanes.len(), x: &x, u: &u, eps: &eps, mask };
+        if let Pass::Terms { scale } = pass {
+            let loss = net.differentiate(&mut tape, &bound, tile, scale)?;
+            params.gather_grads(&tape, &bound, &mut grads);
+            let (kl, misfit) = (loss.kl.to_f64(), loss.misfit.to_f64());
+            return Ok([f64::NAN, kl, misfit]);
+        }
         let loss = net.loss(&mut tape, &bound, tile)?;
         tape.backward(loss.total)?;
         params.gather_grads(&tape, &bound, &mut grads);
@@ -272,8 +288,8 @@ fn unequal_lengths_weigh_as_each_trajectory_alone() {
     for recipe in RECIPES {
         let mut params = Params::<f64>::new(random_stream(3, "init", 0));
         let net = Net::new(&settings(recipe), 2, &mut params);
-        let (together, grads) = tile_loss(&net, &params, &[0, 1, 2, 3], 0.0);
-        let alone: Vec<_> = (0..4).map(|l| tile_loss(&net, &params, &[l], 0.0)).collect();
+        let (together, grads) = tile_loss(&net, &params, &[0, 1, 2, 3], 0.0, Pass::Whole);
+        let alone: Vec<_> = (0..4).map(|l| tile_loss(&net, &params, &[l], 0.0, Pass::Whole)).collect();
         // Sums of a few hundred terms in another order: 1e-11 of the largest is far above rounding.
         let close = |got: f64, want: f64, what: &str| {
             let tolerance = 1e-11 * together[0].abs().max(1.0);
@@ -286,9 +302,30 @@ fn unequal_lengths_weigh_as_each_trajectory_alone() {
             close(*g, alone.iter().map(|(_, grads)| grads[i]).sum(), "gradient");
         }
         // And what stands beyond the end is not read.
-        let (padded, padded_grads) = tile_loss(&net, &params, &[0, 1, 2, 3], 3.5);
+        let (padded, padded_grads) = tile_loss(&net, &params, &[0, 1, 2, 3], 3.5, Pass::Whole);
         assert_eq!(padded, together);
         padded_grads.iter().zip(&grads).for_each(|(p, g)| close(*p, *g, "gradient with other padding"));
+    }
+}
+
+/// Training takes the terms of the loss one after the other and forgets each; that changes no gradient.
+#[test]
+fn gradients_term_by_term_are_those_of_the_whole_loss() {
+    for recipe in RECIPES {
+        let mut params = Params::<f64>::new(random_stream(4, "init", 0));
+        let net = Net::new(&settings(recipe), 2, &mut params);
+        for lanes in [&[0, 1, 2, 3][..], &[1, 1]] {
+            let (loss, grads) = tile_loss(&net, &params, lanes, 0.0, Pass::Whole);
+            let (terms, parts) = tile_loss(&net, &params, lanes, 0.0, Pass::Terms { scale: 0.25 });
+            let largest = grads.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
+            for part in 1..3 {
+                assert!((loss[part] - terms[part]).abs() <= 1e-12 * loss[0].abs(), "{recipe:?}: {terms:?}");
+            }
+            for (i, (whole, part)) in grads.iter().zip(&parts).enumerate() {
+                // The same sums in another order.
+                assert!((0.25 * whole - part).abs() <= 1e-12 * largest, "{recipe:?} {i}: {part}, {whole}");
+            }
+        }
     }
 }
 

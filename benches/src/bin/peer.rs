@@ -2,7 +2,7 @@
 //! one line a request (`CASE COUNT`), and answers wall and CPU seconds a call and the peak resident memory.
 #![expect(clippy::print_stdout, reason = "it answers on standard output")]
 
-use augsim_benches::{clock, ok, push::PushNet, synthetic::Synthetic};
+use augsim_benches::{clock, ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
@@ -33,7 +33,7 @@ fn main() {
         }
         "train_push" => {
             let mut params = Params::new(random_stream(1, "init", 0));
-            let mut push = Synthetic::new(PushNet::new(&mut params), params, 100, 300);
+            let mut push = Synthetic::new(push_net(&mut params), params, 100, 300);
             serve(|| push.step());
         }
         "sample" => {
@@ -46,7 +46,7 @@ fn main() {
             let mut seed = 0;
             serve(|| {
                 seed += 1;
-                samplers.par_iter_mut().enumerate().for_each(|(tile, (sampler, out))| {
+                samplers.par_iter_mut().with_max_len(4).enumerate().for_each(|(tile, (sampler, out))| {
                     sampler.reset();
                     let lanes = (0..TILE as u64).map(|lane| [seed, (tile * TILE) as u64 + lane]);
                     let mut noise = NormalLanes::new(lanes);

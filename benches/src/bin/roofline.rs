@@ -7,7 +7,7 @@
 use augsim_benches::clock::least;
 use augsim_benches::flops::{BALL, PUSH_TRAINING};
 use augsim_benches::kernels::{Gru, Linear, Product};
-use augsim_benches::{ok, push::PushNet, synthetic::Synthetic};
+use augsim_benches::{ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
@@ -73,7 +73,7 @@ fn run() {
         ok(training.step());
     });
     let mut params = Params::new(random_stream(1, "init", 0));
-    let mut push = Synthetic::new(PushNet::new(&mut params), params, 100, 300);
+    let mut push = Synthetic::new(push_net(&mut params), params, 100, 300);
     table.row("push: whole iteration, batch 100", PUSH_TRAINING, || push.step());
     table.print();
 }

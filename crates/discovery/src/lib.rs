@@ -34,6 +34,7 @@ mod score;
 mod search;
 mod segment;
 mod separate;
+mod spikes;
 mod statistics;
 mod unlisted;
 

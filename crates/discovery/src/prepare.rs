@@ -1,9 +1,11 @@
 //! From a data set to records with impacts, noise and a split.
 
+use crate::discover::calibrate;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
 use crate::record::Measured;
 use crate::segment::{rough_noise, segment};
+use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::{Dataset, random_stream};
@@ -54,8 +56,14 @@ pub(crate) fn prepare(
     if calibrates && !data.has_impacts() {
         return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
     }
-    let noise = estimate(&mut data, model.position_sd_m);
+    let mut noise = estimate(&mut data, model.position_sd_m);
     let everything: Vec<usize> = (0..data.records.len()).collect();
+    if noise.findings.contains(&"outliers") {
+        let sample = Sample { data: &data, chosen: &everything, correlation: noise.correlation };
+        let found = spikes(&sample, &calibrate(model, &sample));
+        noise.outliers += found.len();
+        mask(&mut data, &found);
+    }
     let (train, test) = split(&data, &everything, options);
     Ok(Prepared { data, noise, train, test })
 }

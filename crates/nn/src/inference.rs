@@ -5,6 +5,7 @@
 //! most so many steps at once, and carries its states from call to call.
 
 use crate::{GaussianHead, Gru, Linear, Params};
+use augsim_tensor::kernels::draw::{Draw, draw};
 use augsim_tensor::kernels::{GruWeights, LinearDims, LinearForward, PackedGru, linear_simd, pointwise};
 use augsim_tensor::simd::Level;
 
@@ -78,7 +79,15 @@ pub struct LinearRunner {
 impl LinearRunner {
     /// `linear` for `lanes` sequences and at most `steps` steps at once.
     pub fn new(linear: Linear, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
-        let (w, b) = (params.get(linear.weight).to_vec(), params.get(linear.bias).to_vec());
+        Self::stacked(&[linear], params, lanes, steps)
+    }
+
+    /// Layers of the same inputs as one, their outputs one after another.
+    fn stacked(layers: &[Linear], params: &Params<f32>, lanes: usize, steps: usize) -> Self {
+        let [w, b] = [0, 1].map(|part| {
+            let ids = layers.iter().map(|l| if part == 0 { l.weight } else { l.bias });
+            ids.flat_map(|id| params.get(id).iter().copied()).collect::<Vec<f32>>()
+        });
         let scratch = vec![0.0; linear_simd::scratch(w.len() / b.len().max(1), b.len())];
         LinearRunner { y: vec![0.0; steps * b.len() * lanes], w, b, scratch, lanes }
     }
@@ -89,7 +98,8 @@ impl LinearRunner {
         let input = self.w.len() / output.max(1);
         let y = &mut self.y[..steps * output * self.lanes];
         let dims = LinearDims { time: steps, input, output, batch: self.lanes };
-        linear_simd::forward(LinearForward { dims, w: &self.w, b: &self.b, x, y }, &mut self.scratch);
+        let args = LinearForward { dims, w: &self.w, b: &self.b, x, y, tanh: false };
+        linear_simd::forward(args, &mut self.scratch);
         y
     }
 }
@@ -121,24 +131,32 @@ impl SdRunner {
     }
 }
 
-/// A Gaussian head.
+/// Draws from a Gaussian head.
 #[derive(Debug, Clone)]
-pub struct HeadRunner {
-    mean: LinearRunner,
-    sd: SdRunner,
+pub struct DrawRunner {
+    heads: LinearRunner,
+    floor: f32,
+    z: Vec<f32>,
+    row: usize,
 }
 
-impl HeadRunner {
+impl DrawRunner {
     /// `head` for `lanes` sequences and at most `steps` steps at once.
     pub fn new(head: GaussianHead, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
-        HeadRunner {
-            mean: LinearRunner::new(head.mean, params, lanes, steps),
-            sd: SdRunner::new(head.std, head.sd_floor, params, lanes, steps),
+        let row = params.get(head.mean.bias).len() * lanes;
+        DrawRunner {
+            heads: LinearRunner::stacked(&[head.mean, head.std], params, lanes, steps),
+            floor: head.sd_floor as f32,
+            z: vec![0.0; steps * row],
+            row,
         }
     }
 
-    /// Mean and standard deviation `[steps, out, lane]` for `x [steps, in, lane]`.
-    pub fn run(&mut self, x: &[f32], steps: usize) -> (&[f32], &[f32]) {
-        (self.mean.run(x, steps), self.sd.run(x, steps))
+    /// mean + eps sd, `[steps, out, lane]`, for `x [steps, in, lane]` and `eps [steps, out, lane]`.
+    pub fn run(&mut self, x: &[f32], eps: &[f32], steps: usize) -> &[f32] {
+        let z = &mut self.z[..steps * self.row];
+        let heads = &*self.heads.run(x, steps);
+        draw(Draw { heads, eps, floor: self.floor, row: self.row, z });
+        z
     }
 }

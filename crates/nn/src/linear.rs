@@ -28,4 +28,12 @@ impl Linear {
     pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
         tape.linear(x, p[self.weight], p[self.bias])
     }
+
+    /// tanh of [`Linear::forward`].
+    ///
+    /// # Errors
+    /// As [`Linear::forward`].
+    pub fn forward_tanh<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
+        tape.linear_tanh(x, p[self.weight], p[self.bias])
+    }
 }

@@ -28,8 +28,7 @@ impl Mlp {
     pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
         let mut out = x;
         for layer in &self.layers {
-            let a = layer.forward(tape, p, out)?;
-            out = tape.tanh(a)?;
+            out = layer.forward_tanh(tape, p, out)?;
         }
         Ok(out)
     }

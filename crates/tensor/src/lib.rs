@@ -34,4 +34,4 @@ pub use ops::OPERATIONS;
 pub use ops::gru_sequence::GruVars;
 pub use scalar::Scalar;
 pub use shape::{MAX_RANK, Shape};
-pub use tape::{Tape, Var};
+pub use tape::{Mark, Tape, Var};

@@ -63,22 +63,32 @@ pub trait Scalar:
     fn softplus_forward(x: &[Self], y: &mut [Self]);
     /// `y = tanh x`, element by element.
     fn tanh_forward(x: &[Self], y: &mut [Self]);
-    /// `dx += g sigmoid(x)`.
-    fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self]);
+    /// `dx += g sigmoid(x)`; a `dx` that is `fresh` holds nothing and is written.
+    fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self], fresh: bool);
     /// Divergence of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
     fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
-    /// Adds the gradients of the four operands of [`Scalar::kl_forward`].
-    fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4]);
+    /// Adds the gradients of the four operands of [`Scalar::kl_forward`], or writes those that are `fresh`.
+    fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4], fresh: [bool; 4]);
     /// Negative log-likelihood of a Gaussian, from `[x, mean, sd]`.
     fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
-    /// Adds the gradients of the three operands of [`Scalar::nll_forward`].
-    fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3]);
+    /// Adds the gradients of the three operands of [`Scalar::nll_forward`], or writes those that are `fresh`.
+    fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3], fresh: [bool; 3]);
     /// Linear map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
     /// VJP of [`Scalar::linear_forward`].
     fn linear_backward(args: LinearBackward<'_, Self>, scratch: &mut [Self]);
     /// Scratch elements that the two linear kernels need for extents `(input, output)`.
     fn linear_scratch(input: usize, output: usize) -> usize;
+}
+
+/// Zeros in those that are `fresh`.
+fn clear<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [&mut [f64]; N] {
+    for (grad, fresh) in grads.iter_mut().zip(fresh) {
+        if fresh {
+            grad.fill(0.0);
+        }
+    }
+    grads
 }
 
 impl Scalar for f64 {
@@ -129,20 +139,20 @@ impl Scalar for f64 {
     fn tanh_forward(x: &[f64], y: &mut [f64]) {
         kernels::pointwise_reference::tanh(x, y);
     }
-    fn softplus_backward(x: &[f64], g: &[f64], dx: &mut [f64]) {
-        kernels::pointwise_reference::softplus_vjp(x, g, dx);
+    fn softplus_backward(x: &[f64], g: &[f64], dx: &mut [f64], fresh: bool) {
+        clear([dx], [fresh]).into_iter().for_each(|dx| kernels::pointwise_reference::softplus_vjp(x, g, dx));
     }
     fn kl_forward(operands: [&[f64]; 4], y: &mut [f64]) {
         kernels::pointwise_reference::gaussian_kl(operands, y);
     }
-    fn kl_backward(operands: [&[f64]; 4], g: &[f64], grads: [&mut [f64]; 4]) {
-        kernels::pointwise_reference::gaussian_kl_vjp(operands, g, grads);
+    fn kl_backward(operands: [&[f64]; 4], g: &[f64], grads: [&mut [f64]; 4], fresh: [bool; 4]) {
+        kernels::pointwise_reference::gaussian_kl_vjp(operands, g, clear(grads, fresh));
     }
     fn nll_forward(operands: [&[f64]; 3], y: &mut [f64]) {
         kernels::pointwise_reference::gaussian_nll(operands, y);
     }
-    fn nll_backward(operands: [&[f64]; 3], g: &[f64], grads: [&mut [f64]; 3]) {
-        kernels::pointwise_reference::gaussian_nll_vjp(operands, g, grads);
+    fn nll_backward(operands: [&[f64]; 3], g: &[f64], grads: [&mut [f64]; 3], fresh: [bool; 3]) {
+        kernels::pointwise_reference::gaussian_nll_vjp(operands, g, clear(grads, fresh));
     }
     fn linear_forward(args: LinearForward<'_, f64>, _: &mut [f64]) {
         kernels::linear_reference::forward(args);
@@ -206,20 +216,20 @@ impl Scalar for f32 {
     fn tanh_forward(x: &[f32], y: &mut [f32]) {
         kernels::pointwise::tanh(x, y);
     }
-    fn softplus_backward(x: &[f32], g: &[f32], dx: &mut [f32]) {
-        kernels::pointwise::softplus_vjp(x, g, dx);
+    fn softplus_backward(x: &[f32], g: &[f32], dx: &mut [f32], fresh: bool) {
+        kernels::pointwise::softplus_vjp(x, g, dx, fresh);
     }
     fn kl_forward(operands: [&[f32]; 4], y: &mut [f32]) {
         kernels::pointwise::gaussian_kl(operands, y);
     }
-    fn kl_backward(operands: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4]) {
-        kernels::pointwise::gaussian_kl_vjp(operands, g, grads);
+    fn kl_backward(operands: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4], fresh: [bool; 4]) {
+        kernels::pointwise::gaussian_kl_vjp(operands, g, grads, fresh);
     }
     fn nll_forward(operands: [&[f32]; 3], y: &mut [f32]) {
         kernels::pointwise::gaussian_nll(operands, y);
     }
-    fn nll_backward(operands: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3]) {
-        kernels::pointwise::gaussian_nll_vjp(operands, g, grads);
+    fn nll_backward(operands: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3], fresh: [bool; 3]) {
+        kernels::pointwise::gaussian_nll_vjp(operands, g, grads, fresh);
     }
     fn linear_forward(args: LinearForward<'_, f32>, scratch: &mut [f32]) {
         kernels::linear_simd::forward(args, scratch);

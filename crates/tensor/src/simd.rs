@@ -2,6 +2,7 @@
 //! `AUGSIM_SIMD` asks for.
 
 use crate::TensorError;
+use crate::kernels::vector::Vector;
 use pulp::{Scalar, Simd, WithSimd};
 use std::sync::OnceLock;
 
@@ -83,17 +84,34 @@ impl Level {
     /// narrow vectors cost less (with the wide level's registers).
     #[inline]
     pub(crate) fn run<K: Kernel>(self, lanes: usize, kernel: K) {
-        match self {
+        match (self, lanes) {
             #[cfg(target_arch = "x86_64")]
-            Level::V4 if lanes <= 8 => {
-                if let (Some(wide), Some(narrow)) = (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
-                    return Simd::vectorize(wide, As(kernel, narrow));
+            (Level::V3, _) => {
+                if let Some(simd) = pulp::x86::V3::try_new() {
+                    return Simd::vectorize(simd, On::<_, _, false>(kernel, simd));
                 }
             }
-            Level::V4 | Level::Neon => return self.dispatch(Entry::<K, true>(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            (Level::V4, 0..=8) => {
+                if let (Some(wide), Some(narrow)) = (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
+                    return Simd::vectorize(wide, On::<_, _, true>(kernel, narrow));
+                }
+            }
+            #[cfg(target_arch = "x86_64")]
+            (Level::V4, _) => {
+                if let Some(simd) = pulp::x86::V4::try_new() {
+                    return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
+                }
+            }
+            #[cfg(target_arch = "aarch64")]
+            (Level::Neon, _) => {
+                if let Some(simd) = pulp::aarch64::Neon::try_new() {
+                    return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
+                }
+            }
             _ => {}
         }
-        self.dispatch(Entry::<K, false>(kernel));
+        Simd::vectorize(Scalar, On::<_, _, false>(kernel, Scalar));
     }
 
     /// Runs `op` at this level, or the scalar one where the machine has no such level.
@@ -127,27 +145,16 @@ impl Level {
 /// A kernel, generic over the vector. `ROOMY`: there are 32 vector registers, not 16.
 pub(crate) trait Kernel {
     /// Does the work. To be inlined into the function that is compiled for the instruction set.
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S);
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S);
 }
 
-/// A kernel at the level that it is dispatched to.
-struct Entry<K, const ROOMY: bool>(K);
+/// A kernel on vectors that the dispatched level has; they may be narrower than its own.
+struct On<K, N, const ROOMY: bool>(K, N);
 
-impl<K: Kernel, const ROOMY: bool> WithSimd for Entry<K, ROOMY> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.0.run::<S, ROOMY>(simd);
-    }
-}
-
-/// A kernel on the narrow vectors of a wide level.
-struct As<K, N>(K, N);
-
-impl<K: Kernel, N: Simd> WithSimd for As<K, N> {
+impl<K: Kernel, N: Vector, const ROOMY: bool> WithSimd for On<K, N, ROOMY> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.0.run::<N, true>(self.1);
+        self.0.run::<N, ROOMY>(self.1);
     }
 }

@@ -14,6 +14,13 @@ impl Var {
     }
 }
 
+/// A place on a [`Tape`], between two records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark {
+    nodes: usize,
+    args: usize,
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Node {
     shape: Shape,
@@ -125,20 +132,58 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
     pub fn backward(&mut self, loss: Var) -> Result<(), TensorError> {
+        for grad in &mut self.grads {
+            grad.fill(T::ZERO);
+        }
+        self.start_from(loss)?;
+        self.sweep(0, loss.index() + 1);
+        self.fill_missing_grads();
+        Ok(())
+    }
+
+    /// The place after everything recorded so far.
+    pub fn mark(&self) -> Mark {
+        Mark { nodes: self.nodes.len(), args: self.args.len() }
+    }
+
+    /// Differentiates one of several terms of a loss and forgets what was recorded since `mark`, so that the next
+    /// term finds its memory in cache: the gradient of `loss` is propagated to everything recorded before, where
+    /// it is added to what other terms gave. [`Tape::finish_backward`] takes it on from there.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
+    pub fn backward_to(&mut self, mark: Mark, loss: Var) -> Result<(), TensorError> {
+        self.start_from(loss)?;
+        self.sweep(mark.nodes, self.nodes.len());
+        self.nodes.truncate(mark.nodes);
+        self.args.truncate(mark.args);
+        for buffers in [&mut self.values, &mut self.grads, &mut self.saved] {
+            for buffer in buffers.drain(mark.nodes..) {
+                self.pool.give(buffer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Propagates what [`Tape::backward_to`] left at the tensors that are still recorded to every variable.
+    pub fn finish_backward(&mut self) {
+        self.sweep(0, self.nodes.len());
+        self.fill_missing_grads();
+    }
+
+    fn start_from(&mut self, loss: Var) -> Result<(), TensorError> {
         let shape = self.shape(loss);
         if shape.len() != 1 {
             let rule = "only a tensor of one element can be differentiated";
             return Err(TensorError::BadShape { op: "backward", shape, rule });
         }
-        for (node, grad) in self.nodes.iter().zip(&mut self.grads) {
-            if node.needs_grad && matches!(node.op, Op::Leaf) && grad.is_empty() {
-                *grad = self.pool.take_zeroed(node.shape.len());
-            } else {
-                grad.fill(T::ZERO);
-            }
-        }
         self.accumulate(loss, |grad, _| grad[0] += T::ONE);
-        for i in (0..=loss.index()).rev() {
+        Ok(())
+    }
+
+    /// Takes gradients from the nodes `first..end` to their operands, from the last.
+    fn sweep(&mut self, first: usize, end: usize) {
+        for i in (first..end).rev() {
             if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
                 continue;
             }
@@ -146,7 +191,15 @@ impl<T: Scalar> Tape<T> {
             ops::vjp(self, self.nodes[i].op, Var(i as u32), &grad);
             self.pool.give(grad);
         }
-        Ok(())
+    }
+
+    /// Variables that the loss does not depend on have a gradient of zero.
+    fn fill_missing_grads(&mut self) {
+        for (node, grad) in self.nodes.iter().zip(&mut self.grads) {
+            if node.needs_grad && matches!(node.op, Op::Leaf) && grad.is_empty() {
+                *grad = self.pool.take_zeroed(node.shape.len());
+            }
+        }
     }
 
     /// Appends a node. The buffer becomes its value.
@@ -223,6 +276,16 @@ impl<T: Scalar> Tape<T> {
         self.pool.give(grad);
     }
 
+    /// As [`Tape::accumulate`], for an `f` that writes all of the gradient where it holds nothing yet (its second
+    /// argument) and adds to it elsewhere.
+    pub(crate) fn contribute(&mut self, v: Var, f: impl FnOnce(&mut [T], bool, &Tape<T>)) {
+        if self.nodes[v.index()].needs_grad {
+            let (mut grad, fresh) = self.take_grad_to_write(v);
+            f(&mut grad, fresh, self);
+            self.put_grad(v, grad);
+        }
+    }
+
     /// Adds to the gradient of `v`, if it is wanted: `f(gradient of v, tape)`.
     pub(crate) fn accumulate(&mut self, v: Var, f: impl FnOnce(&mut [T], &Tape<T>)) {
         if self.nodes[v.index()].needs_grad {
@@ -239,6 +302,16 @@ impl<T: Scalar> Tape<T> {
         let wanted = self.nodes[v.index()].needs_grad;
         let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
         (grad, wanted)
+    }
+
+    /// As [`Tape::take_grad_to_write`], but a buffer to throw away when the gradient is not wanted: buffer, whether
+    /// it holds nothing yet, whether it is wanted.
+    pub(crate) fn take_grad_or_scratch_to_write(&mut self, v: Var) -> (Buffer<T>, bool, bool) {
+        if self.nodes[v.index()].needs_grad {
+            let (grad, fresh) = self.take_grad_to_write(v);
+            return (grad, fresh, true);
+        }
+        (self.pool.take(self.shape(v).len()), true, false)
     }
 
     /// Puts a buffer of [`Tape::take_grad_or_scratch`] back.

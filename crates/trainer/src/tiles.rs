@@ -86,12 +86,9 @@ impl Workspace {
         self.tape.reset();
         params.bind(&mut self.tape, &mut self.bound)?;
         let tile = Tile { time, lanes, x: &self.x, u: &self.u, eps: &self.eps, mask: &self.mask };
-        let loss = net.loss(&mut self.tape, &self.bound, tile)?;
-        let scaled = self.tape.scale(loss.total, scale)?;
-        self.tape.backward(scaled)?;
+        let loss = net.differentiate(&mut self.tape, &self.bound, tile, scale)?;
         params.gather_grads(&self.tape, &self.bound, &mut result.grads);
-        let value = |v| f64::from(self.tape.value(v)[0]);
-        result.loss = TileLoss { kl: value(loss.kl), misfit: value(loss.misfit) };
+        result.loss = TileLoss { kl: f64::from(loss.kl), misfit: f64::from(loss.misfit) };
         // Also here: what the tape needs to take its buffers back is then allocated by the first iteration.
         self.tape.reset();
         Ok(())

@@ -15,6 +15,15 @@ pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use scenario::ModelFile;
 
+/// Reads a file and parses it by `parse(text, file)`.
+fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&text, &file),
+        Err(source) => Err(ModelError::Read { file, source }),
+    }
+}
+
 /// What one value of a parameter belongs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Per {
@@ -96,11 +105,7 @@ impl Model {
     /// # Errors
     /// [`ModelError`] names the file, the line and the remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &file),
-            Err(source) => Err(ModelError::Read { file, source }),
-        }
+        read(path, Self::parse)
     }
 
     /// Parses the text of a model file; `file` is used in messages.

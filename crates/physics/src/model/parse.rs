@@ -3,8 +3,7 @@
 use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
 use crate::ball::BASE_PARAMETERS;
 use crate::effects::{
-    Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target, nearest_kind,
-    spec_of,
+    self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -60,6 +59,20 @@ pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
         groups: Vec::new(),
     }
 }
+
+/// The effects that a scenario knows.
+pub(super) struct Library {
+    pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
+    pub(super) nearest_kind: fn(&str) -> &'static str,
+    /// A line that names one, for messages.
+    pub(super) example: &'static str,
+}
+
+const BALL: Library = Library {
+    spec_of: effects::spec_of,
+    nearest_kind: effects::nearest_kind,
+    example: "kind = \"quadratic-drag\"",
+};
 
 /// Access to a parsed model file, with errors that name file and line.
 pub(super) struct Reader<'t> {
@@ -231,43 +244,53 @@ impl<'t> Reader<'t> {
         Ok(())
     }
 
-    fn effect(&self, value: &Value<'_>, earlier: &[EffectBlock]) -> Result<EffectBlock, ModelError> {
-        let table = self.table("effect", value)?;
-        let line = self.line(value.span());
-        let kind_value = table.get("kind");
-        let kind_value = kind_value
-            .ok_or_else(|| self.missing(line, "[[effect]]", "kind", "kind = \"quadratic-drag\""))?;
-        let kind = self.word("kind", kind_value, &[])?;
-        if kind == TABLE_KIND {
-            return self.tabulated(table, line);
+    /// The blocks under `[[effect]]`, each read by `one`, which sees those before it.
+    pub(super) fn effects(
+        &self,
+        root: &DeTable<'_>,
+        one: impl Fn(&Value<'_>, &[EffectBlock]) -> Result<EffectBlock, ModelError>,
+    ) -> Result<Vec<EffectBlock>, ModelError> {
+        let mut effects = Vec::new();
+        if let Some(value) = root.get("effect") {
+            let blocks = value.get_ref().as_array();
+            let blocks = blocks.ok_or_else(|| self.wrong("effect", value, "written as [[effect]] blocks"))?;
+            for block in blocks.iter() {
+                let block = one(block, &effects)?;
+                effects.push(block);
+            }
         }
-        let Some(spec) = spec_of(kind) else {
-            return Err(ModelError::UnknownKind {
-                file: self.file.into(),
-                line: self.line(kind_value.span()),
-                kind: kind.into(),
-                nearest: nearest_kind(kind).into(),
-            });
+        Ok(effects)
+    }
+
+    /// The word after `kind`.
+    fn kind<'v>(&self, value: &'v Value<'_>, library: &Library) -> Result<&'v str, ModelError> {
+        let line = self.line(value.span());
+        let kind = self.table("effect", value)?.get("kind");
+        let kind = kind.ok_or_else(|| self.missing(line, "[[effect]]", "kind", library.example))?;
+        self.word("kind", kind, &[])
+    }
+
+    /// A block whose kind is in the library and may stand beside those before it; `more` are keys beside its parameters'.
+    pub(super) fn listed(
+        &self,
+        value: &Value<'_>,
+        earlier: &[EffectBlock],
+        library: &Library,
+        more: &[&str],
+    ) -> Result<EffectBlock, ModelError> {
+        let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
+        let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
+        let Some(spec) = (library.spec_of)(kind) else {
+            let nearest = (library.nearest_kind)(kind).into();
+            return Err(ModelError::UnknownKind { file, line, kind: kind.into(), nearest });
         };
         let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
         if let Some(other) = earlier.iter().find(clash) {
-            return Err(ModelError::Conflict {
-                file: self.file.into(),
-                line: self.line(kind_value.span()),
-                kind: kind.into(),
-                other: other.kind.clone(),
-            });
+            return Err(ModelError::Conflict { file, line, kind: kind.into(), other: other.kind.clone() });
         }
-        self.listed(table, spec)
-    }
-
-    fn listed(&self, table: &DeTable<'_>, spec: &EffectSpec) -> Result<EffectBlock, ModelError> {
         let mut known: Vec<&str> = vec!["kind"];
         known.extend(spec.parameters.iter().map(|p| p.name));
-        let scatters = spec.kind == SCATTER_KIND;
-        if scatters {
-            known.push("per");
-        }
+        known.extend(more);
         self.known(table, &format!("[[effect]] `{}`", spec.kind), &known)?;
         let mut parameters = Vec::new();
         for parameter in spec.parameters {
@@ -277,13 +300,24 @@ impl<'t> Reader<'t> {
             }
             parameters.push(p);
         }
+        Ok(EffectBlock { kind: spec.kind.into(), scatter: None, table: None, parameters })
+    }
+
+    fn effect(&self, value: &Value<'_>, earlier: &[EffectBlock]) -> Result<EffectBlock, ModelError> {
+        let table = self.table("effect", value)?;
+        let kind = self.kind(value, &BALL)?;
+        if kind == TABLE_KIND {
+            return self.tabulated(table, self.line(value.span()));
+        }
+        let scatters = kind == SCATTER_KIND;
+        let block = self.listed(value, earlier, &BALL, if scatters { &["per"] } else { &[] })?;
         let scatter = match table.get("per") {
             Some(v) if self.word("per", v, &["impact", "trajectory"])? == "trajectory" => {
                 Some(ScatterPer::Trajectory)
             }
             _ => scatters.then_some(ScatterPer::Impact),
         };
-        Ok(EffectBlock { kind: spec.kind.into(), scatter, table: None, parameters })
+        Ok(EffectBlock { scatter, ..block })
     }
 
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
@@ -377,14 +411,6 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
             };
         }
     }
-    let mut effects = Vec::new();
-    if let Some(value) = root.get("effect") {
-        let blocks = value.get_ref().as_array();
-        let blocks = blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
-        for block in blocks.iter() {
-            let block = reader.effect(block, &effects)?;
-            effects.push(block);
-        }
-    }
+    let effects = reader.effects(root, |block, earlier| reader.effect(block, earlier))?;
     Ok(Model { file: file.into(), parameters, declared, position_sd_m, clock_reference_s, release, effects })
 }

@@ -1,12 +1,19 @@
 //! Model files of pushing: `scenario = "push"`.
 
-use super::parse::{Reader, Value, effect_default};
-use super::{EffectBlock, ModelError, Parameter, Per, write};
-use crate::push::effects::{SCATTER_KIND, index_of, nearest_kind, spec_of};
+use super::parse::{Library, Reader, Value};
+use super::{EffectBlock, ModelError, Parameter, Per, read, write};
+use crate::effects::ScatterPer;
+use crate::push::effects::{self, SCATTER_KIND, index_of};
 use crate::push::{BASE_PARAMETERS, OBJECTS, Object, World};
 use std::fmt::Write as _;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
+
+const PUSH: Library = Library {
+    spec_of: effects::spec_of,
+    nearest_kind: effects::nearest_kind,
+    example: "kind = \"exact-surface\"",
+};
 
 /// A model of one object pushed by a rod.
 ///
@@ -74,11 +81,7 @@ impl PushModel {
     /// # Errors
     /// [`ModelError`] names the file, the line and the remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &file),
-            Err(source) => Err(ModelError::Read { file, source }),
-        }
+        read(path, Self::parse)
     }
 
     /// Parses the text of a model file; `file` is used in messages.
@@ -123,16 +126,11 @@ impl PushModel {
                 }
             }
         }
-        let mut effects = Vec::new();
-        if let Some(value) = root.get("effect") {
-            let blocks = value.get_ref().as_array();
-            let blocks =
-                blocks.ok_or_else(|| reader.wrong("effect", value, "written as [[effect]] blocks"))?;
-            for block in blocks.iter() {
-                let block = effect(&reader, block, &effects)?;
-                effects.push(block);
-            }
-        }
+        let effects = reader.effects(root, |block, earlier| {
+            let block = reader.listed(block, earlier, &PUSH, &[])?;
+            let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Trajectory);
+            Ok(EffectBlock { scatter, ..block })
+        })?;
         let [position_sd_m, angle_sd_rad] = sd;
         Ok(Self {
             file: file.into(),
@@ -231,45 +229,6 @@ fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelErro
             Err(error) => Err(error),
         })
         .collect()
-}
-
-fn effect(
-    reader: &Reader<'_>,
-    value: &Value<'_>,
-    earlier: &[EffectBlock],
-) -> Result<EffectBlock, ModelError> {
-    let table = reader.table("effect", value)?;
-    let line = reader.line(value.span());
-    let kind_value = table.get("kind");
-    let kind_value =
-        kind_value.ok_or_else(|| reader.missing(line, "[[effect]]", "kind", "kind = \"exact-surface\""))?;
-    let kind = reader.word("kind", kind_value, &[])?;
-    let (file, line) = (reader.file.to_owned(), reader.line(kind_value.span()));
-    let Some(spec) = spec_of(kind) else {
-        return Err(ModelError::UnknownKind {
-            file,
-            line,
-            kind: kind.into(),
-            nearest: nearest_kind(kind).into(),
-        });
-    };
-    let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
-    if let Some(other) = earlier.iter().find(clash) {
-        return Err(ModelError::Conflict { file, line, kind: kind.into(), other: other.kind.clone() });
-    }
-    let mut known: Vec<&str> = vec!["kind"];
-    known.extend(spec.parameters.iter().map(|p| p.name));
-    reader.known(table, &format!("[[effect]] `{}`", spec.kind), &known)?;
-    let mut parameters = Vec::new();
-    for parameter in spec.parameters {
-        let mut p = effect_default(parameter);
-        if let Some(v) = table.get(parameter.name) {
-            reader.parameter(&mut p, v, true)?;
-        }
-        parameters.push(p);
-    }
-    let scatter = (spec.kind == SCATTER_KIND).then_some(crate::effects::ScatterPer::Trajectory);
-    Ok(EffectBlock { kind: spec.kind.into(), scatter, table: None, parameters })
 }
 
 /// The base parameters as they are when a file does not name them: frozen.

@@ -1,7 +1,7 @@
 //! A model file of any scenario.
 
 use super::parse::Reader;
-use super::{Model, ModelError, PushModel};
+use super::{Model, ModelError, PushModel, read};
 use std::path::Path;
 
 /// What a model file describes, by its `scenario`.
@@ -19,11 +19,7 @@ impl ModelFile {
     /// # Errors
     /// [`ModelError`] names the file, the line and the remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &file),
-            Err(source) => Err(ModelError::Read { file, source }),
-        }
+        read(path, Self::parse)
     }
 
     /// Parses the text of a model file; `file` is used in messages.

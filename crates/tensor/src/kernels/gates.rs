@@ -5,6 +5,7 @@
 //! f64 over all floats: both within 3e-7 absolute; t is clamped to +-43, which is exact to 2^-43.
 
 use super::lanes::{at_least, at_most};
+use super::vector::Vector;
 use pulp::Simd;
 
 /// Factor of the reset and update gates' weights.
@@ -52,25 +53,31 @@ pub(crate) fn exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     simd.mul_f32s(f, n)
 }
 
-/// 1 / a and 1 / b, by one division.
+/// numerator / (1 + 2^a) and numerator / (1 + 2^b), by one division.
 #[inline(always)]
-fn two_inverses<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
-    let inverse = simd.div_f32s(simd.splat_f32s(1.0), simd.mul_f32s(a, b));
-    (simd.mul_f32s(b, inverse), simd.mul_f32s(a, inverse))
+pub(crate) fn by_one_division<S: Simd>(
+    simd: S,
+    numerator: f32,
+    a: S::f32s,
+    b: S::f32s,
+) -> (S::f32s, S::f32s) {
+    let (a, b) = (one_plus_exp2(simd, a), one_plus_exp2(simd, b));
+    let both = simd.div_f32s(simd.splat_f32s(numerator), simd.mul_f32s(a, b));
+    (simd.mul_f32s(b, both), simd.mul_f32s(a, both))
 }
 
 /// Logistic functions of two arguments that were multiplied by [`SIGMOID_SCALE`].
 #[inline(always)]
-pub(crate) fn sigmoids<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
-    two_inverses(simd, one_plus_exp2(simd, a), one_plus_exp2(simd, b))
+pub(crate) fn sigmoids<S: Vector>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
+    simd.over_one_plus_exp2(1.0, a, b)
 }
 
 /// Hyperbolic tangents of two arguments that were multiplied by [`TANH_SCALE`].
 #[inline(always)]
-pub(crate) fn tanhs<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
-    let (a, b) = two_inverses(simd, one_plus_exp2(simd, a), one_plus_exp2(simd, b));
-    let (minus_two, one) = (simd.splat_f32s(-2.0), simd.splat_f32s(1.0));
-    (simd.mul_add_e_f32s(minus_two, a, one), simd.mul_add_e_f32s(minus_two, b, one))
+pub(crate) fn tanhs<S: Vector>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
+    let (a, b) = simd.over_one_plus_exp2(-2.0, a, b);
+    let one = simd.splat_f32s(1.0);
+    (simd.add_f32s(one, a), simd.add_f32s(one, b))
 }
 
 #[cfg(test)]
@@ -84,7 +91,7 @@ mod tests {
 
     impl Kernel for Both<'_> {
         #[inline(always)]
-        fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+        fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
             for ((x, s), t) in self.0.iter().zip(self.1).zip(self.2) {
                 let scaled = |by: f32| simd.splat_f32s(x * by);
                 let zero = simd.splat_f32s(0.0);

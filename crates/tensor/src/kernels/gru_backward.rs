@@ -6,9 +6,16 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::vector::Vector;
 use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
+
+/// Vectors from one step's gate gradients to the next. One more than there are: a multiple of 4 KB would put the
+/// same row of every step into one set of the first-level cache.
+const fn stride_of(hidden: usize) -> usize {
+    4 * hidden + 1
+}
 
 /// Scratch elements for layer extents `(input, hidden)`.
 pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
@@ -16,7 +23,7 @@ pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
     let packed = packed_len(hidden, rows) + packed_len(input, rows);
     let accumulators = rows * (input + hidden) + 4 * hidden;
     // Gate gradients, then x, dx, and y, dy and what was saved.
-    let block = BLOCK * (4 * hidden + 2 * input + (2 + 4) * hidden);
+    let block = BLOCK * (stride_of(hidden) + 2 * input + (2 + 4) * hidden);
     packed + MAX_LANES * (2 * hidden + accumulators + block)
 }
 
@@ -25,7 +32,7 @@ pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let GruDims { time, input, hidden, batch } = g.dims;
         if hidden == 0 {
@@ -47,7 +54,8 @@ impl Kernel for Backward<'_, '_> {
         });
         let (carry, rest) = vectors::<S>(rest, hidden);
         let (h0, rest) = vectors::<S>(rest, hidden);
-        let (grads, rest) = vectors::<S>(rest, BLOCK * 4 * hidden);
+        let stride = stride_of(hidden);
+        let (grads, rest) = vectors::<S>(rest, BLOCK * stride);
         let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
@@ -84,7 +92,7 @@ impl Kernel for Backward<'_, '_> {
                 };
                 let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
-                let grads = &mut grads[..steps * 4 * hidden];
+                let grads = &mut grads[..steps * stride];
                 states::<S, ROOMY>(simd, w_hh, carry, before, saved, dy, grads);
                 let grads = &*grads;
                 if wants_dx {
@@ -95,7 +103,7 @@ impl Kernel for Backward<'_, '_> {
                     };
                     let fresh = g.dx_fresh || !chunk.is_whole::<S>();
                     let from = if fresh { Start::Zero } else { Start::Output };
-                    w_ih.apply::<S, ROOMY>(simd, from, (grads, 4 * hidden), (out, input), steps);
+                    w_ih.apply::<S, ROOMY>(simd, from, (grads, stride), (out, input), steps);
                     if !chunk.is_whole::<S>() {
                         let out = &dx_buffer[..steps * input];
                         if g.dx_fresh {
@@ -105,7 +113,7 @@ impl Kernel for Backward<'_, '_> {
                         }
                     }
                 }
-                let part = |first, count| Rows { all: grads, stride: 4 * hidden, first, count };
+                let part = |first, count| Rows { all: grads, stride, first, count };
                 let x = Rows { all: x, stride: input, first: 0, count: input };
                 let before = Rows { all: before, stride: hidden, first: 0, count: hidden };
                 outer::<S, ROOMY>(simd, dw_ih, part(0, rows), x, steps);
@@ -149,7 +157,7 @@ fn states<S: Simd, const ROOMY: bool>(
         let (saved_r, saved) = saved.split_at(hidden);
         let (saved_z, saved) = saved.split_at(hidden);
         let (saved_n, saved_m) = saved.split_at(hidden);
-        let grads = &mut grads[s * 4 * hidden..][..4 * hidden];
+        let grads = &mut grads[s * stride_of(hidden)..][..4 * hidden];
         let (d_n, rest) = grads.split_at_mut(hidden);
         let (d_r, rest) = rest.split_at_mut(hidden);
         let (d_z, d_m) = rest.split_at_mut(hidden);

@@ -5,9 +5,9 @@
 
 use super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::lanes::{BLOCK, Chunk, MAX_LANES, rows_mut, vectors};
+use super::vector::Vector;
 use super::{GruDims, GruForward, GruWeights};
 use crate::simd::Kernel;
-use pulp::Simd;
 
 /// Floats that the packed weights take for layer extents `(input, hidden)`.
 pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
@@ -29,7 +29,7 @@ pub(crate) struct Pack<'a, 'b>(pub GruWeights<'a, f32>, pub GruDims, pub &'b mut
 
 impl Kernel for Pack<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, _: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, _: S) {
         if ROOMY { pack::<4>(self.0, self.1, self.2) } else { pack::<2>(self.0, self.1, self.2) }
     }
 }
@@ -39,7 +39,7 @@ pub(crate) struct Forward<'a, 'b>(pub GruForward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Forward(GruForward { dims, weights, x, h0, y, saved }, scratch) = self;
         let (packed, scratch) = scratch.split_at_mut(packed_len(dims.input, dims.hidden));
         Pack(weights, dims, packed).run::<S, ROOMY>(simd);
@@ -62,7 +62,7 @@ pub(crate) struct Sequence<'a> {
 
 impl Kernel for Sequence<'_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         if ROOMY { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
     }
 }
@@ -122,7 +122,7 @@ impl<'a, const U: usize> Packed<'a, U> {
 }
 
 #[inline(always)]
-fn run<S: Simd, const U: usize>(simd: S, g: Sequence<'_>) {
+fn run<S: Vector, const U: usize>(simd: S, g: Sequence<'_>) {
     let GruDims { time, input, hidden, batch } = g.dims;
     let packed = Packed::<U>::view(g.packed, g.dims);
     let (h, rest) = vectors::<S>(g.scratch, hidden);
@@ -160,7 +160,7 @@ fn run<S: Simd, const U: usize>(simd: S, g: Sequence<'_>) {
 
 /// A block of steps. `h` is the state before it and, at the end, after it.
 #[inline(always)]
-fn block<S: Simd, const U: usize>(
+fn block<S: Vector, const U: usize>(
     simd: S,
     packed: &Packed<'_, U>,
     (x, input): (&[S::f32s], usize),
@@ -183,7 +183,7 @@ fn block<S: Simd, const U: usize>(
 }
 
 #[inline(always)]
-fn step<S: Simd, const U: usize>(
+fn step<S: Vector, const U: usize>(
     simd: S,
     packed: &Packed<'_, U>,
     x: &[S::f32s],

@@ -3,7 +3,7 @@
 use super::{LinearBackward, LinearForward};
 use crate::Scalar;
 
-/// `y[t, o, b] = sum_i w[o, i] x[t, i, b] + bias[o]`.
+/// `y[t, o, b] = sum_i w[o, i] x[t, i, b] + bias[o]`, or tanh of it.
 pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     let d = g.dims;
     for t in 0..d.time {
@@ -13,7 +13,7 @@ pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
                 for i in 0..d.input {
                     sum += g.w[o * d.input + i] * g.x[(t * d.input + i) * d.batch + b];
                 }
-                g.y[(t * d.output + o) * d.batch + b] = sum;
+                g.y[(t * d.output + o) * d.batch + b] = if g.tanh { sum.tanh() } else { sum };
             }
         }
     }
@@ -28,7 +28,9 @@ pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
     for t in 0..d.time {
         for o in 0..d.output {
             for b in 0..d.batch {
-                let dy = g.dy[(t * d.output + o) * d.batch + b];
+                let at = (t * d.output + o) * d.batch + b;
+                let slope = if g.y.is_empty() { T::ONE } else { T::ONE - g.y[at] * g.y[at] };
+                let dy = g.dy[at] * slope;
                 g.db[o] += dy;
                 for i in 0..d.input {
                     let at = (t * d.input + i) * d.batch + b;

@@ -3,14 +3,15 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::pointwise::tanh_at;
+use super::vector::Vector;
 use super::{LinearBackward, LinearDims, LinearForward};
 use crate::simd::{Kernel, Level};
-use pulp::Simd;
 
 /// Scratch elements for extents `(input, output)`.
 pub fn scratch(input: usize, output: usize) -> usize {
     let packed = packed_len(output, input).max(packed_len(input, output));
-    packed + MAX_LANES * (BLOCK * (2 * input + output) + output * input + output)
+    packed + MAX_LANES * (BLOCK * (2 * input + 3 * output) + output * input + output)
 }
 
 /// Forward pass.
@@ -38,7 +39,7 @@ struct Backward<'a, 'b>(LinearBackward<'a, f32>, &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Forward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(output, input));
@@ -49,13 +50,19 @@ impl Kernel for Forward<'_, '_> {
             for start in (0..time).step_by(BLOCK) {
                 let steps = BLOCK.min(time - start);
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
-                if chunk.is_whole::<S>() {
-                    let y = rows_mut::<S>(g.y, start * output, steps * output);
-                    w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
-                } else {
-                    let y = &mut y_buffer[..steps * output];
-                    w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
-                    chunk.write(simd, g.y, start * output, y);
+                let whole = chunk.is_whole::<S>();
+                let y = match whole {
+                    true => rows_mut::<S>(g.y, start * output, steps * output),
+                    false => &mut y_buffer[..steps * output],
+                };
+                w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
+                if g.tanh {
+                    for v in &mut *y {
+                        *v = tanh_at(simd, *v);
+                    }
+                }
+                if !whole {
+                    chunk.write(simd, g.y, start * output, &y_buffer[..steps * output]);
                 }
             }
         }
@@ -64,7 +71,7 @@ impl Kernel for Forward<'_, '_> {
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
         let (packed, rest) = scratch.split_at_mut(packed_len(input, output));
@@ -72,6 +79,8 @@ impl Kernel for Backward<'_, '_> {
         let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
         let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * output);
+        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * output);
+        let (slopes, rest) = vectors::<S>(rest, BLOCK * output);
         let (dw, rest) = vectors::<S>(rest, output * input);
         let (db, _) = vectors::<S>(rest, output);
         dw.fill(simd.splat_f32s(0.0));
@@ -81,6 +90,18 @@ impl Kernel for Backward<'_, '_> {
                 let steps = BLOCK.min(time - start);
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
                 let dy = chunk.read(simd, g.dy, (start * output, steps * output), dy_buffer);
+                let dy = match g.y.is_empty() {
+                    true => dy,
+                    false => {
+                        let y = chunk.read(simd, g.y, (start * output, steps * output), y_buffer);
+                        let slopes = &mut slopes[..steps * output];
+                        for ((slope, dy), y) in slopes.iter_mut().zip(dy).zip(y) {
+                            *slope =
+                                simd.mul_f32s(*dy, simd.negate_mul_add_e_f32s(*y, *y, simd.splat_f32s(1.0)));
+                        }
+                        &*slopes
+                    }
+                };
                 let dy_rows = Rows { all: dy, stride: output, first: 0, count: output };
                 let x_rows = Rows { all: x, stride: input, first: 0, count: input };
                 outer::<S, ROOMY>(simd, dw, dy_rows, x_rows, steps);

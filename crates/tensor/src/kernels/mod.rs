@@ -5,6 +5,7 @@
 //! function beside each says how much.
 
 pub mod activation;
+pub mod draw;
 mod gates;
 mod gru_backward;
 mod gru_forward;
@@ -20,6 +21,7 @@ mod outer;
 mod panels;
 pub mod pointwise;
 pub mod pointwise_reference;
+pub(crate) mod vector;
 
 pub use gru_packed::PackedGru;
 pub use matmul::{MatmulDims, matmul};
@@ -127,6 +129,8 @@ pub struct LinearForward<'a, T> {
     pub x: &'a [T],
     /// Outputs `[T, O, B]`.
     pub y: &'a mut [T],
+    /// The outputs are tanh of the map.
+    pub tanh: bool,
 }
 
 /// Operands of the linear VJP. Every output is accumulated into, but a fresh `dx`.
@@ -138,6 +142,8 @@ pub struct LinearBackward<'a, T> {
     pub w: &'a [T],
     /// Inputs `[T, I, B]`.
     pub x: &'a [T],
+    /// Outputs of the forward pass `[T, O, B]` where they are tanh of the map; empty where they are the map.
+    pub y: &'a [T],
     /// Gradient of y `[T, O, B]`.
     pub dy: &'a [T],
     /// Gradient of x `[T, I, B]`; empty when not wanted.

@@ -6,6 +6,7 @@
 
 use super::lanes::MAX_LANES;
 use super::pointwise::ln;
+use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 
@@ -59,7 +60,7 @@ struct Fill<'a>(&'a mut NormalLanes, &'a mut [f32]);
 
 impl Kernel for Fill<'_> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
         let Fill(NormalLanes { state, lanes }, out) = self;
         let lanes = *lanes;
         for first in (0..lanes).step_by(S::F32_LANES) {
@@ -68,7 +69,13 @@ impl Kernel for Fill<'_> {
             for (s, from) in s.iter_mut().zip(state.iter()) {
                 *s = simd.partial_load_u32s(&from[first..first + S::F32_LANES]);
             }
-            for rows in out.chunks_mut(2 * lanes) {
+            let whole = if lanes == S::F32_LANES { out.len() / (2 * lanes) * 2 * lanes } else { 0 };
+            let (head, rest) = out.split_at_mut(whole);
+            for rows in S::as_mut_simd_f32s(head).0.as_chunks_mut::<2>().0 {
+                let (a, b) = pair(simd, next(simd, &mut s), next(simd, &mut s));
+                *rows = [a, b];
+            }
+            for rows in rest.chunks_mut(2 * lanes) {
                 let (a, b) = pair(simd, next(simd, &mut s), next(simd, &mut s));
                 let mut rows = rows.chunks_exact_mut(lanes);
                 for v in [a, b] {

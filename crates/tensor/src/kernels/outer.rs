@@ -98,17 +98,33 @@ fn tile<S: Simd, const R: usize, const C: usize>(
 pub(crate) fn sums<S: Simd>(simd: S, acc: &mut [S::f32s], g: Rows<'_, S::f32s>, steps: usize) {
     let mut r = 0;
     while r < g.count {
-        let n = (g.count - r).min(8);
-        let mut sums = [simd.splat_f32s(0.0); 8];
-        for s in 0..steps {
-            let row = &g.all[s * g.stride + g.first + r..][..n];
-            for (sum, v) in sums.iter_mut().zip(row) {
-                *sum = simd.add_f32s(*sum, *v);
-            }
-        }
-        for (a, s) in acc[r..r + n].iter_mut().zip(sums) {
-            *a = simd.add_f32s(*a, s);
-        }
-        r += n;
+        r += match g.count - r {
+            8.. => sum_of::<S, 8>(simd, acc, g, r, steps),
+            4.. => sum_of::<S, 4>(simd, acc, g, r, steps),
+            _ => sum_of::<S, 1>(simd, acc, g, r, steps),
+        };
     }
+}
+
+/// `N` rows from row `row`; returns `N`.
+#[inline(always)]
+fn sum_of<S: Simd, const N: usize>(
+    simd: S,
+    acc: &mut [S::f32s],
+    g: Rows<'_, S::f32s>,
+    row: usize,
+    steps: usize,
+) -> usize {
+    let mut sums = [simd.splat_f32s(0.0); N];
+    let rows = &g.all[g.first + row..];
+    for s in 0..steps {
+        let g = &rows[s * g.stride..][..N];
+        for j in 0..N {
+            sums[j] = simd.add_f32s(sums[j], g[j]);
+        }
+    }
+    for (a, s) in acc[row..row + N].iter_mut().zip(sums) {
+        *a = simd.add_f32s(*a, s);
+    }
+    N
 }

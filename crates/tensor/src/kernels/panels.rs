@@ -1,24 +1,27 @@
-//! A small matrix times many vectors: register tiles of 4, 8 or 16 outputs with weights broadcast from
+//! A small matrix times many vectors: register tiles of 1, 2, 4, 8 or 16 outputs with weights broadcast from
 //! memory, several time steps at once where the outputs are few.
 
 use pulp::Simd;
 
-/// Outputs of the next tile when `rest` are left.
+/// Outputs of the next tile when `rest` are left: all of a tile's outputs exist, so that its extents are known to
+/// the compiler, which then keeps the sums in registers from first to last.
 #[inline(always)]
 const fn width<const ROOMY: bool>(rest: usize) -> usize {
     match rest {
         16.. if ROOMY => 16,
-        5.. => 8,
-        _ => 4,
+        8.. => 8,
+        4.. => 4,
+        2.. => 2,
+        _ => 1,
     }
 }
 
-/// Floats that [`pack`] needs at most for `outputs x inputs` weights.
+/// Floats that [`Panels::pack`] needs for `outputs x inputs` weights.
 pub(crate) const fn packed_len(outputs: usize, inputs: usize) -> usize {
-    outputs.next_multiple_of(8) * inputs
+    outputs * inputs
 }
 
-/// Packed weights `[tile][input][output in tile]`, zero where an output does not exist.
+/// Packed weights `[tile][input][output in tile]`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Panels<'a> {
     packed: &'a [f32],
@@ -39,10 +42,7 @@ impl<'a> Panels<'a> {
         while first < outputs {
             let w = width::<ROOMY>(outputs - first);
             for input in 0..inputs {
-                for slot in &mut packed[at..at + w] {
-                    *slot = 0.0;
-                }
-                for (j, slot) in packed[at..at + w].iter_mut().take(outputs - first).enumerate() {
+                for (j, slot) in packed[at..at + w].iter_mut().enumerate() {
                     *slot = weight(first + j, input);
                 }
                 at += w;
@@ -67,13 +67,15 @@ impl<'a> Panels<'a> {
         while first < self.outputs {
             let w = width::<ROOMY>(self.outputs - first);
             let (head, rest) = packed.split_at(w * self.inputs);
-            let job = Job { packed: head, start, first, count: w.min(self.outputs - first), steps };
+            let job = Job { packed: head, start, first, steps };
             match (w, ROOMY) {
                 (16, _) => job.run::<S, 16, 1>(simd, (x, x_stride), (out, out_stride)),
                 (8, true) => job.run::<S, 8, 2>(simd, (x, x_stride), (out, out_stride)),
                 (8, false) => job.run::<S, 8, 1>(simd, (x, x_stride), (out, out_stride)),
-                (_, true) => job.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
-                (_, false) => job.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
+                (4, true) => job.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
+                (4, false) => job.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
+                (2, _) => job.run::<S, 2, 4>(simd, (x, x_stride), (out, out_stride)),
+                _ => job.run::<S, 1, 8>(simd, (x, x_stride), (out, out_stride)),
             }
             packed = rest;
             first += w;
@@ -97,7 +99,6 @@ struct Job<'a> {
     packed: &'a [f32],
     start: Start<'a>,
     first: usize,
-    count: usize,
     steps: usize,
 }
 
@@ -120,6 +121,7 @@ impl Job<'_> {
         }
     }
 
+    /// `M` steps from step `s`.
     #[inline(always)]
     fn tile<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -129,27 +131,26 @@ impl Job<'_> {
         (out, out_stride): (&mut [S::f32s], usize),
     ) {
         let weights = self.packed.as_chunks::<N>().0;
-        let inputs = weights.len();
+        let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..weights.len()]);
+        let at = |m: usize| (s + m) * out_stride + self.first;
         let mut acc = [[simd.splat_f32s(0.0); N]; M];
         match self.start {
             Start::Zero => {}
             Start::Bias(bias) => {
-                for (j, b) in bias[self.first..][..self.count].iter().enumerate() {
-                    for acc in &mut acc {
-                        acc[j] = simd.splat_f32s(*b);
+                let bias = &bias[self.first..][..N];
+                for acc in &mut acc {
+                    for j in 0..N {
+                        acc[j] = simd.splat_f32s(bias[j]);
                     }
                 }
             }
             Start::Output => {
                 for (m, acc) in acc.iter_mut().enumerate() {
-                    let row = &out[(s + m) * out_stride + self.first..][..self.count];
-                    for (a, v) in acc.iter_mut().zip(row) {
-                        *a = *v;
-                    }
+                    let row = &out[at(m)..][..N];
+                    acc.iter_mut().zip(row).for_each(|(a, v)| *a = *v);
                 }
             }
         }
-        let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..inputs]);
         for (i, w) in weights.iter().enumerate() {
             for m in 0..M {
                 let v = rows[m][i];
@@ -158,11 +159,9 @@ impl Job<'_> {
                 }
             }
         }
-        for (m, acc) in acc.iter().enumerate() {
-            let row = &mut out[(s + m) * out_stride + self.first..][..self.count];
-            for (v, a) in row.iter_mut().zip(acc) {
-                *v = *a;
-            }
+        for m in 0..M {
+            let row = &mut out[at(m)..][..N];
+            row.iter_mut().zip(acc[m]).for_each(|(v, a)| *v = a);
         }
     }
 }

@@ -6,6 +6,7 @@
 use super::activation::{TANH_CLAMP, TANH_P, TANH_Q};
 use super::gates::{SIGMOID_SCALE, exp2, one_plus_exp2};
 use super::lanes::{at_least, at_most};
+use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 use std::marker::PhantomData;
@@ -19,14 +20,14 @@ trait Pointwise<const IN: usize, const OUT: usize> {
 struct Over<'a, F, const IN: usize, const OUT: usize> {
     inputs: [&'a [f32]; IN],
     outputs: [&'a mut [f32]; OUT],
-    accumulate: bool,
+    fresh: [bool; OUT],
     function: PhantomData<F>,
 }
 
 impl<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize> Kernel for Over<'_, F, IN, OUT> {
     #[inline(always)]
-    fn run<S: Simd, const ROOMY: bool>(self, simd: S) {
-        let Over { inputs, outputs, accumulate, function: _ } = self;
+    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+        let Over { inputs, outputs, fresh, function: _ } = self;
         let inputs = inputs.map(|x| S::as_simd_f32s(x));
         let mut outputs = outputs.map(|y| S::as_mut_simd_f32s(y));
         let whole = outputs.iter().map(|y| y.0.len()).min().unwrap_or(0);
@@ -36,18 +37,21 @@ impl<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize> Kernel for Over<'
                 *x = from.0[i];
             }
             let y = F::at(simd, x);
-            for (to, y) in outputs.iter_mut().zip(y) {
+            for ((to, y), fresh) in outputs.iter_mut().zip(y).zip(fresh) {
                 let slot = &mut to.0[i];
-                *slot = if accumulate { simd.add_f32s(*slot, y) } else { y };
+                *slot = if fresh { y } else { simd.add_f32s(*slot, y) };
             }
+        }
+        if outputs.iter().all(|y| y.1.is_empty()) {
+            return;
         }
         let mut x = [simd.splat_f32s(0.0); IN];
         for (x, from) in x.iter_mut().zip(&inputs) {
             *x = simd.partial_load_f32s(from.1);
         }
         let y = F::at(simd, x);
-        for (to, y) in outputs.iter_mut().zip(y) {
-            let y = if accumulate { simd.add_f32s(simd.partial_load_f32s(to.1), y) } else { y };
+        for ((to, y), fresh) in outputs.iter_mut().zip(y).zip(fresh) {
+            let y = if fresh { y } else { simd.add_f32s(simd.partial_load_f32s(to.1), y) };
             simd.partial_store_f32s(to.1, y);
         }
     }
@@ -57,9 +61,9 @@ fn over<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize>(
     _: F,
     inputs: [&[f32]; IN],
     outputs: [&mut [f32]; OUT],
-    accumulate: bool,
+    fresh: [bool; OUT],
 ) {
-    Level::current().run(usize::MAX, Over { inputs, outputs, accumulate, function: PhantomData::<F> });
+    Level::current().run(usize::MAX, Over { inputs, outputs, fresh, function: PhantomData::<F> });
 }
 
 /// (ln(1 + t) - t + t^2 / 2) / t^3 on [sqrt(1/2) - 1, sqrt(2) - 1], highest power first: minimax in the
@@ -109,36 +113,46 @@ pub(crate) fn ln<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
 /// ln(1 + u) / u on [0, 1], near-minimax of degree 8 (relative error 6e-8).
 const LN1P: [f32; 9] = super::activation::LN1P_POLY;
 
+/// ln(1 + exp(x)) = max(x, 0) + ln(1 + exp(-|x|)).
+#[inline(always)]
+pub(super) fn softplus_at<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let u = exp2(simd, simd.mul_f32s(simd.abs_f32s(x), simd.splat_f32s(SIGMOID_SCALE)));
+    let mut p = simd.splat_f32s(LN1P[0]);
+    for &c in &LN1P[1..] {
+        p = simd.mul_add_e_f32s(p, u, simd.splat_f32s(c));
+    }
+    simd.mul_add_e_f32s(u, p, at_least(simd, x, 0.0))
+}
+
 struct Softplus;
 impl Pointwise<1, 1> for Softplus {
     #[inline(always)]
     fn at<S: Simd>(simd: S, [x]: [S::f32s; 1]) -> [S::f32s; 1] {
-        // max(x, 0) + ln(1 + exp(-|x|)).
-        let u = exp2(simd, simd.mul_f32s(simd.abs_f32s(x), simd.splat_f32s(SIGMOID_SCALE)));
-        let mut p = simd.splat_f32s(LN1P[0]);
-        for &c in &LN1P[1..] {
-            p = simd.mul_add_e_f32s(p, u, simd.splat_f32s(c));
-        }
-        [simd.mul_add_e_f32s(u, p, at_least(simd, x, 0.0))]
+        [softplus_at(simd, x)]
     }
 }
 
 /// The rational approximation of [`super::activation::tanh`].
+#[inline(always)]
+pub(super) fn tanh_at<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let x = at_most(simd, at_least(simd, x, -TANH_CLAMP), TANH_CLAMP);
+    let s = simd.mul_f32s(x, x);
+    let mut p = simd.splat_f32s(TANH_P[0]);
+    for &c in &TANH_P[1..] {
+        p = simd.mul_add_e_f32s(p, s, simd.splat_f32s(c));
+    }
+    let mut q = simd.splat_f32s(TANH_Q[0]);
+    for &c in &TANH_Q[1..] {
+        q = simd.mul_add_e_f32s(q, s, simd.splat_f32s(c));
+    }
+    simd.div_f32s(simd.mul_f32s(x, p), q)
+}
+
 struct Tanh;
 impl Pointwise<1, 1> for Tanh {
     #[inline(always)]
     fn at<S: Simd>(simd: S, [x]: [S::f32s; 1]) -> [S::f32s; 1] {
-        let x = at_most(simd, at_least(simd, x, -TANH_CLAMP), TANH_CLAMP);
-        let s = simd.mul_f32s(x, x);
-        let mut p = simd.splat_f32s(TANH_P[0]);
-        for &c in &TANH_P[1..] {
-            p = simd.mul_add_e_f32s(p, s, simd.splat_f32s(c));
-        }
-        let mut q = simd.splat_f32s(TANH_Q[0]);
-        for &c in &TANH_Q[1..] {
-            q = simd.mul_add_e_f32s(q, s, simd.splat_f32s(c));
-        }
-        [simd.div_f32s(simd.mul_f32s(x, p), q)]
+        [tanh_at(simd, x)]
     }
 }
 
@@ -216,42 +230,42 @@ impl Pointwise<4, 3> for NllVjp {
 
 /// `y = ln(1 + exp(x))`.
 pub fn softplus(x: &[f32], y: &mut [f32]) {
-    over(Softplus, [x], [y], false);
+    over(Softplus, [x], [y], [true]);
 }
 
-/// `dx += g sigmoid(x)`.
-pub fn softplus_vjp(x: &[f32], g: &[f32], dx: &mut [f32]) {
-    over(SoftplusVjp, [x, g], [dx], true);
+/// `dx += g sigmoid(x)`; a `dx` that is `fresh` holds nothing and is written.
+pub fn softplus_vjp(x: &[f32], g: &[f32], dx: &mut [f32], fresh: bool) {
+    over(SoftplusVjp, [x, g], [dx], [fresh]);
 }
 
 /// `y = tanh x`.
 pub fn tanh(x: &[f32], y: &mut [f32]) {
-    over(Tanh, [x], [y], false);
+    over(Tanh, [x], [y], [true]);
 }
 
 /// `y = ln x`.
 pub fn ln_all(x: &[f32], y: &mut [f32]) {
-    over(Ln, [x], [y], false);
+    over(Ln, [x], [y], [true]);
 }
 
 /// Divergence of N(mean_q, sd_q^2) from N(mean_p, sd_p^2), from `[mean_q, sd_q, mean_p, sd_p]`.
 pub fn gaussian_kl(operands: [&[f32]; 4], y: &mut [f32]) {
-    over(Kl, operands, [y], false);
+    over(Kl, operands, [y], [true]);
 }
 
-/// Adds the gradients of the four operands of [`gaussian_kl`].
-pub fn gaussian_kl_vjp([mq, sq, mp, sp]: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4]) {
-    over(KlVjp, [mq, sq, mp, sp, g], grads, true);
+/// Adds the gradients of the four operands of [`gaussian_kl`], or writes those that are `fresh`.
+pub fn gaussian_kl_vjp([mq, sq, mp, sp]: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4], fresh: [bool; 4]) {
+    over(KlVjp, [mq, sq, mp, sp, g], grads, fresh);
 }
 
 /// `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
 pub fn gaussian_nll(operands: [&[f32]; 3], y: &mut [f32]) {
-    over(Nll, operands, [y], false);
+    over(Nll, operands, [y], [true]);
 }
 
-/// Adds the gradients of the three operands of [`gaussian_nll`].
-pub fn gaussian_nll_vjp([x, mean, sd]: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3]) {
-    over(NllVjp, [x, mean, sd, g], grads, true);
+/// Adds the gradients of the three operands of [`gaussian_nll`], or writes those that are `fresh`.
+pub fn gaussian_nll_vjp([x, mean, sd]: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3], fresh: [bool; 3]) {
+    over(NllVjp, [x, mean, sd, g], grads, fresh);
 }
 
 #[cfg(test)]
@@ -272,7 +286,7 @@ mod tests {
         let mut y = vec![0.0; x.len()];
         for level in Level::available() {
             let (inputs, outputs, function) = ([&x[..]], [&mut y[..]], PhantomData::<F>);
-            let over = Over { inputs, outputs, accumulate: false, function };
+            let over = Over { inputs, outputs, fresh: [true], function };
             level.run(usize::MAX, over);
             x.iter().zip(&y).for_each(|(x, y)| check(level, *x, *y));
         }

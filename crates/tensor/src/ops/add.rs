@@ -15,14 +15,10 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, b: Var, grad: &[T]) {
-    tape.accumulate(a, |da, _| add_into(da, grad));
-    tape.accumulate(b, |db, _| add_into(db, grad));
-}
-
-fn add_into<T: Scalar>(to: &mut [T], grad: &[T]) {
-    vectorised(|| {
-        for (t, g) in to.iter_mut().zip(grad) {
-            *t += *g;
-        }
-    });
+    for v in [a, b] {
+        tape.contribute(v, |d, fresh, _| match fresh {
+            true => d.copy_from_slice(grad),
+            false => vectorised(|| d.iter_mut().zip(grad).for_each(|(d, g)| *d += *g)),
+        });
+    }
 }

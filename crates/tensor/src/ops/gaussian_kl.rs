@@ -27,10 +27,11 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, operands: [Var; 4], grad: &[T]) {
-    let mut grads = operands.map(|v| tape.take_grad_or_scratch(v));
+    let mut grads = operands.map(|v| tape.take_grad_or_scratch_to_write(v));
     let values = operands.map(|v| tape.value(v));
-    T::kl_backward(values, grad, grads.each_mut().map(|(g, _)| &mut g[..]));
-    for (v, (g, wanted)) in operands.into_iter().zip(grads) {
+    let fresh = grads.each_ref().map(|(_, fresh, _)| *fresh);
+    T::kl_backward(values, grad, grads.each_mut().map(|(g, ..)| &mut g[..]), fresh);
+    for (v, (g, _, wanted)) in operands.into_iter().zip(grads) {
         tape.put_grad_or_scratch(v, g, wanted);
     }
 }

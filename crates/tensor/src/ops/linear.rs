@@ -1,4 +1,4 @@
-//! Linear map over the feature axis of a sequence.
+//! Linear map over the feature axis of a sequence, and tanh of one.
 
 use super::Op;
 use crate::kernels::{LinearBackward, LinearDims, LinearForward};
@@ -11,6 +11,18 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`].
     pub fn linear(&mut self, x: Var, w: Var, b: Var) -> Result<Var, TensorError> {
+        self.linear_layer(x, w, b, false)
+    }
+
+    /// tanh of [`Tape::linear`], in one pass.
+    ///
+    /// # Errors
+    /// As [`Tape::linear`].
+    pub fn linear_tanh(&mut self, x: Var, w: Var, b: Var) -> Result<Var, TensorError> {
+        self.linear_layer(x, w, b, true)
+    }
+
+    fn linear_layer(&mut self, x: Var, w: Var, b: Var, tanh: bool) -> Result<Var, TensorError> {
         let (sx, sw, sb) = (self.shape(x), self.shape(w), self.shape(b));
         let (time, input, batch) = sx.sequence("linear")?;
         let rule = "w must be [out, in] for x [time, in, batch]";
@@ -27,14 +39,20 @@ impl<T: Scalar> Tape<T> {
         let dims = LinearDims { time, input, output, batch };
         let mut y = self.pool.take(time * output * batch);
         let mut scratch = self.pool.take(T::linear_scratch(input, output));
-        let args = LinearForward { dims, w: self.value(w), b: self.value(b), x: self.value(x), y: &mut y };
+        let args =
+            LinearForward { dims, w: self.value(w), b: self.value(b), x: self.value(x), y: &mut y, tanh };
         T::linear_forward(args, &mut scratch);
         self.pool.give(scratch);
-        self.push(Op::Linear { x, w, b }, Shape::new(&[time, output, batch])?, self.needs_grad(&[x, w, b]), y)
+        self.push(
+            Op::Linear { x, w, b, tanh },
+            Shape::new(&[time, output, batch])?,
+            self.needs_grad(&[x, w, b]),
+            y,
+        )
     }
 }
 
-pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &[T]) {
+pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, [x, w, b]: [Var; 3], tanh: bool, out: Var, grad: &[T]) {
     let (&[time, input, batch], &[output, _]) = (tape.shape(x).dims(), tape.shape(w).dims()) else { return };
     let dims = LinearDims { time, input, output, batch };
     let mut scratch = tape.pool.take(T::linear_scratch(input, output));
@@ -45,6 +63,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, w: Var, b: Var, grad: &
         dims,
         w: tape.value(w),
         x: tape.value(x),
+        y: if tanh { tape.value(out) } else { &[] },
         dy: grad,
         dx: &mut dx,
         dx_fresh,

@@ -62,7 +62,7 @@ pub(crate) enum Op {
     Slice { a: Var, axis: usize, start: usize },
     Concat { first: usize, count: usize, axis: usize },
     Stack { first: usize, count: usize },
-    Linear { x: Var, w: Var, b: Var },
+    Linear { x: Var, w: Var, b: Var, tanh: bool },
     Gru { x: Var, h0: Option<Var>, w: gru_sequence::GruVars },
     GaussianKl { mean_q: Var, sd_q: Var, mean_p: Var, sd_p: Var },
     GaussianNll { x: Var, mean: Var, sd: Var },
@@ -112,7 +112,8 @@ names! {
     Op::Slice { .. } => "slice",
     Op::Concat { .. } => "concat",
     Op::Stack { .. } => "stack_time",
-    Op::Linear { .. } => "linear",
+    Op::Linear { tanh: false, .. } => "linear",
+    Op::Linear { tanh: true, .. } => "linear_tanh",
     Op::Gru { .. } => "gru_sequence",
     Op::GaussianKl { .. } => "gaussian_kl",
     Op::GaussianNll { .. } => "gaussian_nll",
@@ -146,7 +147,7 @@ pub(crate) fn vjp<T: Scalar>(tape: &mut Tape<T>, op: Op, out: Var, grad: &[T]) {
         Op::Slice { a, axis, start } => slice::vjp(tape, a, axis, start, out, grad),
         Op::Concat { first, count, axis } => concat::vjp(tape, first, count, axis, out, grad),
         Op::Stack { first, count } => stack::vjp(tape, first, count, grad),
-        Op::Linear { x, w, b } => linear::vjp(tape, x, w, b, grad),
+        Op::Linear { x, w, b, tanh } => linear::vjp(tape, [x, w, b], tanh, out, grad),
         Op::Gru { x, h0, w } => gru_sequence::vjp(tape, x, h0, w, out, grad),
         Op::GaussianKl { mean_q, sd_q, mean_p, sd_p } => {
             gaussian_kl::vjp(tape, [mean_q, sd_q, mean_p, sd_p], grad);

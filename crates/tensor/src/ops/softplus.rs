@@ -16,5 +16,5 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
-    tape.accumulate(a, |da, tape| T::softplus_backward(tape.value(a), grad, da));
+    tape.contribute(a, |da, fresh, tape| T::softplus_backward(tape.value(a), grad, da, fresh));
 }

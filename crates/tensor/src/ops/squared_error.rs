@@ -19,11 +19,12 @@ impl<T: Scalar> Tape<T> {
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, mean: Var, grad: &[T]) {
     for (of, sign) in [(x, T::ONE), (mean, -T::ONE)] {
-        tape.accumulate(of, |d, tape| {
+        tape.contribute(of, |d, fresh, tape| {
             let (x, m) = (tape.value(x), tape.value(mean));
             vectorised(|| {
                 for (((d, g), x), m) in d.iter_mut().zip(grad).zip(x).zip(m) {
-                    *d += sign * *g * (*x - *m);
+                    let slope = sign * *g * (*x - *m);
+                    *d = if fresh { slope } else { *d + slope };
                 }
             });
         });

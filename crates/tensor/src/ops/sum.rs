@@ -72,5 +72,8 @@ pub(super) fn spread<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &
 
 pub(super) fn vjp_all<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
     let g = grad[0];
-    tape.accumulate(a, |da, _| da.iter_mut().for_each(|d| *d += g));
+    tape.contribute(a, |da, fresh, _| match fresh {
+        true => da.fill(g),
+        false => da.iter_mut().for_each(|d| *d += g),
+    });
 }

@@ -11,9 +11,9 @@
 //! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
 //! does not bound what z carries. What follows from that for forecasts is in the README.
 
-use super::{LossVars, Tile, mask_of, masked_sum};
+use super::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
-use augsim_tensor::{Scalar, Tape, TensorError, Var};
+use augsim_tensor::{Mark, Scalar, Tape, TensorError, Var};
 
 /// How the decoder's standard deviation is had.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,10 +148,8 @@ impl Dcvrnn {
         p: &Bound,
         [x, u, eps]: [Var; 3],
     ) -> Result<Passed, TensorError> {
-        let x = self.phi[0].forward(tape, p, x)?;
         let u = self.phi[1].forward(tape, p, u)?;
-        let seen = tape.concat(&[x, u, eps], 1)?;
-        let posterior = run(tape, p, &self.encoder, seen)?;
+        let posterior = self.posterior(tape, p, [x, u, eps])?;
         let prior = self.prior(tape, p, u, eps)?;
         let z = draw(tape, posterior, eps)?;
         let (mean_x, sd_x) = self.decode(tape, p, z)?;
@@ -168,16 +166,45 @@ impl Dcvrnn {
         p: &Bound,
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError> {
-        let s = self.sizes;
-        let x = tape.constant(&[tile.time, s.state, tile.lanes], tile.x)?;
-        let u = tape.constant(&[tile.time, s.condition, tile.lanes], tile.u)?;
-        let eps = tape.constant(&[tile.time, s.latent, tile.lanes], tile.eps)?;
+        let [x, u, eps] = self.operands(tape, tile)?;
         let mask = mask_of(tape, &tile)?;
         let passed = self.pass(tape, p, [x, u, eps])?;
         let (kl, misfit) = self.parts(tape, x, passed)?;
         let kl = masked_sum(tape, kl, mask)?;
         let misfit = masked_sum(tape, misfit, mask)?;
         Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+    }
+
+    /// Loss of a tile, and `scale` times its gradient at the variables of `p`: as [`Dcvrnn::loss`], but the
+    /// prior and the decoder are differentiated and forgotten one after the other, so that a tile takes two
+    /// thirds of the memory.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the tile does not have the net's extents.
+    pub fn differentiate<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+        scale: f64,
+    ) -> Result<Losses<T>, TensorError> {
+        let [x, u, eps] = self.operands(tape, tile)?;
+        let mask = mask_of(tape, &tile)?;
+        let u = self.phi[1].forward(tape, p, u)?;
+        let q = self.posterior(tape, p, [x, u, eps])?;
+
+        let mark = tape.mark();
+        let prior = self.prior(tape, p, u, eps)?;
+        let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
+        let kl = differentiate_term(tape, mark, kl, mask, scale)?;
+
+        let z = draw(tape, q, eps)?;
+        let decoded = self.decode(tape, p, z)?;
+        let misfit = misfit(tape, x, decoded)?;
+        let misfit = differentiate_term(tape, mark, misfit, mask, scale)?;
+
+        tape.finish_backward();
+        Ok(Losses { kl, misfit })
     }
 
     /// Divergence `[time, L, lanes]` and negative log-likelihood `[time, S, lanes]`.
@@ -192,11 +219,7 @@ impl Dcvrnn {
     ) -> Result<(Var, Var), TensorError> {
         let (q, prior) = (passed.posterior, passed.prior);
         let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
-        let misfit = match passed.sd_x {
-            None => tape.squared_error(x, passed.mean_x)?,
-            Some(sd) => tape.gaussian_nll(x, passed.mean_x, sd)?,
-        };
-        Ok((kl, misfit))
+        Ok((kl, misfit(tape, x, (passed.mean_x, passed.sd_x))?))
     }
 
     /// Mean (and deviation) of x for latents drawn from the prior: a forecast, from `u` alone.
@@ -214,6 +237,28 @@ impl Dcvrnn {
         let prior = self.prior(tape, p, u, eps)?;
         let z = draw(tape, prior, eps)?;
         self.decode(tape, p, z)
+    }
+
+    /// Records a tile's targets, conditions and noise.
+    fn operands<T: Scalar>(&self, tape: &mut Tape<T>, tile: Tile<'_, T>) -> Result<[Var; 3], TensorError> {
+        let (s, time, lanes) = (self.sizes, tile.time, tile.lanes);
+        Ok([
+            tape.constant(&[time, s.state, lanes], tile.x)?,
+            tape.constant(&[time, s.condition, lanes], tile.u)?,
+            tape.constant(&[time, s.latent, lanes], tile.eps)?,
+        ])
+    }
+
+    /// For targets, features of conditions, and noise.
+    fn posterior<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        [x, u, eps]: [Var; 3],
+    ) -> Result<Gaussian, TensorError> {
+        let x = self.phi[0].forward(tape, p, x)?;
+        let seen = tape.concat(&[x, u, eps], 1)?;
+        run(tape, p, &self.encoder, seen)
     }
 
     fn prior<T: Scalar>(
@@ -257,4 +302,27 @@ fn run<T: Scalar>(
 fn draw<T: Scalar>(tape: &mut Tape<T>, g: Gaussian, eps: Var) -> Result<Var, TensorError> {
     let noise = tape.mul(eps, g.sd)?;
     tape.add(g.mean, noise)
+}
+
+/// Negative log-likelihood of x given mean and, where it is not 1, deviation; less constants.
+fn misfit<T: Scalar>(tape: &mut Tape<T>, x: Var, (mean, sd): (Var, Option<Var>)) -> Result<Var, TensorError> {
+    match sd {
+        None => tape.squared_error(x, mean),
+        Some(sd) => tape.gaussian_nll(x, mean, sd),
+    }
+}
+
+/// The sum of a term of the loss, whose gradient times `scale` is taken back to `mark`.
+fn differentiate_term<T: Scalar>(
+    tape: &mut Tape<T>,
+    mark: Mark,
+    term: Var,
+    mask: Option<Var>,
+    scale: f64,
+) -> Result<T, TensorError> {
+    let sum = masked_sum(tape, term, mask)?;
+    let value = tape.value(sum)[0];
+    let scaled = tape.scale(sum, scale)?;
+    tape.backward_to(mark, scaled)?;
+    Ok(value)
 }

@@ -44,6 +44,15 @@ pub struct LossVars {
     pub misfit: Var,
 }
 
+/// Values of the two parts of a tile's loss.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Losses<T> {
+    /// Kullback-Leibler part.
+    pub kl: T,
+    /// Negative log-likelihood part (less constants).
+    pub misfit: T,
+}
+
 /// The net of a [`Recipe`].
 #[derive(Debug, Clone)]
 pub enum Net {
@@ -107,6 +116,29 @@ impl Net {
             Net::Dcvrnn(net) => net.loss(tape, p, tile),
             Net::Stepwise(net) => net.loss(tape, p, tile),
         }
+    }
+}
+
+impl Net {
+    /// Loss of a tile, and `scale` times its gradient at the variables of `p`.
+    ///
+    /// # Errors
+    /// [`TensorError`] if the tile does not have the net's extents.
+    pub fn differentiate<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+        scale: f64,
+    ) -> Result<Losses<T>, TensorError> {
+        let net = match self {
+            Net::Dcvrnn(net) => return net.differentiate(tape, p, tile, scale),
+            Net::Stepwise(net) => net,
+        };
+        let loss = net.loss(tape, p, tile)?;
+        let scaled = tape.scale(loss.total, scale)?;
+        tape.backward(scaled)?;
+        Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
     }
 }
 

@@ -2,18 +2,17 @@
 
 use super::Dcvrnn;
 use augsim_nn::Params;
-use augsim_nn::inference::{GruRunner, HeadRunner, LinearRunner, SdRunner};
+use augsim_nn::inference::{DrawRunner, GruRunner, LinearRunner, SdRunner};
 
 /// Prior and decoder with their states, for a number of trajectories in lanes. Nothing is allocated after
 /// construction, and no activation outlives a call.
 #[derive(Debug, Clone)]
 pub struct DcvrnnSampler {
-    prior: (GruRunner, HeadRunner),
+    prior: (GruRunner, DrawRunner),
     decoder: GruRunner,
     mean: LinearRunner,
     sd: Option<SdRunner>,
     seen: Vec<f32>,
-    z: Vec<f32>,
     condition: usize,
     latent: usize,
     lanes: usize,
@@ -36,13 +35,12 @@ impl DcvrnnSampler {
         DcvrnnSampler {
             prior: (
                 GruRunner::new(parts.prior, params, lanes, steps),
-                HeadRunner::new(parts.prior_head, params, lanes, steps),
+                DrawRunner::new(parts.prior_head, params, lanes, steps),
             ),
             decoder: GruRunner::new(parts.decoder, params, lanes, steps),
             mean: LinearRunner::new(parts.mean, params, lanes, steps),
             sd: parts.std.map(|std| SdRunner::new(std, s.sd_floor, params, lanes, steps)),
             seen: vec![0.0; steps * (s.condition + s.latent) * lanes],
-            z: vec![0.0; steps * s.latent * lanes],
             condition: s.condition,
             latent: s.latent,
             lanes,
@@ -65,11 +63,7 @@ impl DcvrnnSampler {
             row[..u_row].copy_from_slice(&u[s * u_row..][..u_row]);
             row[u_row..].copy_from_slice(&eps[s * eps_row..][..eps_row]);
         }
-        let (mean, sd) = self.prior.1.run(self.prior.0.run(seen, steps), steps);
-        let z = &mut self.z[..eps.len()];
-        for (((z, mean), sd), eps) in z.iter_mut().zip(mean).zip(sd).zip(eps) {
-            *z = mean + eps * sd;
-        }
+        let z = self.prior.1.run(self.prior.0.run(seen, steps), eps, steps);
         let h = self.decoder.run(z, steps);
         let sd = self.sd.as_mut().map(|sd| sd.run(h, steps));
         Predicted { mean: self.mean.run(h, steps), sd }

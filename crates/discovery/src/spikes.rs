@@ -1,0 +1,41 @@
+//! Outliers that the arcs alone do not show.
+//!
+//! A short arc's polynomial bends towards an outlier, and samples near impacts lie in no arc. Against the calibrated model a
+//! spike stands out all the same: alone, between neighbours that agree. What a missing effect leaves is smooth there.
+
+use crate::adequacy::residuals;
+use crate::fit::{Fit, Sample};
+use crate::record::Measured;
+
+/// Distance from the mean of the neighbours, in standard deviations of that difference, beyond which a sample is an outlier.
+const SPIKE: f64 = 4.5;
+
+/// Samples `(record, channel, index)` that stand alone against `fit`, which is on all records of the sample.
+pub(crate) fn spikes(sample: &Sample<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
+    let mut out = Vec::new();
+    for (i, &j) in sample.chosen.iter().enumerate() {
+        let record = &sample.data.records[j];
+        for (channel, left) in residuals(sample, fit, i).iter().enumerate() {
+            let weight = &record.weight[channel];
+            // Residual in units of the noise, if sample k is used and follows or precedes its neighbour without a gap.
+            let at = |k: usize| (weight.get(k).is_some_and(|w| *w > 0.0)).then(|| left[k] * weight[k]);
+            for k in 1..left.len().saturating_sub(1) {
+                let (Some(a), Some(x), Some(b)) = (at(k - 1), at(k), at(k + 1)) else { continue };
+                let linked = record.linked[k] && record.linked[k + 1];
+                let alone = (x - 0.5 * (a + b)).abs() > SPIKE * 1.5f64.sqrt();
+                let agree = (a - b).abs() < SPIKE * 2f64.sqrt();
+                if linked && alone && agree {
+                    out.push((j, channel, k));
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Takes samples out of all fits.
+pub(crate) fn mask(data: &mut Measured, samples: &[(usize, usize, usize)]) {
+    for &(record, channel, k) in samples {
+        data.records[record].weight[channel][k] = 0.0;
+    }
+}
