@@ -223,7 +223,8 @@ pub enum Scenario {
     Ball,
     /// Planar pushing.
     Push,
-    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one.
+    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
+    /// pushing.
     Loop,
 }
 
