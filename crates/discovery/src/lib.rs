@@ -28,6 +28,7 @@ mod periodicity;
 mod prepare;
 mod push;
 mod record;
+mod remainder;
 mod report;
 mod result;
 mod score;

@@ -51,9 +51,15 @@ fn text(args: &Discover, d: &Discovery) -> String {
             let [low, high] = e.ci95;
             let _ = writeln!(
                 out,
-                "  {}: {name} = {:.4} {} (95 % interval {low:.4} to {high:.4})",
-                effect.kind, e.value, e.unit
+                "  {}: {name} = {:.4} {} (95 % interval {low:.4} to {high:.4}){}",
+                effect.kind,
+                e.value,
+                e.unit,
+                if e.groups.is_empty() { "" } else { ", the mean over groups:" }
             );
+            for (group, value) in &e.groups {
+                let _ = writeln!(out, "    {group}: {value:.4} {}", e.unit);
+            }
         }
     }
     let e = &d.error;

@@ -1,0 +1,91 @@
+//! What is left that the library does not know: where, against what, and the closed term that is nearest.
+
+use crate::hypothesis::{Addition, KNOTS};
+use crate::report::Parts;
+use crate::result::Unexplained;
+use augsim_physics::effects::Table;
+
+/// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
+fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
+    let n = values.len();
+    let x: Vec<f64> =
+        (0..n).map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64).collect();
+    let weight: Vec<f64> = sd.iter().map(|s| 1.0 / (s * s).max(1e-18)).collect();
+    let name = table.against.name();
+    type Shape<'s> = (String, Box<dyn Fn(f64) -> f64 + 's>);
+    let mut shapes: Vec<Shape<'_>> = vec![
+        (name.to_string(), Box::new(|v| v)),
+        (format!("{name}²"), Box::new(|v| v * v)),
+        (format!("1/{name}"), Box::new(|v| if v.abs() > 1e-3 { 1.0 / v } else { f64::NAN })),
+        (format!("sqrt|{name}|"), Box::new(|v: f64| v.abs().sqrt())),
+        (format!("|{name}|"), Box::new(|v: f64| v.abs())),
+    ];
+    for i in 0..n - 1 {
+        let edge = 0.5 * (x[i] + x[i + 1]);
+        shapes.push((format!("step({name} > {edge:.3})"), Box::new(move |v| f64::from(u8::from(v > edge)))));
+    }
+    let mut best: Option<(f64, String)> = None;
+    for (label, f) in shapes {
+        let basis: Vec<f64> = x.iter().map(|&v| f(v)).collect();
+        if basis.iter().any(|b| !b.is_finite()) {
+            continue;
+        }
+        let sum = |g: &dyn Fn(usize) -> f64| (0..n).map(|i| weight[i] * g(i)).sum::<f64>();
+        let (w, b, bb) = (sum(&|_| 1.0), sum(&|i| basis[i]), sum(&|i| basis[i] * basis[i]));
+        let (y, by) = (sum(&|i| values[i]), sum(&|i| basis[i] * values[i]));
+        let det = w * bb - b * b;
+        if det <= 1e-12 * w * bb {
+            continue;
+        }
+        let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
+        let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
+        if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
+            best =
+                Some((misfit, format!("{} {} {offset:+.4} {slope:+.4} {label}", table.target.name(), "+=")));
+        }
+    }
+    best.map_or_else(String::new, |b| b.1)
+}
+
+/// The law that the library lacks, from the tables of the last model or, where nothing describes what is left, from the score
+/// of the worst law.
+pub(crate) fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
+    let fit = parts.full;
+    let h = &fit.hypothesis;
+    let (covariance, theta) = (fit.covariance(), &fit.theta);
+    for (n, a) in h.additions.iter().enumerate() {
+        if let Addition::Law(table) = a {
+            let range = h.range_of(n);
+            let values = &theta[range.clone()];
+            let sd: Vec<f64> = range.map(|i| covariance.at(i, i).max(0.0).sqrt()).collect();
+            let step = (table.last - table.first) / (KNOTS - 1) as f64;
+            let rows = (0..KNOTS).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect();
+            return Some(Unexplained {
+                place: table.target.location().name().into(),
+                target: table.target.name().into(),
+                against: table.against.name().into(),
+                term: closed_term(table, values, &sd),
+                table: rows,
+            });
+        }
+    }
+    if !parts.severe {
+        return None;
+    }
+    let worst = parts
+        .tests
+        .law_scores
+        .iter()
+        .max_by(|a, b| (a.statistic - a.rank).total_cmp(&(b.statistic - b.rank)))?;
+    let Addition::Law(table) = &worst.addition else {
+        return None;
+    };
+    let step = (table.last - table.first) / (KNOTS - 1) as f64;
+    Some(Unexplained {
+        place: table.target.location().name().into(),
+        target: table.target.name().into(),
+        against: table.against.name().into(),
+        term: closed_term(table, &worst.estimate, &worst.sd),
+        table: (0..KNOTS).map(|i| [table.first + step * i as f64, worst.estimate[i], worst.sd[i]]).collect(),
+    })
+}
