@@ -320,7 +320,8 @@ fn unfit_data_and_settings_are_refused() {
         "{text}"
     );
     let ball = EngineSpec::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
-    let text = refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
+    let text =
+        refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
     assert_eq!(text, "setting `recipe` = Neural+: is for pushing only");
     let few = GpPush::fit(&engine(), &data(1, 1), GpOptions { steps: 100, seed: 0 });
     assert!(few.is_err_and(|e| e.to_string().contains("at least 20 steps of 5 mm")));

@@ -183,6 +183,8 @@ fn a_model_of_pushing_keeps_its_effects() {
         Object::polygon("butter", &[[0.1, 0.0], [0.0, 0.1], [-0.1, -0.1]]).expect("a triangle"),
     );
     assert!(PushEngine::of(&textbook).is_none());
+    let disguised = Object::polygon("rect1", &[[0.1, 0.0], [0.0, 0.1], [-0.1, -0.1]]).expect("a triangle");
+    assert!(PushEngine::of(&PushModel::textbook(disguised)).is_none(), "another outline under the same name");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Name of the set, and of the folder of its report.
 pub const LABORATORY: &str = "push-laboratory";
-/// Training pushes that the loop reads: more take longer and change no answer.
+/// Training pushes that the loop reads: 2 to 3 CPU minutes, as fast pushes with inertia are slow to simulate.
 const LOOP_PUSHES: usize = 120;
 
 /// What is run.
@@ -49,10 +49,8 @@ impl Chain<'_> {
         let lab = Laboratory::new(&self.plan, self.seed)?;
         let some: Vec<usize> = (0..LOOP_PUSHES.min(self.plan.train)).collect();
         let some = lab.data.select(&some);
-        let set = {
-            let model = lab.declared.to_toml();
-            sets::one(LABORATORY, &some, &model, self.out, self.seed, self.resume, output)?
-        };
+        let declared = lab.declared.to_toml();
+        let set = sets::one(LABORATORY, &some, &declared, self.out, self.seed, self.resume, output)?;
         let textbook = PushEngine::of(&lab.declared).context("the laboratory's objects are built in")?;
         let calibrated = calibrated(&textbook, &set.found);
         let model = PushModel::parse(&set.found.model_toml, "the augmented model")?;

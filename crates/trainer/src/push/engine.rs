@@ -66,8 +66,10 @@ impl PushEngine {
     /// object.
     pub fn of(model: &PushModel) -> Option<Self> {
         let value = |i: usize| model.parameters.get(i).map(|p| p.nominal);
+        // An outline of a file's own may bear the name of a built-in object.
+        let built_in = Object::named(&model.object.name).filter(|object| *object == model.object)?;
         Some(PushEngine {
-            object: ObjectName::new(&model.object.name)?,
+            object: ObjectName::new(&built_in.name)?,
             c_m: value(C)?,
             contact_friction: value(CONTACT_FRICTION)?,
             rod_radius_m: value(ROD_RADIUS)?,
