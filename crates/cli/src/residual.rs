@@ -4,7 +4,7 @@ use crate::exit::Usage;
 use crate::output::Output;
 use anyhow::Context;
 use augsim_data::{MissingCells, read_dataset};
-use augsim_physics::model::{ModelFile, Per};
+use augsim_physics::model::{EffectBlock, ModelFile, Per};
 use augsim_physics::push::OBJECTS;
 use augsim_trainer::push::PushEngine;
 use augsim_trainer::{EngineSpec, ModelBall, Recipe};
@@ -43,7 +43,19 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
                     p.name
                 ));
             }
-            let ball = ModelBall::new(&model, step_s(data)?).with_context(|| path.display().to_string())?;
+            let step_s = step_s(data)?;
+            let lasts = |e: &&EffectBlock| e.kind == "contact-duration";
+            let contact = model.effects.iter().find(lasts).and_then(|e| e.parameters.first());
+            if let Some(tau) =
+                contact.filter(|tau| recipe == Recipe::HybridPlus && tau.nominal > 0.5 * step_s)
+            {
+                output.note(format!(
+                    "contacts of {:.4} s against steps of {step_s:.4} s: single steps bounce in an instant, so samples of \
+                     this recipe scatter too far at impacts; --recipe hybrid reads the roll-out, which follows contacts",
+                    tau.nominal
+                ));
+            }
+            let ball = ModelBall::new(&model, step_s).with_context(|| path.display().to_string())?;
             Ok(EngineSpec::ModelBall(Box::new(ball)))
         }
         ModelFile::Push(model) => {
