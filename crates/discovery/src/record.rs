@@ -13,7 +13,7 @@ pub(crate) struct Record {
     pub y: Vec<Vec<f64>>,
     /// `weight[channel][sample]` = 1/σ, 1/m; 0 where not measured or masked.
     pub weight: Vec<Vec<f64>>,
-    /// Whether sample k follows sample k-1 without a gap (for autocorrelated noise).
+    /// Whether sample k follows sample k-1 with at most one lost between them (for autocorrelated noise).
     pub linked: Vec<bool>,
     pub covariates: Covariates,
     pub radius_m: Option<f64>,

@@ -152,7 +152,8 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
     record.arcs.retain(|a| a.len() >= 5 && a.end <= end);
     record.times.truncate(end);
     record.y.iter_mut().for_each(|c| c.truncate(end));
-    record.linked = (0..end).map(|k| k > 0 && times[k] - times[k - 1] < 1.6 * dt).collect();
+    // One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
+    record.linked = (0..end).map(|k| k > 0 && times[k] - times[k - 1] < 2.6 * dt).collect();
     rough_start(record, vertical, g);
 }
 
