@@ -31,7 +31,7 @@ fn nets(train: &Sequences) -> Vec<NetModel> {
     let engine = EngineSpec::PybulletBall(paper_engine());
     [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
         .map(|recipe| {
-            let mut training = ok(Training::new(Settings::ball(recipe, 20, 1, engine), train));
+            let mut training = ok(Training::new(Settings::ball(recipe, 20, 1, engine.clone()), train));
             (0..20).for_each(|_| {
                 ok(training.step());
             });

@@ -278,7 +278,7 @@ fn calibration_finds_the_parameters_that_made_the_pushes() {
     let truth = PushEngine { c_m: 0.031, contact_friction: 0.19, rod_radius_m: 0.0045, ..engine() };
     let mut data = data(40, 3);
     for q in &mut data.items {
-        q.states = EngineSpec::Push(truth).rollout(&q.states[..3], &q.actions, q.time);
+        q.states = EngineSpec::Push(truth.clone()).rollout(&q.states[..3], &q.actions, q.time);
     }
     let fit = ok(calibrate(&engine(), &data));
     for (e, truth) in fit.estimates.iter().zip([truth.c_m, truth.contact_friction, truth.rod_radius_m]) {
@@ -320,7 +320,8 @@ fn unfit_data_and_settings_are_refused() {
         "{text}"
     );
     let ball = EngineSpec::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
-    let text = refused(Training::new(Settings { engine: ball, ..settings(Recipe::NeuralPlus) }, &pushes));
+    let text =
+        refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
     assert_eq!(text, "setting `recipe` = Neural+: is for pushing only");
     let few = GpPush::fit(&engine(), &data(1, 1), GpOptions { steps: 100, seed: 0 });
     assert!(few.is_err_and(|e| e.to_string().contains("at least 20 steps of 5 mm")));

@@ -151,9 +151,12 @@ pub enum RecipeArg {
 /// Options of `train`.
 #[derive(Debug, ClapArgs)]
 pub struct Train {
-    /// Trajectories to train on (CSV, plain or gzip). Without it 800 are generated.
+    /// Trajectories to train on (CSV, plain or gzip). Without it 800 drops are generated.
     #[arg(long)]
     pub data: Option<PathBuf>,
+    /// Train on what the model in this folder of `discover` leaves of the data: the net corrects the augmented model.
+    #[arg(long, value_name = "RUN", requires = "data")]
+    pub residual_of: Option<PathBuf>,
     /// Which net.
     #[arg(long, value_enum, default_value = "hybrid-plus")]
     pub recipe: RecipeArg,
@@ -207,7 +210,8 @@ pub struct Evaluate {
     /// What the model may see.
     #[arg(long, value_enum, default_value = "forecast")]
     pub protocol: ProtocolArg,
-    /// Exit with code 1 unless the error of the height (mean of 10 samples) is below this, in m.
+    /// Exit with code 1 unless the error of the height, or of the position of a pushed object, is below this, in m (mean of
+    /// 10 samples).
     #[arg(long)]
     pub require_pos_m: Option<f64>,
 }
@@ -219,7 +223,8 @@ pub enum Scenario {
     Ball,
     /// Planar pushing.
     Push,
-    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one.
+    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
+    /// pushing.
     Loop,
 }
 

@@ -10,6 +10,8 @@ mod interrupt;
 mod output;
 mod progress;
 mod push;
+mod residual;
+mod run_data;
 mod run_dir;
 mod session;
 

@@ -6,6 +6,7 @@ use crate::progress::TrainingProgress;
 use crate::run_dir::{Config, RunDir};
 use augsim_nn::{checkpoint, weights};
 use augsim_trainer::{NetModel, Sequences, Training};
+use std::path::Path;
 use std::time::Instant;
 
 /// Iterations between lines of the metrics file.
@@ -32,6 +33,27 @@ pub struct Trained {
     pub seconds_per_iteration: Option<f64>,
     /// Number of parameters.
     pub parameters: usize,
+}
+
+/// Trains as `config` says, into the run directory `folder`; `None` if the user stopped it, which is said. With `resume` a
+/// run that is there is gone on with, but a run with another configuration is not this run: it starts anew.
+pub fn train_again(
+    folder: &Path,
+    config: &Config,
+    data: &Sequences,
+    resume: bool,
+    output: &Output,
+) -> anyhow::Result<Option<Trained>> {
+    let run = RunDir::create(folder)?;
+    let resume = resume && run.read_config().is_ok_and(|c| c == *config);
+    run.write_config(config)?;
+    match train(&run, config, data, resume, output)? {
+        Ended::Trained(trained) => Ok(Some(*trained)),
+        Ended::Interrupted { iteration } => {
+            output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
+            Ok(None)
+        }
+    }
 }
 
 /// Trains as `config` says, into `run`. With `resume` an existing checkpoint is continued.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"AUGSIMCK";
 /// Version of the layout and of what is stored; changes whenever an older file can no longer be read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const HEADER: usize = 8 + 4 + 8 + 4;
 /// Largest body that is decoded: no net of this kind comes near it, so a larger length is damage.
 const MAX_BODY: usize = 1 << 30;
@@ -165,6 +165,6 @@ mod tests {
         newer[8] = 99;
         std::fs::write(&path, &newer).unwrap();
         let text = reload(&path).unwrap_err().to_string();
-        assert!(text.contains("version 99") && text.contains("version 1"), "{text}");
+        assert!(text.contains("version 99") && text.contains(&format!("version {VERSION}")), "{text}");
     }
 }

@@ -1,5 +1,6 @@
 //! The analytical model as the nets use it: one step at a time.
 
+use crate::ball_model::ModelBall;
 use crate::push::{self, PushEngine};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use serde::{Deserialize, Serialize};
@@ -38,26 +39,39 @@ fn step_by_step(engine: &(impl Engine + ?Sized), start: &[f64], actions: &[f64],
 }
 
 /// Which engine a run uses, with its parameters; kept in the run's configuration and checkpoint.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EngineSpec {
     /// PyBullet's stepping scheme for a ball on flat ground.
     PybulletBall(BulletBall),
-    /// Quasi-static pushing with one rod.
+    /// Pushing with one rod.
     Push(PushEngine),
+    /// The ball of a model file.
+    ModelBall(Box<ModelBall>),
+}
+
+impl EngineSpec {
+    /// Seconds from one state to the next, where the engine has a step of its own: that of the data must be the same.
+    pub fn step_s(&self) -> Option<f64> {
+        match self {
+            EngineSpec::PybulletBall(ball) => Some(ball.step_s),
+            EngineSpec::ModelBall(ball) => Some(ball.step_s()),
+            EngineSpec::Push(_) => None,
+        }
+    }
 }
 
 impl Engine for EngineSpec {
     fn columns(&self) -> &'static [&'static str] {
         match self {
-            EngineSpec::PybulletBall(_) => &["height_m", "velocity_m_s"],
+            EngineSpec::PybulletBall(_) | EngineSpec::ModelBall(_) => &["height_m", "velocity_m_s"],
             EngineSpec::Push(_) => &push::STATES,
         }
     }
 
     fn action_columns(&self) -> &'static [&'static str] {
         match self {
-            EngineSpec::PybulletBall(_) => &[],
+            EngineSpec::PybulletBall(_) | EngineSpec::ModelBall(_) => &[],
             EngineSpec::Push(_) => &push::ACTIONS,
         }
     }
@@ -74,6 +88,7 @@ impl Engine for EngineSpec {
                 let path = engine.poses(state, &[from, to].concat());
                 next.copy_from_slice(&path[3..6]);
             }
+            EngineSpec::ModelBall(ball) => ball.step(state, next),
         }
     }
 
@@ -81,6 +96,7 @@ impl Engine for EngineSpec {
         match self {
             EngineSpec::PybulletBall(_) => step_by_step(self, start, actions, time),
             EngineSpec::Push(engine) => engine.poses(start, actions),
+            EngineSpec::ModelBall(ball) => ball.rollout(start, time),
         }
     }
 }

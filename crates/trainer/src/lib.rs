@@ -4,6 +4,7 @@
 //! the first state and the actions alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
 //! [`Protocol`].
 
+mod ball_model;
 mod engine;
 mod error;
 mod evaluate;
@@ -20,6 +21,7 @@ mod settings;
 mod tiles;
 mod training;
 
+pub use ball_model::{BallModelError, ModelBall};
 pub use engine::{Engine, EngineSpec};
 pub use error::TrainerError;
 pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction};

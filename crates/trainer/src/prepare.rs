@@ -145,17 +145,17 @@ impl Fitted {
     /// Fits the scales that `engine` and `recipe` need on a training set.
     pub fn fit(recipe: Recipe, engine: &EngineSpec, train: &Sequences) -> Self {
         match engine {
-            EngineSpec::PybulletBall(_) => Fitted::States(Scales::fit(engine, train)),
             EngineSpec::Push(push) => Fitted::Push(PushScales::fit(recipe, push, train)),
+            _ => Fitted::States(Scales::fit(engine, train)),
         }
     }
 
     /// What `recipe` reads of a whole trajectory; `None` if the scales are not the engine's.
     pub fn prepare(&self, recipe: Recipe, engine: &EngineSpec, q: &Sequence) -> Option<Prepared> {
         match (self, engine) {
-            (Fitted::States(scales), EngineSpec::PybulletBall(_)) => Some(prepare(recipe, engine, scales, q)),
             (Fitted::Push(scales), EngineSpec::Push(push)) => Some(scales.prepare(recipe, push, q)),
-            _ => None,
+            (Fitted::Push(_), _) | (_, EngineSpec::Push(_)) => None,
+            (Fitted::States(scales), _) => Some(prepare(recipe, engine, scales, q)),
         }
     }
 }

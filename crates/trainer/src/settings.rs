@@ -71,6 +71,14 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The settings for the scenario of `engine`: those of [`Settings::ball`] or of [`Settings::push`].
+    pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: EngineSpec) -> Self {
+        match engine {
+            EngineSpec::Push(engine) => Self::push(recipe, iterations, seed, engine),
+            ball => Self::ball(recipe, iterations, seed, ball),
+        }
+    }
+
     /// The settings for the bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of
     /// the 10,000 iterations, batch 100, two GRU layers of 16 units, latent 4. `iterations` scales the
     /// schedule with it.
@@ -118,11 +126,8 @@ impl Settings {
             engine: EngineSpec::Push(engine),
         };
         match recipe {
-            Recipe::Neural | Recipe::Hybrid => paper,
-            Recipe::HybridStandardised => Settings {
-                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
-                ..paper
-            },
+            // Hybrid-std is refused by `check`.
+            Recipe::Neural | Recipe::Hybrid | Recipe::HybridStandardised => paper,
             Recipe::HybridPlus | Recipe::NeuralPlus => Settings {
                 learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
                 net: NetSettings { hidden: 32, layers: 1, latent: 4, sd_floor: 1e-3 },
@@ -136,8 +141,15 @@ impl Settings {
     /// # Errors
     /// [`TrainerError::Setting`], naming the key.
     pub fn check(&self) -> Result<(), TrainerError> {
-        if self.recipe == Recipe::NeuralPlus && !matches!(self.engine, EngineSpec::Push(_)) {
-            let rule = "is for pushing only";
+        let pushing = matches!(self.engine, EngineSpec::Push(_));
+        let foreign = match self.recipe {
+            Recipe::NeuralPlus if !pushing => Some("is for pushing only"),
+            Recipe::HybridStandardised if pushing => {
+                Some("is for the ball only; pushes are always standardised")
+            }
+            _ => None,
+        };
+        if let Some(rule) = foreign {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
         }
         let at_least_one = [

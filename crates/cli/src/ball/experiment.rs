@@ -5,7 +5,7 @@ use super::rows::{Errors, Row};
 use super::{load, paper_engine, read, sequences};
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource, RunDir};
-use crate::session::{self, Ended, Trained};
+use crate::session::{self, Trained};
 use augsim_data::{Dataset, atomic_write};
 use augsim_physics::ball::floor::{FloorOptions, paper_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
@@ -92,22 +92,23 @@ pub struct Scored<'a> {
 impl Experiment {
     /// Runs it; `None` if the user stopped it (run again with `--resume`).
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
-        let (train, test_data) = (load(&self.train)?, read(&self.test)?);
+        let engine = paper_engine();
+        let (train, test_data) = (load(&self.train, &engine)?, read(&self.test, &engine)?);
         let test = sequences(&test_data)?;
         let mut trained = Vec::new();
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
-            match self.train_net(*plan, &train, output)? {
-                Ended::Trained(t) => trained.push(*t),
-                Ended::Interrupted { iteration } => {
-                    output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
-                    return Ok(None);
-                }
+            let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, engine.clone());
+            let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
+            let folder = self.run_dir(plan.recipe);
+            match session::train_again(&folder, &config, &train, self.resume, output)? {
+                Some(t) => trained.push(t),
+                None => return Ok(None),
             }
         }
         output.note(format!("scoring on {} trajectories of {}", test.items.len(), self.test_name));
         let law = Law { law: PaperLaw::default(), seed: self.seed };
-        let physics = Physics(paper_engine());
+        let physics = Physics(engine);
         let mut rows = Vec::new();
         let mut scored: Vec<Scored<'_>> = Vec::new();
         let points: [&dyn Forecaster; 2] = [&Zero, &physics];
@@ -143,16 +144,6 @@ impl Experiment {
 
     fn run_dir(&self, recipe: Recipe) -> PathBuf {
         self.out.join(recipe.label().to_lowercase().replace('+', "-plus"))
-    }
-
-    fn train_net(&self, plan: NetPlan, train: &Sequences, output: &Output) -> anyhow::Result<Ended> {
-        let run = RunDir::create(&self.run_dir(plan.recipe))?;
-        let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, paper_engine());
-        let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
-        // A run with other settings is not this run: it starts anew.
-        let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
-        run.write_config(&config)?;
-        session::train(&run, &config, train, resume, output)
     }
 
     fn learning_curves(&self) -> anyhow::Result<Vec<(Recipe, Vec<augsim_trainer::Losses>)>> {

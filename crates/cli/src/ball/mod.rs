@@ -8,6 +8,7 @@ pub use experiment::{Experiment, NetPlan};
 pub use rows::{Row, table};
 
 use crate::run_dir::DataSource;
+use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_dataset};
 use augsim_physics::ball::paper_law::{self, PaperLaw};
 use augsim_trainer::{Engine, EngineSpec, Sequences};
@@ -17,16 +18,22 @@ pub fn paper_engine() -> EngineSpec {
     EngineSpec::PybulletBall(paper_law::paper_engine())
 }
 
-/// The data set of a source, at the engine's rate.
-pub fn read(source: &DataSource) -> anyhow::Result<Dataset> {
+/// The data set of a source; its samples must be the engine's steps apart.
+pub fn read(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Dataset> {
     let dataset = match source {
         DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
         DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
         DataSource::PushLaboratory { .. } => {
-            anyhow::bail!("the run was trained on pushes; its forecasts are in `reproduce push`")
+            anyhow::bail!("pushes of the virtual laboratory are no drops of a ball")
         }
     };
-    paper_law::check_rate(&dataset, paper_law::paper_engine().step_s)?;
+    if let Some(step_s) = engine.step_s() {
+        let checked = paper_law::check_rate(&dataset, step_s);
+        match dataset.path() {
+            Some(path) => checked.with_context(|| path.display().to_string())?,
+            None => checked?,
+        }
+    }
     Ok(dataset)
 }
 
@@ -36,6 +43,6 @@ pub fn sequences(dataset: &Dataset) -> anyhow::Result<Sequences> {
 }
 
 /// The engine's columns of a source.
-pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
-    sequences(&read(source)?)
+pub fn load(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Sequences> {
+    sequences(&read(source, engine)?)
 }

@@ -91,6 +91,7 @@ impl Row {
 /// The rows as text, one block per protocol: what one protocol gives is not comparable with another.
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::new();
+    let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(10);
     for protocol in [Protocol::Forecast, Protocol::Reconstruction, Protocol::Floor] {
         let mut rows = rows.iter().filter(|r| r.protocol == protocol).peekable();
         if rows.peek().is_none() {
@@ -105,7 +106,7 @@ pub fn table(rows: &[Row]) -> String {
         let _ = writeln!(out, "{} ({explanation})", protocol.label());
         let _ = writeln!(
             out,
-            "  {:<10} {:<18} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>6}",
+            "  {:<width$} {:<18} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>6}",
             "model", "estimate", "trans %", "pos m", "vel m/s", "CRPS m", "CRPS m/s", "in 50%", "in 90%"
         );
         for r in rows {
@@ -113,7 +114,7 @@ pub fn table(rows: &[Row]) -> String {
             let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
             let _ = writeln!(
                 out,
-                "  {:<10} {:<18} {:>8.2} {:>8.4} {:>8.4} {:>8} {:>9} {:>6} {:>6}",
+                "  {:<width$} {:<18} {:>8.2} {:>8.4} {:>8.4} {:>8} {:>9} {:>6} {:>6}",
                 r.model,
                 r.estimate,
                 r.errors.trans_percent,
@@ -127,7 +128,7 @@ pub fn table(rows: &[Row]) -> String {
             if let Some(m) = &r.median_of_100 {
                 let _ = writeln!(
                     out,
-                    "  {:<10} {:<18} {:>8.2} {:>8.4} {:>8.4}",
+                    "  {:<width$} {:<18} {:>8.2} {:>8.4} {:>8.4}",
                     "", "median of 100", m.trans_percent, m.pos_m, m.vel_m_s
                 );
             }

@@ -1,16 +1,15 @@
 //! The whole chain on the ball: from a model that is almost right to the net on the augmented model.
 
-use crate::ball::{Row, paper_engine, sequences};
+use super::nets::Nets;
+use crate::ball::{Row, load, paper_engine};
 use crate::output::Output;
-use crate::run_dir::{Config, DataSource, RunDir};
-use crate::session::{self, Ended};
-use augsim_data::{MissingCells, read_dataset};
+use crate::run_dir::DataSource;
 use augsim_discovery::Discovery;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
 use augsim_physics::effects::{SCATTER_KIND, ScatterPer};
 use augsim_trainer::models::{Physics, ScatteredBall, Zero};
-use augsim_trainer::{EngineSpec, Forecaster, NetModel, Protocol, Recipe, Settings, evaluate_forecast};
+use augsim_trainer::{EngineSpec, Forecaster, Protocol, evaluate_forecast};
 use std::path::Path;
 
 /// What is run.
@@ -33,35 +32,21 @@ impl Chain<'_> {
     /// The table on `test_1000`; `None` if the user stopped it.
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
         let train = DataSource::File(self.data.join("train.csv.gz"));
-        let (train_data, test) = (crate::ball::load(&train)?, {
-            sequences(&read_dataset(&self.data.join("test_1000.csv.gz"), MissingCells::Refuse)?)?
-        });
+        let test = DataSource::File(self.data.join("test_1000.csv.gz"));
+        let [train_data, test] = [load(&train, &paper_engine())?, load(&test, &paper_engine())?];
         let (nominal, calibrated) = (paper_law::paper_engine(), self.calibrated());
         let augmented = self.augmented();
-        let (textbook, improved) = (paper_engine(), EngineSpec::PybulletBall(augmented.ball));
-        let plans = [
-            ("Neural", "neural", Recipe::Neural, textbook),
-            ("Hybrid", "hybrid", Recipe::Hybrid, textbook),
-            ("Hybrid on augmented", "hybrid-augmented", Recipe::Hybrid, improved),
-            ("Hybrid+", "hybrid-plus", Recipe::HybridPlus, textbook),
-            ("Hybrid+ on augmented", "hybrid-plus-augmented", Recipe::HybridPlus, improved),
-        ];
-        let mut nets: Vec<(&str, NetModel)> = Vec::new();
-        for (label, folder, recipe, engine) in plans {
-            output.note(format!("training {label} ({} iterations)", self.iterations));
-            let run = RunDir::create(&self.out.join(folder))?;
-            let settings = Settings::ball(recipe, self.iterations, self.seed, engine);
-            let config = Config { checkpoint_every: 500, data: train.clone(), settings };
-            let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
-            run.write_config(&config)?;
-            match session::train(&run, &config, &train_data, resume, output)? {
-                Ended::Trained(t) => nets.push((label, t.model)),
-                Ended::Interrupted { iteration } => {
-                    output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
-                    return Ok(None);
-                }
-            }
-        }
+        let nets = Nets {
+            declared: paper_engine(),
+            augmented: EngineSpec::PybulletBall(augmented.ball),
+            source: &train,
+            train: &train_data,
+            out: self.out,
+            iterations: self.iterations,
+            seed: self.seed,
+            resume: self.resume,
+        };
+        let Some(nets) = nets.train(output)? else { return Ok(None) };
         let physics = |ball: BulletBall| Physics(EngineSpec::PybulletBall(ball));
         let (declared, fitted) = (physics(nominal), physics(calibrated));
         let points: [(&str, &dyn Forecaster); 3] =

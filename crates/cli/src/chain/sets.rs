@@ -3,7 +3,7 @@
 use crate::args::Discover;
 use crate::commands::discover::close_loop;
 use crate::output::Output;
-use augsim_data::convert::CONVERTERS;
+use augsim_data::convert::{CONVERTERS, is_of_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
 use augsim_discovery::Discovery;
 use serde::Serialize;
@@ -56,16 +56,15 @@ pub struct SetRow {
 /// Runs the loop on the sets under `data` that are about the ball, each in its own folder of `out`.
 pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
     let mut rows = Vec::new();
-    for (set, convert) in CONVERTERS {
+    for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !is_of_pushes(set)) {
         let folder = data.join(set);
         if !folder.exists() {
             output.note(format!("{}: not there, left out", folder.display()));
             continue;
         }
         let converted = convert(&folder)?;
-        // Pushes are another scenario.
-        if let Some(model) = converted.model_toml.filter(|_| !converted.data.has_column("pusher_x_m")) {
-            rows.push(one(set, &converted.data, &model, out, seed, output)?);
+        if let Some(model) = converted.model_toml {
+            rows.push(one(set, &converted.data, &model, out, seed, false, output)?);
         }
     }
     let drops = data.join(PYBULLET).join("train.csv.gz");
@@ -73,17 +72,20 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
         let all = read_dataset(&drops, MissingCells::Refuse)?;
         let some = all.trajectories().iter().take(PYBULLET_DROPS).cloned().collect();
         let some = Dataset::new(all.columns().to_vec(), some)?;
-        rows.push(one(PYBULLET, &some, PYBULLET_MODEL, out, seed, output)?);
+        rows.push(one(PYBULLET, &some, PYBULLET_MODEL, out, seed, false, output)?);
     }
     Ok(rows)
 }
 
-fn one(
+/// Runs the loop on one set, in its own folder of `out`. With `resume` an answer that is there stands, if the same model and
+/// data gave it: for data that the seed decides as well.
+pub fn one(
     set: &str,
     data: &Dataset,
     model: &str,
     out: &Path,
     seed: u64,
+    resume: bool,
     output: &Output,
 ) -> anyhow::Result<SetRow> {
     let out = out.join(set);
@@ -94,11 +96,31 @@ fn one(
         out: out.clone(),
         train_share: 0.7,
     };
-    atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
-    write_dataset(data, &args.data)?;
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));
-    let found = close_loop(&args, seed, output)?;
+    let found = match resume.then(|| earlier(&args, data, model)).flatten() {
+        Some(found) => found,
+        None => {
+            // An answer to other data must not outlive them, should this be stopped.
+            let result = out.join("result.json");
+            if result.exists() {
+                std::fs::remove_file(&result)?;
+            }
+            atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
+            write_dataset(data, &args.data)?;
+            close_loop(&args, seed, output)?
+        }
+    };
     output.note(format!("{set}: {}", found.sentence));
     let trajectories = data.trajectories().len();
     Ok(SetRow { set: set.to_owned(), trajectories, report: out.join("report.html"), found })
+}
+
+/// The answer of an earlier run on the same model and data.
+fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
+    let same_model = std::fs::read_to_string(&args.model).ok()? == model;
+    let before = read_dataset(&args.data, MissingCells::AsGap).ok()?;
+    let same =
+        same_model && before.columns() == data.columns() && before.trajectories() == data.trajectories();
+    let text = std::fs::read_to_string(args.out.join("result.json")).ok()?;
+    serde_json::from_str(&text).ok().filter(|_| same)
 }

@@ -1,9 +1,9 @@
 //! `augsim predict`.
 
 use crate::args::Predict;
-use crate::ball;
 use crate::exit::Outcome;
 use crate::output::Output;
+use crate::run_data;
 use crate::run_dir::{DataSource, RunDir};
 use augsim_data::{Column, Dataset, Trajectory, write_csv};
 use augsim_trainer::score::quantile;
@@ -22,18 +22,18 @@ struct Written {
 /// Runs the subcommand.
 pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
     let model = NetModel::new(RunDir::open(&args.run).read_model()?)?;
-    let data = ball::read(&DataSource::File(args.data.clone()))?;
-    let starts = ball::sequences(&data)?;
+    let source = DataSource::File(args.data.clone());
+    let (starts, times) = run_data::load_timed(&source, &model.state().settings.engine)?;
     let samples = args.samples as usize;
     let rows = starts
         .items
         .par_iter()
-        .zip(data.trajectories())
+        .zip(&times)
         .enumerate()
         .map(|(i, (q, t))| {
             let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
             let columns = summarise(&model.forecast(task, samples)?, q.time);
-            Ok(Trajectory::new(q.id.clone(), t.time_s().to_vec(), columns)?)
+            Ok(Trajectory::new(q.id.clone(), t.clone(), columns)?)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
     let names = starts.columns.iter().flat_map(|c| column_names(c)).collect::<Vec<_>>();

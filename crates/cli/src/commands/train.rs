@@ -1,11 +1,11 @@
 //! `augsim train`.
 
 use crate::args::{RecipeArg, Train};
-use crate::ball;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource, RunDir};
 use crate::session::{self, Ended};
+use crate::{ball, residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 
@@ -37,11 +37,16 @@ pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> 
                 Some(path) => DataSource::File(path.clone()),
                 None => DataSource::PaperLaw { trajectories: GENERATED, seed },
             };
-            let settings = Settings::ball(recipe(args.recipe), args.iterations, seed, ball::paper_engine());
+            let recipe = recipe(args.recipe);
+            let engine = match (&args.residual_of, &args.data) {
+                (Some(found), Some(data)) => residual::engine(found, data, recipe, output)?,
+                _ => ball::paper_engine(),
+            };
+            let settings = Settings::new(recipe, args.iterations, seed, engine);
             Config { checkpoint_every: args.checkpoint_every, data, settings }
         }
     };
-    let train = ball::load(&config.data)?;
+    let train = run_data::load(&config.data, &config.settings.engine)?;
     run.write_config(&config)?;
     match session::train(&run, &config, &train, args.resume, output)? {
         Ended::Interrupted { iteration } => {

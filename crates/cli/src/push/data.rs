@@ -4,9 +4,10 @@ use super::plan::Plan;
 use crate::run_dir::DataSource;
 use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
-use augsim_data::{Dataset, Split, SplitSize};
+use augsim_data::{Dataset, MissingCells, Split, SplitSize, read_dataset};
+use augsim_physics::model::PushModel;
 use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
+use augsim_physics::push::laboratory::{Generated, Protocol, Recipe, SupportSheet};
 use augsim_trainer::Sequences;
 use augsim_trainer::push::{PushEngine, Thinning, pushes};
 use std::collections::BTreeMap;
@@ -54,6 +55,51 @@ pub struct PushData {
     pub notes: Vec<String>,
 }
 
+/// The laboratory's pushes of the object and on the support that nets are trained on. One layout is cut into training and
+/// test pushes: no cell of contact, angle and speed is in both unless there are more than 7,128.
+#[derive(Debug, Clone)]
+pub struct Laboratory {
+    /// The model that is declared.
+    pub declared: PushModel,
+    /// All pushes as they were measured, those for training first.
+    pub data: Dataset,
+    /// Their source.
+    pub source: DataSource,
+    /// Training pushes, thinned.
+    pub train: Sequences,
+    /// Test pushes, thinned.
+    pub test: Set,
+}
+
+impl Laboratory {
+    /// Makes the pushes of a plan.
+    pub fn new(plan: &Plan, seed: u64) -> anyhow::Result<Self> {
+        let (object, surface) = TRAINED;
+        let count = plan.train + plan.test;
+        let Generated { data, declared, .. } =
+            recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
+        let all = pushes(&data, plan.thinning)?;
+        Ok(Laboratory {
+            declared,
+            data,
+            source: DataSource::PushLaboratory {
+                object: object.into(),
+                surface: surface.into(),
+                pushes: count,
+                seed,
+            },
+            train: part(&all, 0, plan.train),
+            test: Set {
+                object: object.into(),
+                surface: surface.into(),
+                split: "test",
+                engine: engine(object, surface)?,
+                pushes: part(&all, plan.train, count),
+            },
+        })
+    }
+}
+
 /// The recipe of a set of the laboratory.
 pub fn recipe(protocol: Protocol, object: &str, surface: &str, pushes: usize) -> anyhow::Result<Recipe> {
     let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
@@ -65,6 +111,24 @@ pub fn recipe(protocol: Protocol, object: &str, surface: &str, pushes: usize) ->
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<PushEngine> {
     let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
     PushEngine::textbook(object, sheet.friction).with_context(|| format!("there is no object `{object}`"))
+}
+
+/// The pushes of a source, on one clock and thinned as every push here.
+pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
+    match source {
+        DataSource::File(path) => {
+            let data = read_dataset(path, MissingCells::AsGap)?;
+            let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
+            let data = if streams { resample(&data, PUBLISHED_RATE_HZ)? } else { data };
+            Ok(pushes(&data, Thinning::default())?)
+        }
+        DataSource::PushLaboratory { object, surface, pushes, seed } => {
+            made(object, surface, *pushes, *seed, Thinning::default())
+        }
+        DataSource::PaperLaw { .. } => {
+            anyhow::bail!("drops of a ball are no pushes: give pushes with --data")
+        }
+    }
 }
 
 fn made(
@@ -83,19 +147,11 @@ pub fn part(all: &Sequences, from: usize, to: usize) -> Sequences {
 }
 
 impl PushData {
-    /// Pushes laid out as the MIT set, made by the virtual laboratory. One layout is cut into training and test
-    /// pushes: no cell of contact, angle and speed is in both unless there are more than 7,128.
+    /// Pushes laid out as the MIT set, made by the virtual laboratory.
     pub fn laboratory(plan: &Plan, seed: u64) -> anyhow::Result<Self> {
-        let (object, surface) = TRAINED;
-        let count = plan.train + plan.test;
-        let all = made(object, surface, count, seed, plan.thinning)?;
-        let mut tests = vec![Set {
-            object: object.into(),
-            surface: surface.into(),
-            split: "test",
-            engine: engine(object, surface)?,
-            pushes: part(&all, plan.train, count),
-        }];
+        let Laboratory { source, train, test, .. } = Laboratory::new(plan, seed)?;
+        let declared = test.engine.clone();
+        let mut tests = vec![test];
         for (i, (object, surface)) in UNSEEN.into_iter().enumerate() {
             let seed = seed.wrapping_add((i as u64 + 1) * SEED_STEP);
             tests.push(Set {
@@ -106,19 +162,7 @@ impl PushData {
                 pushes: made(object, surface, plan.transfer, seed, plan.thinning)?,
             });
         }
-        Ok(PushData {
-            name: "virtual laboratory",
-            source: DataSource::PushLaboratory {
-                object: object.into(),
-                surface: surface.into(),
-                pushes: count,
-                seed,
-            },
-            engine: engine(object, surface)?,
-            train: part(&all, 0, plan.train),
-            tests,
-            notes: Vec::new(),
-        })
+        Ok(PushData { name: "virtual laboratory", source, engine: declared, train, tests, notes: Vec::new() })
     }
 
     /// The published files below a folder. Nets are trained on rect1 on ABS where that is there, otherwise on the

@@ -8,7 +8,7 @@ use super::rows::Row;
 use super::runs::{Measured, measured};
 use crate::output::Output;
 use crate::run_dir::{Config, RunDir};
-use crate::session::{self, Ended, Trained};
+use crate::session::{self, Trained};
 use augsim_data::atomic_write;
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::Estimate;
@@ -150,11 +150,11 @@ impl Experiment {
         let mut rows = Vec::new();
         let mut over_push = Vec::new();
         for (k, set) in data.tests.iter().enumerate() {
-            let physics = Physics(EngineSpec::Push(set.engine));
+            let physics = Physics(EngineSpec::Push(set.engine.clone()));
             let gp = gp.with_engine(&set.engine);
             let moved: Vec<NetModel> = nets
                 .iter()
-                .map(|t| t.model.with_engine(EngineSpec::Push(set.engine)))
+                .map(|t| t.model.with_engine(EngineSpec::Push(set.engine.clone())))
                 .collect::<Result<_, _>>()?;
             let mut models: Vec<(&dyn Forecaster, usize)> =
                 vec![(&Zero, 0), (&Still, 0), (&physics, 0), (&gp, whole)];
@@ -235,19 +235,9 @@ impl Experiment {
         };
         output.note(format!("training {} on {size} pushes ({iterations} iterations)", recipe.label()));
         let train = part(&data.train, 0, size);
-        let run = RunDir::create(&self.run_dir(recipe, size))?;
-        let settings = Settings::push(recipe, iterations, self.seed, data.engine);
+        let settings = Settings::push(recipe, iterations, self.seed, data.engine.clone());
         let config = Config { checkpoint_every: 1000, data: data.source.clone(), settings };
-        // A run with other settings is not this run: it starts anew.
-        let resume = self.resume && run.read_config().is_ok_and(|c| c == config);
-        run.write_config(&config)?;
-        Ok(match session::train(&run, &config, &train, resume, output)? {
-            Ended::Trained(t) => Some(*t),
-            Ended::Interrupted { iteration } => {
-                output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
-                None
-            }
-        })
+        session::train_again(&self.run_dir(recipe, size), &config, &train, self.resume, output)
     }
 
     fn losses(&self, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {

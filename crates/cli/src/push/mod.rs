@@ -8,8 +8,8 @@ mod report;
 mod rows;
 mod runs;
 
-pub use data::PushData;
+pub use data::{Laboratory, PushData, load};
 pub use experiment::Experiment;
 pub use plan::Plan;
-pub use rows::table;
+pub use rows::{Row, sets, table};
 pub use runs::folder as runs_folder;

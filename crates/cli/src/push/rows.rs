@@ -102,7 +102,9 @@ pub fn table(result: &ResultFile) -> String {
     out
 }
 
-fn sets(rows: &[Row]) -> String {
+/// One table of each set that the rows were measured on.
+pub fn sets(rows: &[Row]) -> String {
+    let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(16);
     let mut out = String::new();
     let mut set = String::new();
     for r in rows {
@@ -110,7 +112,7 @@ fn sets(rows: &[Row]) -> String {
             set = r.set();
             let _ = writeln!(
                 out,
-                "{}{set}\n  {:<16} {:>6} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7} {:>6}",
+                "{}{set}\n  {:<width$} {:>6} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7} {:>6}",
                 if out.is_empty() { "" } else { "\n" },
                 "model",
                 "train",
@@ -128,7 +130,7 @@ fn sets(rows: &[Row]) -> String {
         let e = &r.errors;
         let _ = writeln!(
             out,
-            "  {:<16} {:>6} {:>8.3} {:>8.2} {:>8.3} {:>8.3} {:>9.3} {:>9.3} {:>7} {:>6}",
+            "  {:<width$} {:>6} {:>8.3} {:>8.2} {:>8.3} {:>8.3} {:>9.3} {:>9.3} {:>7} {:>6}",
             r.model,
             r.train_pushes,
             e.trans_percent,

@@ -88,23 +88,29 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     };
     let train = cut(&train, EVERY[0])?;
     let calibration = calibrate(&engine, &train)?;
-    let set = |split, pushes| Set { object: "square".into(), surface: "table".into(), split, engine, pushes };
+    let set = |split, pushes| Set {
+        object: "square".into(),
+        surface: "table".into(),
+        split,
+        engine: engine.clone(),
+        pushes,
+    };
     let mut sets = vec![set("test runs", cut(&test, EVERY[1])?)];
     if !calm.is_empty() {
         sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
     }
-    let nominal = Named("Physics", Physics(EngineSpec::Push(engine)));
-    let calibrated = Named("Physics, fitted", Physics(EngineSpec::Push(calibration.engine)));
+    let nominal = Named("Physics", Physics(EngineSpec::Push(engine.clone())));
+    let calibrated = Named("Physics, fitted", Physics(EngineSpec::Push(calibration.engine.clone())));
     let mut nets = Vec::new();
     let mut interrupted = false;
     for (recipe, engine) in [
-        (Recipe::Neural, engine),
-        (Recipe::NeuralPlus, engine),
-        (Recipe::Hybrid, calibration.engine),
-        (Recipe::HybridPlus, calibration.engine),
+        (Recipe::Neural, &engine),
+        (Recipe::NeuralPlus, &engine),
+        (Recipe::Hybrid, &calibration.engine),
+        (Recipe::HybridPlus, &calibration.engine),
     ] {
         let iterations = if quick { ITERATIONS / 4 } else { ITERATIONS };
-        let mut training = Training::new(Settings::push(recipe, iterations, seed, engine), &train)?;
+        let mut training = Training::new(Settings::push(recipe, iterations, seed, engine.clone()), &train)?;
         while training.iteration() < iterations && !crate::interrupt::requested() {
             training.step()?;
         }

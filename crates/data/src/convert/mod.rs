@@ -37,6 +37,11 @@ pub const CONVERTERS: [(&str, Converter); 6] = [
     ("spindoe-table-tennis", spindoe::convert),
 ];
 
+/// Whether a set of [`CONVERTERS`] is of pushes: those are large, so one who wants balls asks before converting.
+pub fn is_of_pushes(set: &str) -> bool {
+    matches!(set, "cmu-mlab" | "mit-push" | "mit-pusher-slider")
+}
+
 /// A number that must be there.
 fn required(source: &CsvSource, cell: usize) -> Result<f64, DataError> {
     source.number(cell)?.ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"))

@@ -3,7 +3,7 @@
 use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
 
 /// Rolls the engine out from the first state.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Physics(
     /// The engine.
     pub EngineSpec,

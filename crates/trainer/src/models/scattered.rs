@@ -1,9 +1,9 @@
 //! The analytical model with what a discovery says about its restitution: calibrated, and different from drop to drop or
 //! from bounce to bounce.
 
-use crate::{Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
-use augsim_physics::ball::bullet::{BulletBall, BulletState};
+use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::effects::ScatterPer;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -33,20 +33,22 @@ impl Forecaster for ScatteredBall {
             let xi: f64 = StandardNormal.sample(&mut rng);
             (self.ball.restitution + self.sd * xi).max(0.0)
         };
+        let mut next = vec![0.0; s];
         for sample in 0..samples {
-            let mut ball = BulletBall { restitution: draw(), ..self.ball };
-            let mut state =
-                BulletState { centre_m: task.start[0] + ball.radius_m, velocity_m_s: task.start[1] };
+            let engine = |restitution| EngineSpec::PybulletBall(BulletBall { restitution, ..self.ball });
+            let mut ball = engine(draw());
+            let mut state = task.start.to_vec();
             for t in 0..task.time {
                 if t > 0 {
-                    let falling = state.velocity_m_s < 0.0;
-                    ball.step(&mut state);
-                    if self.per == ScatterPer::Impact && falling && state.velocity_m_s > 0.0 {
-                        ball.restitution = draw();
+                    ball.step(&state, &[], &[], &mut next);
+                    if self.per == ScatterPer::Impact && state[1] < 0.0 && next[1] > 0.0 {
+                        ball = engine(draw());
                     }
+                    state.copy_from_slice(&next);
                 }
-                values[t * s * samples + sample] = (state.centre_m - ball.radius_m) as f32;
-                values[(t * s + 1) * samples + sample] = state.velocity_m_s as f32;
+                for (j, v) in state.iter().enumerate() {
+                    values[(t * s + j) * samples + sample] = *v as f32;
+                }
             }
         }
         Ok(Samples { count: samples, values })

@@ -44,7 +44,12 @@ pub struct Calibration {
 type Row = Vec<f64>;
 
 fn with(engine: &PushEngine, logs: &[f64; 3]) -> PushEngine {
-    PushEngine { c_m: logs[0].exp(), contact_friction: logs[1].exp(), rod_radius_m: logs[2].exp(), ..*engine }
+    PushEngine {
+        c_m: logs[0].exp(),
+        contact_friction: logs[1].exp(),
+        rod_radius_m: logs[2].exp(),
+        ..engine.clone()
+    }
 }
 
 fn residuals(engine: &PushEngine, weight_m: f64, q: &Sequence) -> Row {

@@ -69,7 +69,7 @@ impl Condition {
         let action = |t: usize| &actions[3 * t..3 * t + 3];
         let lapse = |t: usize| if t == 0 { 0.0 } else { action(t)[2] - action(t - 1)[2] };
         let frame = StartFrame::new(start, 0.0);
-        let physics = || engine.world().map(|w| engine.follow(&w, start, actions)).unwrap_or_default();
+        let physics = || engine.follow(start, actions);
         let mut u = Vec::with_capacity(time * width(recipe));
         let (frame, base, length_m, size) = match recipe {
             Recipe::HybridPlus => {

@@ -74,7 +74,7 @@ impl GpPush {
             value: format!("{} pushes", train.items.len()),
             rule: "must hold at least 20 steps of 5 mm with contact for a Gaussian process",
         };
-        let Some(world) = engine.world() else { return Err(few) };
+        let Some((world, _)) = engine.world() else { return Err(few) };
         let mut model = GpPush {
             world,
             rod_radius_m: engine.rod_radius_m,
@@ -130,7 +130,7 @@ impl GpPush {
 
     /// The same processes for another object: its outline decides where the rod touches.
     pub fn with_engine(&self, engine: &PushEngine) -> Self {
-        let world = engine.world().unwrap_or_else(|| self.world.clone());
+        let world = engine.world().map_or_else(|| self.world.clone(), |(world, _)| world);
         GpPush { world, rod_radius_m: engine.rod_radius_m, ..self.clone() }
     }
 

@@ -1,0 +1,81 @@
+//! `train --residual-of`: the augmented model of a discovery as the engine that a net corrects.
+
+use crate::exit::Usage;
+use crate::output::Output;
+use anyhow::Context;
+use augsim_data::{MissingCells, read_dataset};
+use augsim_physics::model::{EffectBlock, ModelFile, Per};
+use augsim_physics::push::OBJECTS;
+use augsim_trainer::push::PushEngine;
+use augsim_trainer::{EngineSpec, ModelBall, Recipe};
+use std::path::Path;
+
+/// The model file in the folder of a discovery.
+const MODEL: &str = "model.toml";
+
+/// The engine of the model in the discovery's folder `run`, with the step of the data.
+pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyhow::Result<EngineSpec> {
+    if matches!(recipe, Recipe::Neural | Recipe::NeuralPlus) {
+        let text = format!(
+            "the recipe of {} reads no physics; leave out --residual-of, or choose a hybrid",
+            recipe.label()
+        );
+        return Err(Usage(text).into());
+    }
+    let path = run.join(MODEL);
+    if !path.is_file() {
+        anyhow::bail!(
+            "{}: holds no {MODEL}; give the folder that `augsim discover` wrote its result to (--out)",
+            run.display()
+        );
+    }
+    match ModelFile::read(&path)? {
+        ModelFile::Ball(model) => {
+            for kind in ModelBall::left_out(&model) {
+                output.note(format!(
+                    "{kind} is left out: it changes what is measured, or is random, which the net learns"
+                ));
+            }
+            let parameters = model.parameters.iter().chain(model.effects.iter().flat_map(|e| &e.parameters));
+            for p in parameters.filter(|p| p.per != Per::All) {
+                output.note(format!(
+                    "{} differs between trajectories: its nominal value is used for all",
+                    p.name
+                ));
+            }
+            let step_s = step_s(data)?;
+            let lasts = |e: &&EffectBlock| e.kind == "contact-duration";
+            let contact = model.effects.iter().find(lasts).and_then(|e| e.parameters.first());
+            if let Some(tau) =
+                contact.filter(|tau| recipe == Recipe::HybridPlus && tau.nominal > 0.5 * step_s)
+            {
+                output.note(format!(
+                    "contacts of {:.4} s against steps of {step_s:.4} s: single steps bounce in an instant, so samples of \
+                     this recipe scatter too far at impacts; --recipe hybrid reads the roll-out, which follows contacts",
+                    tau.nominal
+                ));
+            }
+            let ball = ModelBall::new(&model, step_s).with_context(|| path.display().to_string())?;
+            Ok(EngineSpec::ModelBall(Box::new(ball)))
+        }
+        ModelFile::Push(model) => {
+            let engine = PushEngine::of(&model).with_context(|| {
+                let (path, name) = (path.display(), &model.object.name);
+                format!("{path}: nets of pushes know the objects {}, not `{name}`", OBJECTS.join(", "))
+            })?;
+            Ok(EngineSpec::Push(engine))
+        }
+    }
+}
+
+/// Seconds between the samples of the first trajectory; whether all others have them is checked when they are loaded.
+fn step_s(data: &Path) -> anyhow::Result<f64> {
+    let dataset = read_dataset(data, MissingCells::Refuse)?;
+    let step = dataset.trajectories().iter().find(|t| t.len() > 1).map(|t| {
+        let clock = t.time_s();
+        let mean = (clock[clock.len() - 1] - clock[0]) / (clock.len() - 1) as f64;
+        // Times are decimal numbers: to a picosecond the mean is what was meant.
+        (mean * 1e12).round() / 1e12
+    });
+    step.with_context(|| format!("{}: no trajectory has two samples; nets learn steps", data.display()))
+}
