@@ -10,32 +10,70 @@ use std::collections::BTreeMap;
 const BINS: usize = 20;
 pub(crate) const LAGS: usize = 12;
 
-struct Side {
-    bins: BTreeMap<String, Vec<Bin>>,
-    autocorrelation: Vec<f64>,
-    quantiles: Vec<f64>,
+/// Residuals of one fit in units of the noise, as they come.
+#[derive(Default)]
+pub(crate) struct Collector {
+    points: BTreeMap<&'static str, Vec<(f64, f64)>>,
+    values: Vec<f64>,
+    products: [f64; LAGS],
+    counts: [f64; LAGS],
+}
+
+impl Collector {
+    /// A residual `z` at the value `x` of a feature.
+    pub fn against(&mut self, feature: &'static str, x: f64, z: f64) {
+        self.points.entry(feature).or_default().push((x, z));
+    }
+
+    /// A residual for the quantiles.
+    pub fn value(&mut self, z: f64) {
+        self.values.push(z);
+    }
+
+    /// Two residuals of one channel `lag` samples apart.
+    pub fn pair(&mut self, lag: usize, z: f64, earlier: f64) {
+        self.products[lag] += z * earlier;
+        self.counts[lag] += 1.0;
+    }
+
+    /// Bins, autocorrelation and quantiles.
+    fn finish(mut self) -> (BTreeMap<String, Vec<Bin>>, Vec<f64>, Vec<f64>) {
+        self.values.retain(|v| v.is_finite());
+        self.values.sort_by(f64::total_cmp);
+        let power = self.products[0] / self.counts[0].max(1.0);
+        let lags = self.products.iter().zip(&self.counts);
+        (
+            self.points.into_iter().map(|(name, p)| (name.to_string(), binned(p))).collect(),
+            lags.map(|(p, n)| p / n.max(1.0) / power.max(1e-300)).collect(),
+            [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99].iter().map(|&q| quantile(&self.values, q)).collect(),
+        )
+    }
+}
+
+/// The anatomy of what was collected before and after.
+pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
+    let (before, autocorrelation_before, quantiles_before) = before.finish();
+    let (after, autocorrelation_after, quantiles_after) = after.finish();
+    Anatomy {
+        before,
+        after,
+        autocorrelation_before,
+        autocorrelation_after,
+        quantiles_before,
+        quantiles_after,
+    }
 }
 
 /// Anatomy of the residuals of two fits of the same sample.
 pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy {
-    let (b, a) = (side(sample, before), side(sample, after));
-    Anatomy {
-        before: b.bins,
-        after: a.bins,
-        autocorrelation_before: b.autocorrelation,
-        autocorrelation_after: a.autocorrelation,
-        quantiles_before: b.quantiles,
-        quantiles_after: a.quantiles,
-    }
+    compare(collect(sample, before), collect(sample, after))
 }
 
-fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
+fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
     let vertical = sample.data.axes.count() - 1;
     let all: Vec<Vec<Vec<f64>>> =
         (0..sample.chosen.len()).into_par_iter().map(|i| residuals(sample, fit, i)).collect();
-    let mut points: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
-    let mut values = Vec::new();
-    let (mut products, mut counts) = (vec![0.0; LAGS], vec![0.0; LAGS]);
+    let mut out = Collector::default();
     for (i, (record, channels)) in sample.records().zip(&all).enumerate() {
         for (c, r) in channels.iter().enumerate() {
             for k in 0..r.len() {
@@ -44,44 +82,32 @@ fn side(sample: &Sample<'_>, fit: &Fit) -> Side {
                     continue;
                 }
                 let z = r[k] * w;
-                values.push(z);
-                points.entry("time_s").or_default().push((record.times[k], z));
-                points.entry("height_m").or_default().push((record.y[vertical][k], z));
+                out.value(z);
+                out.against("time_s", record.times[k], z);
+                out.against("height_m", record.y[vertical][k], z);
                 if k > 0 && record.linked[k] {
                     let dt = record.times[k] - record.times[k - 1];
                     let rate = (0..record.y.len())
                         .map(|c| (record.y[c][k] - record.y[c][k - 1]).powi(2))
                         .sum::<f64>()
                         .sqrt();
-                    points.entry("speed_m_s").or_default().push((rate / dt, z));
+                    out.against("speed_m_s", rate / dt, z);
                 }
                 let bounce = fit.impacts[i].iter().filter(|m| m.time < record.times[k]).count();
-                points.entry("bounce").or_default().push((bounce as f64, z));
+                out.against("bounce", bounce as f64, z);
                 for lag in 0..LAGS.min(k + 1) {
                     let other = r[k - lag] * record.weight[c][k - lag];
                     if other.is_finite() {
-                        products[lag] += z * other;
-                        counts[lag] += 1.0;
+                        out.pair(lag, z, other);
                     }
                 }
             }
         }
     }
-    values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    let power = products[0] / f64::max(counts[0], 1.0);
-    Side {
-        bins: points.into_iter().map(|(name, p)| (name.to_string(), binned(p))).collect(),
-        autocorrelation: products
-            .iter()
-            .zip(&counts)
-            .map(|(p, n)| p / n.max(1.0) / power.max(1e-300))
-            .collect(),
-        quantiles: [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99].iter().map(|&q| quantile(&values, q)).collect(),
-    }
+    out
 }
 
-pub(crate) fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
+fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
     points.retain(|p| p.0.is_finite() && p.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (Some(first), Some(last)) = (points.first().map(|p| p.0), points.last().map(|p| p.0)) else {
