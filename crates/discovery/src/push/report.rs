@@ -69,7 +69,10 @@ fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
     let kinds = best.kinds().to_vec();
     let share = |kind: &&'static str| {
         let rest: Vec<&'static str> = kinds.iter().copied().filter(|k| k != kind).collect();
-        let without = if rest.is_empty() { cost(base) } else { cost(&search.refit(&best.fit, &rest, None)) };
+        let without = match search.fitted(&rest) {
+            Some(j) => cost(j),
+            None => cost(&search.refit(&best.fit, &rest, None)),
+        };
         (*kind, ((without - cost(best)) / whole).clamp(0.0, 1.0))
     };
     kinds.iter().map(share).collect()
