@@ -245,11 +245,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
     let words: Vec<String> = effects
         .iter()
         .map(|e| {
-            let p: Vec<String> = e
-                .parameters
-                .iter()
-                .map(|(n, v)| format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]))
-                .collect();
+            let p: Vec<String> = e.parameters.iter().map(|(n, v)| format!("{n} = {v}")).collect();
             if p.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, p.join(", ")) }
         })
         .collect();
