@@ -29,7 +29,7 @@ polygon_m = [[-0.05, -0.05], [0.10, -0.05], [-0.05, 0.10]]
 c_m = { nominal = 0.0452, min = 0.005, max = 0.15 }
 contact_friction = { nominal = 0.5, min = 0.0, max = 1.0 }
 rod_radius_m = { nominal = 0.001, frozen = true }
-support_friction = { nominal = 0.3, min = 0.05, max = 1.0 }
+support_friction = { nominal = 0.3, frozen = true }
 mass_kg = { nominal = 1.518, frozen = true }
 
 [sensor]

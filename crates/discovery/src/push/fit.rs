@@ -9,6 +9,10 @@ use rayon::prelude::*;
 
 const MOST_ITERATIONS: usize = 15;
 const MOST_TRIES: usize = 6;
+/// Curvature, in units of that of single parameters, below which a direction of the parameters changes nothing.
+const FLAT: f64 = 1e-9;
+/// Component of such a direction from which a parameter takes part in it.
+const TAKES_PART: f64 = 0.05;
 
 /// Windows that a fit sees.
 #[derive(Clone, Debug)]
@@ -162,17 +166,35 @@ impl Fit {
         cov
     }
 
-    /// 95 % intervals of the globals, within their bounds.
+    /// 95 % intervals of the globals; the bounds where the data say nothing about a parameter but together with others.
     pub fn ci95(&self, sample: &Sample<'_>) -> Vec<[f64; 2]> {
         let cov = self.covariance(sample);
+        let open = self.undetermined(sample);
+        let free = &self.hypothesis.free;
         self.theta
             .iter()
             .enumerate()
             .map(|(i, v)| {
                 let half = 1.96 * cov.at(i, i).max(0.0).sqrt();
-                [v - half, v + half]
+                if open[i] { [free[i].min, free[i].max] } else { [v - half, v + half] }
             })
             .collect()
+    }
+
+    /// Which globals can be changed together without a change in any pose.
+    fn undetermined(&self, sample: &Sample<'_>) -> Vec<bool> {
+        let p = self.theta.len();
+        let (s, ..) = sample.normal(&self.pieces, p);
+        let scale: Vec<f64> = (0..p).map(|i| s.at(i, i).max(1e-300).sqrt().recip()).collect();
+        let mut unit = s.clone();
+        for i in 0..p {
+            for j in 0..p {
+                *unit.at_mut(i, j) *= scale[i] * scale[j];
+            }
+        }
+        let (values, vectors) = unit.eigen();
+        let part = |i: usize, k: usize| values[k] < FLAT && vectors.at(i, k).abs() > TAKES_PART;
+        (0..p).map(|i| s.at(i, i) <= 0.0 || (0..p).any(|k| part(i, k))).collect()
     }
 }
 

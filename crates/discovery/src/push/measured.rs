@@ -153,8 +153,16 @@ pub(crate) fn measure(
         let kept = enough(&r.rod_time, &r.rod_x, &r.rod_y, (PATH * noise.sd[0]).max(PATH_M));
         r.corners = [&r.rod_time, &r.rod_x, &r.rod_y].map(|z| kept.iter().map(|&k| z[k]).collect());
     }
+    let everything: Vec<usize> = (0..found).collect();
+    let (train, test) = split(&everything, options);
+    Ok(Measured { records, noise, train, test })
+}
+
+/// Pushes for training and pushes held out, of those at `chosen` (two or more).
+pub(crate) fn split(chosen: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
+    let found = chosen.len();
     let mut rng = random_stream(options.seed, "discovery split", 0);
-    let mut order: Vec<usize> = (0..found).collect();
+    let mut order = chosen.to_vec();
     for i in (1..found).rev() {
         order.swap(i, rng.random_range(0..=i));
     }
@@ -162,7 +170,7 @@ pub(crate) fn measure(
     let (mut train, mut test) = (order[..take].to_vec(), order[take..].to_vec());
     train.sort_unstable();
     test.sort_unstable();
-    Ok(Measured { records, noise, train, test })
+    (train, test)
 }
 
 fn records(data: &Dataset, name: &str) -> Result<Vec<Record>, DiscoveryError> {

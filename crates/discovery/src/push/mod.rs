@@ -8,7 +8,10 @@
 
 mod adequacy;
 mod anatomy;
+mod crossed;
+mod decide;
 mod discover;
+mod error_table;
 mod evaluate;
 mod experiment;
 mod fit;

@@ -1,5 +1,6 @@
 //! The answer as `result.json` has it.
 
+use super::decide::Decided;
 use super::experiment::{confirm, separate, stands_for};
 use super::fit::{Fit, Sample};
 use super::search::{Judged, Search};
@@ -34,8 +35,7 @@ impl Ranking {
 /// What the answer is made of.
 pub(crate) struct Parts<'a> {
     pub model: &'a PushModel,
-    pub search: &'a Search<'a>,
-    pub ranking: Ranking,
+    pub decided: &'a Decided<'a>,
     pub everything: &'a Sample<'a>,
     /// The best set fitted to all windows.
     pub full: &'a Fit,
@@ -44,8 +44,8 @@ pub(crate) struct Parts<'a> {
     pub error: ErrorTable,
     pub rotation: ErrorTable,
     pub horizons: Vec<Horizon>,
-    /// Windows left out: training, held out.
-    pub outliers: [usize; 2],
+    /// Kinds that each fold found, where the loop was repeated on folds.
+    pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
     pub seconds: f64,
 }
@@ -80,6 +80,7 @@ fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
 
 fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
     let mut found: Vec<FoundEffect> = parts
+        .decided
         .ranking
         .shares
         .iter()
@@ -92,7 +93,10 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
                 .collect();
             also.dedup();
             FoundEffect {
-                folds: None,
+                folds: (!parts.folds.is_empty()).then(|| {
+                    let again = parts.folds.iter().filter(|f| f.iter().any(|k| k == kind));
+                    [again.count(), parts.folds.len()]
+                }),
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: estimates(parts.full, ci95, Some(kind)),
@@ -246,7 +250,12 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
         .iter()
         .map(|e| {
             let p: Vec<String> = e.parameters.iter().map(|(n, v)| format!("{n} = {v}")).collect();
-            if p.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, p.join(", ")) }
+            let mut told = if p.is_empty() { Vec::new() } else { vec![p.join(", ")] };
+            // What the folds did not find again is named with that said.
+            if let Some([again, folds]) = e.folds.filter(|[again, folds]| 2 * again < *folds) {
+                told.push(format!("found again in only {again} of {folds} folds"));
+            }
+            if told.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, told.join("; ")) }
         })
         .collect();
     let list = words.join(" and ");
@@ -275,7 +284,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
 pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let ci95 = parts.full.ci95(parts.everything);
     let found = effects(&parts, &ci95);
-    let rivals = parts.ranking.alternatives.clone();
+    let rivals = parts.decided.ranking.alternatives.clone();
     let kinds: Vec<&str> = found.iter().map(|e| e.kind.as_str()).collect();
     let next_experiment = rivals.first().map_or_else(|| confirm(&kinds), |r| separate(&kinds, r));
     let h = &parts.full.hypothesis;
@@ -285,8 +294,8 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let n = names.len();
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
-    let noise = &parts.search.train.data.noise;
-    let search = parts.search;
+    let noise = &parts.decided.search.train.data.noise;
+    let search = &parts.decided.search;
     Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
@@ -305,7 +314,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
             outliers: 0,
             findings: noise.findings.clone(),
         },
-        candidates: parts.ranking.candidates.clone(),
+        candidates: parts.decided.ranking.candidates.clone(),
         effects: found,
         alternatives: rivals,
         unexplained: None,
@@ -315,7 +324,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         correlations: (names, matrix),
         push: Some(PushFound {
             windows: [search.train.windows.len(), search.test.windows.len()],
-            outlier_windows: parts.outliers,
+            outlier_windows: parts.decided.outliers,
             outlier_rule: format!(
                 "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
                 search.train.bend.sqrt()

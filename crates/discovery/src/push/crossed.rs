@@ -1,0 +1,69 @@
+//! The whole loop again on parts of the pushes, so that every push is forecast once by a model that has not seen it: nested
+//! cross-validation, as for the ball.
+
+use super::decide::{Decided, decide, outliers, sample, without};
+use super::error_table::Lists;
+use super::fit::fit_starts;
+use super::measured::{Measured, split};
+use crate::Options;
+use crate::result::ErrorTable;
+use augsim_data::random_stream;
+use augsim_physics::model::PushModel;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+
+/// Folds.
+const FOLDS: usize = 5;
+/// Fewest pushes.
+const FEWEST: usize = 10;
+
+/// What came out of the folds.
+pub(crate) struct Crossed {
+    pub lists: Lists,
+    /// Kinds that each fold found.
+    pub found: Vec<Vec<String>>,
+}
+
+/// Whether one split leaves the gain of an answer open: an effect was added, there is error to remove, and the interval
+/// includes no change.
+pub(crate) fn worth_crossing(decided: &Decided<'_>, error: &ErrorTable) -> bool {
+    let named = !decided.search.tried[decided.best].kinds().is_empty();
+    // An interval that is not a number is open as well.
+    let settled = error.reduction.ci95[0] > 0.0;
+    named && error.explained_share.is_some() && !settled
+}
+
+/// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few pushes.
+pub(crate) fn crossed(model: &PushModel, measured: &Measured, options: &Options) -> Option<Crossed> {
+    let n = measured.records.len();
+    if n < FEWEST {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..n).collect();
+    order.shuffle(&mut random_stream(options.seed, "push folds", 0));
+    let done: Vec<(Lists, Vec<String>)> = (0..FOLDS)
+        .into_par_iter()
+        .map(|i| {
+            let mut fold: Vec<usize> = order.iter().copied().skip(i).step_by(FOLDS).collect();
+            fold.sort_unstable();
+            let rest: Vec<usize> = (0..n).filter(|j| !fold.contains(j)).collect();
+            let (train, test) = split(&rest, options);
+            let decided = decide(model, measured, &train, &test, &mut || {});
+            // What was decided is fitted to all that the fold leaves.
+            let fits = decided.refitted(&decided.everything());
+            let mut seen = sample(measured, &fold);
+            seen.bend = decided.search.train.bend;
+            let held = [0, 1].map(|i| fit_starts(&seen, &fits[i].hypothesis, &fits[i].theta));
+            let kept = without(&seen, &outliers(&seen, [&held[0], &held[1]]));
+            let [base, best] = &fits;
+            let lists = Lists::of(model, measured, &fold, &kept.windows, [base, best], options.seed);
+            (lists, best.hypothesis.kinds.iter().map(|k| k.to_string()).collect())
+        })
+        .collect();
+    let mut out = Crossed { lists: Lists::default(), found: Vec::new() };
+    for (lists, found) in done {
+        out.lists.extend(lists);
+        out.found.push(found);
+    }
+    Some(out)
+}
