@@ -6,10 +6,14 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::prefetch::prefetch;
 use super::vector::Vector;
 use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
+
+/// Steps ahead of which memory is asked for.
+const AHEAD: usize = 2;
 
 /// Vectors from one step's gate gradients to the next. One more than there are: a multiple of 4 KB would put the
 /// same row of every step into one set of the first-level cache.
@@ -163,6 +167,12 @@ fn states<S: Simd, const ROOMY: bool>(
         let (d_z, d_m) = rest.split_at_mut(hidden);
         for j in 0..hidden {
             let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
+            for row in [saved_r, saved_z, saved_n, saved_m] {
+                prefetch(row[j..].as_ptr().wrapping_sub(4 * hidden * AHEAD));
+            }
+            for row in [before, dy] {
+                prefetch(row[j..].as_ptr().wrapping_sub(hidden * AHEAD));
+            }
             let dh = simd.add_f32s(carry[j], dy[j]);
             let dh_z = simd.mul_f32s(dh, z);
             // dh z (1 - z) (h - n), then dh (1 - z) (1 - n^2), and so on down the chain.

@@ -21,6 +21,7 @@ mod outer;
 mod panels;
 pub mod pointwise;
 pub mod pointwise_reference;
+mod prefetch;
 pub(crate) mod vector;
 
 pub use gru_packed::PackedGru;
