@@ -112,6 +112,10 @@ fn gru_simd_equals_its_twin() {
         (0, 3, 4, 5),
         (4, 0, 5, 6),
         (4, 3, 5, 0),
+        (40, 10, 16, 4),
+        (33, 3, 28, 4),
+        (70, 0, 4, 4),
+        (0, 2, 8, 4),
     ];
     for (i, (time, input, hidden, batch)) in shapes.into_iter().enumerate() {
         for (level, initial) in Level::available().flat_map(|l| [(l, false), (l, true)]) {

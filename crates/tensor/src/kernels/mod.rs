@@ -10,6 +10,8 @@ mod gates;
 mod gru_backward;
 mod gru_forward;
 mod gru_packed;
+#[cfg(target_arch = "x86_64")]
+mod gru_quad;
 pub mod gru_reference;
 pub mod gru_simd;
 pub(crate) mod lanes;
