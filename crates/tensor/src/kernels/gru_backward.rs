@@ -52,8 +52,8 @@ impl Kernel for Backward<'_, '_> {
         let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
         let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
         let w_hh = Panels::pack::<ROOMY>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
-        let wants_dx = !g.dx.is_empty();
-        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { input } else { 0 }, rows, |i, row| {
+        let wants_dx = !g.dx.is_empty() && g.dx_inputs > 0;
+        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
             g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
         });
         let (carry, rest) = vectors::<S>(rest, hidden);

@@ -26,16 +26,17 @@ pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
     let (rows, row) = (hidden / QUAD, QUAD * hidden);
     // Gate gradients are ordered n (input part), r, z, n (recurrent part), as for whole vectors of sequences.
     let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
-    let wants_dx = !g.dx.is_empty();
+    let wanted = if g.dx.is_empty() { 0 } else { g.dx_inputs };
     let (w_hh, rest) = scratch.split_at_mut(spread_len(hidden, 3 * hidden));
     let (w_ih, rest) = rest.split_at_mut(spread_len(input, 3 * hidden));
     let w_hh = Spread::pack(w_hh, hidden, 3 * hidden, |k, gate| g.weights.w_hh[gate * hidden + k]);
-    let w_ih = Spread::pack(w_ih, if wants_dx { input } else { 0 }, 3 * hidden, |i, gate| {
+    let w_ih = Spread::pack(w_ih, wanted, 3 * hidden, |i, gate| {
         g.weights.w_ih[(gate_of(gate / hidden) + gate % hidden) * input + i]
     });
     let (carry, rest) = rest.split_at_mut(row);
     let (h0, rest) = rest.split_at_mut(row);
     let (dx, rest) = rest.split_at_mut(QUAD * input.next_multiple_of(QUAD));
+    let dx = &mut dx[..QUAD * wanted.next_multiple_of(QUAD)];
     let (grads, rest) = rest.split_at_mut(BLOCK * 4 * row);
     let (x_repeated, rest) = rest.split_at_mut(BLOCK * VECTOR * input);
     let (h_repeated, rest) = rest.split_at_mut(BLOCK * VECTOR * hidden);
@@ -62,12 +63,12 @@ pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
             };
             gate_gradients(simd, vectors_mut(carry), step, vectors_mut(grads));
             w_hh.add(simd, &grads[row..], vectors_mut(carry));
-            if wants_dx {
-                let out = &mut g.dx[QUAD * t * input..][..QUAD * input];
+            if wanted > 0 {
+                let out = &mut g.dx[QUAD * t * input..][..QUAD * wanted];
                 if g.dx_fresh {
                     out.fill(0.0);
                 }
-                if input.is_multiple_of(QUAD) {
+                if wanted.is_multiple_of(QUAD) {
                     w_ih.add(simd, &grads[..3 * row], vectors_mut(out));
                 } else {
                     dx[..out.len()].copy_from_slice(out);
