@@ -2,8 +2,9 @@
 """augsim against PyTorch and JAX on the same work, interleaved in one run.
 
 Each peer is a process of its own that waits while the others compute; every round asks each of them once, in
-turn, after a pause in which the threads of the one before stop waiting for work in a loop. Printed: medians over the rounds of wall and CPU time a call, peak resident memory, and ratios (the
-peer's over ours; the median of the ratios of one round, so that a slow moment of the machine hits all).
+turn, after a pause in which the threads of the one before stop waiting for work in a loop. Printed: medians over
+the rounds of wall and CPU time a call, peak resident memory, and ratios (the peer's over ours; the median of the
+ratios of one round, so that a slow moment of the machine hits all).
 
     python3 -m venv .venv && .venv/bin/pip install torch jax
     cargo build --release -p augsim-benches --bin peer
