@@ -133,6 +133,9 @@ pub struct Discover {
     /// Share of the trajectories that fits may see; the rest judges them.
     #[arg(long, default_value_t = 0.7)]
     pub train_share: f64,
+    /// Only trajectories of this group (column `group`); may be given several times.
+    #[arg(long)]
+    pub group: Vec<String>,
 }
 
 /// Nets that can be trained.

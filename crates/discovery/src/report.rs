@@ -314,7 +314,7 @@ fn sentence(
                     .parameters
                     .iter()
                     .map(|(n, v)| match v.groups.len() {
-                        0 => format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]),
+                        0 => format!("{n} = {v}"),
                         _ => {
                             let low = v.groups.values().copied().fold(f64::INFINITY, f64::min);
                             let high = v.groups.values().copied().fold(f64::NEG_INFINITY, f64::max);

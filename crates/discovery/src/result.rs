@@ -34,6 +34,25 @@ pub struct Estimate {
     pub groups: BTreeMap<String, f64>,
 }
 
+impl Estimate {
+    /// Decimals that the interval lends meaning to: two digits of its half width; at least four, at most twelve.
+    pub fn decimals(&self) -> usize {
+        let half = 0.5 * (self.ci95[1] - self.ci95[0]);
+        if !(half > 0.0 && half.is_finite()) {
+            return 4;
+        }
+        (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
+    }
+}
+
+/// Value and interval, `0.00040 [0.00038, 0.00042]`.
+impl std::fmt::Display for Estimate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let d = self.decimals();
+        write!(f, "{:.d$} [{:.d$}, {:.d$}]", self.value, self.ci95[0], self.ci95[1])
+    }
+}
+
 /// An effect that was added.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundEffect {
@@ -264,4 +283,24 @@ pub struct Discovery {
     pub model_toml: String,
     /// Wall-clock time, s. The only entry that differs between runs.
     pub seconds: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: an estimate is printed to the digits that its interval supports.
+    use super::*;
+
+    #[test]
+    fn small_values_keep_their_digits() {
+        let e = |value: f64, half: f64| Estimate {
+            value,
+            ci95: [value - half, value + half],
+            unit: String::new(),
+            groups: BTreeMap::new(),
+        };
+        assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
+        assert_eq!(e(1.3, 0.02).to_string(), "1.3000 [1.2800, 1.3200]");
+        assert_eq!(e(1.3, 0.0).to_string(), "1.3000 [1.3000, 1.3000]");
+        assert_eq!(e(1.3, f64::NAN).decimals(), 4);
+    }
 }

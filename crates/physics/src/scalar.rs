@@ -24,8 +24,10 @@ pub trait Scalar:
     + AddAssign
     + SubAssign
 {
+    /// How many derivatives it carries.
+    const LANES: usize;
     /// Whether it carries derivatives: plain numbers can skip the work that only derivatives need.
-    const DIFFERENTIATES: bool;
+    const DIFFERENTIATES: bool = Self::LANES > 0;
     /// A constant: derivative zero.
     fn constant(value: f64) -> Self;
     /// The value without derivatives.
@@ -51,7 +53,7 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
-    const DIFFERENTIATES: bool = false;
+    const LANES: usize = 0;
     fn constant(value: f64) -> Self {
         value
     }

@@ -11,8 +11,8 @@ mod shared_data;
 use augsim_physics::push::planar::{Vector, dot};
 use augsim_physics::push::surface::Surface;
 use augsim_physics::push::{
-    Mode, Moments, Motion, Object, Path, Pose, Push, Run, Steps, StraightPush, Support, Touch, World,
-    respond, simulate,
+    ContactFriction, Mode, Moments, Motion, Object, Path, Pose, Push, Run, Steps, StraightPush, Support,
+    Touch, World, respond, simulate,
 };
 use flate2::read::GzDecoder;
 use serde_json::Value;
@@ -231,7 +231,7 @@ fn three_hundred_contacts_to_rounding() {
         let [c, mu, rx, ry, nx, ny, ux, uy, vx, vy, omega, fx, fy, slip] =
             std::array::from_fn(|k| columns[k][i]);
         let touch = Touch { point: [rx, ry], normal: [nx, ny], velocity: [ux, uy] };
-        let got = respond(&Support::plain(Surface::Ellipsoid { c }), &touch, mu);
+        let got = respond(&Support::plain(Surface::Ellipsoid { c }), &touch, &ContactFriction::coulomb(mu));
         assert_eq!(got.mode.name(), *mode, "{i}");
         let speed = ux.hypot(uy);
         let close = |a: f64, b: f64, scale: f64, what: &str| {

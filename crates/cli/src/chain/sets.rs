@@ -95,6 +95,7 @@ pub fn one(
         data: out.join("data.csv.gz"),
         out: out.clone(),
         train_share: 0.7,
+        group: Vec::new(),
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));
     let found = match resume.then(|| earlier(&args, data, model)).flatten() {

@@ -29,6 +29,7 @@ pub fn run(args: &Demo, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
         data: sealed.join("bounces.csv"),
         out: args.out.join("discover"),
         train_share: 0.7,
+        group: Vec::new(),
     };
     let found = close_loop(&discover, seed, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));

@@ -5,9 +5,10 @@ use crate::discovery_page::page;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
-use augsim_data::{MissingCells, atomic_write, read_dataset};
+use augsim_data::{Dataset, MissingCells, Trajectory, atomic_write, read_dataset};
 use augsim_discovery::{Discovery, Options, discover, discover_push};
 use augsim_physics::model::ModelFile;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -24,7 +25,7 @@ pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcom
 /// Makes the discovery and writes `result.json`, `model.toml` and `report.html`.
 pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Discovery> {
     let model = ModelFile::read(&args.model)?;
-    let data = read_dataset(&args.data, MissingCells::AsGap)?;
+    let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
     let options = Options { seed, train_share: args.train_share };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
@@ -42,16 +43,38 @@ pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result
     Ok(found)
 }
 
+/// The trajectories of the groups asked for; all without such a wish.
+fn of_groups(args: &Discover, data: Dataset) -> anyhow::Result<Dataset> {
+    if args.group.is_empty() {
+        return Ok(data);
+    }
+    let known: BTreeSet<&str> = data.trajectories().iter().filter_map(Trajectory::group).collect();
+    if let Some(unknown) = args.group.iter().find(|g| !known.contains(g.as_str())) {
+        let list: Vec<&str> = known.into_iter().collect();
+        let file = args.data.display();
+        let remedy = if list.is_empty() {
+            format!("{file} has no column `group`; leave --group out")
+        } else {
+            format!("{file} has {}", list.join(", "))
+        };
+        return Err(Usage(format!("--group {unknown}: no trajectory is in this group; {remedy}")).into());
+    }
+    let wanted = |t: &Trajectory| t.group().is_some_and(|g| args.group.iter().any(|w| w == g));
+    let all = data.trajectories().iter().enumerate();
+    let indices: Vec<usize> = all.filter(|(_, t)| wanted(t)).map(|(i, _)| i).collect();
+    Ok(data.select(&indices))
+}
+
 /// The result in a few lines.
 fn text(args: &Discover, d: &Discovery) -> String {
     let mut out = format!("{}\n\n", d.sentence);
     // Writing to a string cannot fail.
     for effect in &d.effects {
         for (name, e) in &effect.parameters {
-            let [low, high] = e.ci95;
+            let ([low, high], d) = (e.ci95, e.decimals());
             let _ = writeln!(
                 out,
-                "  {}: {name} = {:.4} {} (95 % interval {low:.4} to {high:.4}){}",
+                "  {}: {name} = {:.d$} {} (95 % interval {low:.d$} to {high:.d$}){}",
                 effect.kind,
                 e.value,
                 e.unit,

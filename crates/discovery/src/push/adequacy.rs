@@ -28,7 +28,7 @@ pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests 
         .map(|s| {
             let rank =
                 augsim_physics::push::effects::spec_of(s.kind).map_or(1, |s| s.parameters.len().max(1));
-            m * chi2_tail(s.gain.max(0.0) / dispersion, rank as f64)
+            m * chi2_tail((s.gain - search.resolution()).max(0.0) / dispersion, rank as f64)
         })
         .fold(1.0, f64::min);
 

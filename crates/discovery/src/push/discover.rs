@@ -16,6 +16,8 @@ use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::spec_of;
 use std::time::Instant;
 
+/// Pushes of a first search, at least.
+const FEW: usize = 30;
 /// Longest push that is forecast as a whole, m of travel; longer ones are cut by time.
 const WHOLE_M: f64 = 0.2;
 /// Horizons of forecasts, s; the middle one cuts long runs in the table of errors.
@@ -38,7 +40,8 @@ pub fn discover_push(
     progress(Progress::Noise);
     let measured = measure(model, data, options)?;
     progress(Progress::Calibration);
-    let mut search = start(model, &measured);
+    let few = few(model, &measured, &mut || progress(Progress::Search));
+    let mut search = start(model, &measured, few.as_ref());
     progress(Progress::Search);
     search.run(&mut || progress(Progress::Search));
     let best = search.best();
@@ -160,7 +163,7 @@ pub fn assess_push(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let measured = measure(model, data, options)?;
-    let search = start(model, &measured);
+    let search = start(model, &measured, None);
     let kinds: Vec<&'static str> = kinds.iter().filter_map(|k| Some(spec_of(k)?.kind)).collect();
     let mut now = search.base().fit.clone();
     for (i, _) in kinds.iter().enumerate() {
@@ -174,13 +177,26 @@ pub fn assess_push(
     Ok(Assessment { gain, penalty: search.penalty(&kinds), rmse_m: forecast::rmse(&errors, |s| s.position) })
 }
 
-fn start<'a>(model: &'a PushModel, measured: &'a Measured) -> Search<'a> {
-    let on = |chosen: &[usize]| Sample {
-        data: measured,
-        windows: chosen.iter().flat_map(|&i| measured.records[i].windows(i)).collect(),
-        bend: f64::INFINITY,
-    };
-    Search::new(model, on(&measured.train), on(&measured.test))
+/// Windows of some pushes.
+fn sample<'a>(measured: &'a Measured, chosen: &[usize]) -> Sample<'a> {
+    let windows = chosen.iter().flat_map(|&i| measured.records[i].windows(i)).collect();
+    Sample { data: measured, windows, bend: f64::INFINITY }
+}
+
+fn start<'a>(model: &'a PushModel, measured: &'a Measured, from: Option<&Search<'_>>) -> Search<'a> {
+    Search::new(model, sample(measured, &measured.train), sample(measured, &measured.test), from)
+}
+
+/// A search on a part of the pushes for training, which finds what is large; none where there are not many.
+fn few<'a>(model: &'a PushModel, measured: &'a Measured, told: &mut dyn FnMut()) -> Option<Search<'a>> {
+    let stride = measured.train.len() / FEW;
+    if stride < 2 {
+        return None;
+    }
+    let chosen: Vec<usize> = measured.train.iter().copied().step_by(stride).collect();
+    let mut search = Search::new(model, sample(measured, &chosen), sample(measured, &[]), None);
+    search.explore(told);
+    Some(search)
 }
 
 /// A sample without the windows marked.

@@ -3,7 +3,7 @@
 use super::hypothesis::Hypothesis;
 use super::measured::{Record, Window};
 use crate::linear::{Square, eliminate};
-use augsim_physics::push::{Pose, Push, Run, Steps, simulate, simulate_under_way};
+use augsim_physics::push::{Pose, Push, Steps, simulate_poses};
 use augsim_physics::{Dual, Scalar};
 
 /// Rod travel in a sub-step of a fit, m: within 10 µm of the finest over a push of 15 cm.
@@ -60,16 +60,12 @@ fn poses<S: Scalar>(
     w: &Window,
 ) -> Vec<Pose<S>> {
     let times = &r.time[w.first..=w.last];
-    let mut run = Run { poses: Vec::new(), instants: Vec::new(), steps: 0 };
+    let mut poses = Vec::new();
     if let Some(path) = r.path() {
         let push = Push { world: &h.world, parameters, start, path: &path, field: None, steps: STEPS };
-        let done = if w.first == 0 {
-            simulate(&push, times, &mut run)
-        } else {
-            simulate_under_way(&push, times, &mut run)
-        };
-        if done.is_ok() && run.poses.len() == times.len() {
-            return run.poses;
+        let done = simulate_poses(&push, times, w.first > 0, &mut poses);
+        if done.is_ok() && poses.len() == times.len() {
+            return poses;
         }
     }
     vec![start; times.len()]

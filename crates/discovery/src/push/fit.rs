@@ -255,6 +255,9 @@ fn fit_starts_from(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], 
             let mut now = piece(hypothesis, theta, start, r, w, sd);
             let mut share = 1.0;
             for _ in 0..6 {
+                if now.start_gain(still.len()) < 1e-3 + 1e-6 * now.q {
+                    break;
+                }
                 let d = now.start_step(&still);
                 let moved = [0, 1, 2].map(|c| start[c] + share * d[c]);
                 let next = piece(hypothesis, theta, moved, r, w, sd);

@@ -4,7 +4,7 @@ use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::{Dataset, random_stream};
 use augsim_physics::model::PushModel;
-use augsim_physics::push::Recorded;
+use augsim_physics::push::{Recorded, enough};
 use rand::RngExt;
 
 /// Travel of the rod in one window of a fit, m: the deviations of one effect grow with it, those of knocks stay apart.
@@ -14,6 +14,11 @@ const FEWEST_DIFFERENCES: usize = 20;
 /// Rod to outline, m, within which a push counts as one with contact: markers, clocks and outlines are off by a few mm.
 const CONTACT_M: f64 = 5e-3;
 
+/// How closely the path that is simulated follows the recorded one, in units of the noise of a pose, and at least, m: the
+/// rounding of a log is no motion, and fits integrate no finer.
+const PATH: f64 = 0.1;
+const PATH_M: f64 = 1e-5;
+
 /// One recorded push.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
@@ -21,6 +26,8 @@ pub(crate) struct Record {
     pub rod_time: Vec<f64>,
     pub rod_x: Vec<f64>,
     pub rod_y: Vec<f64>,
+    /// Those of them that are enough to follow the rod's path: times, x, y.
+    pub corners: [Vec<f64>; 3],
     /// Times of the fresh poses, s.
     pub time: Vec<f64>,
     /// Fresh poses: m, m, rad without jumps.
@@ -30,7 +37,8 @@ pub(crate) struct Record {
 impl Record {
     /// The rod's path: at rest outside the recorded time.
     pub fn path(&self) -> Option<Recorded<'_>> {
-        Recorded::new(&self.rod_time, &self.rod_x, &self.rod_y)
+        let [time, x, y] = &self.corners;
+        Recorded::new(time, x, y)
     }
 
     /// Travel of the rod between two times, m.
@@ -134,13 +142,17 @@ pub(crate) fn measure(
     options: &Options,
 ) -> Result<Measured, DiscoveryError> {
     let name = data.path().map_or_else(|| data.origin().to_string(), |p| p.display().to_string());
-    let records = records(data, &name)?;
+    let mut records = records(data, &name)?;
     let found = records.len();
     if found < 2 {
         return Err(DiscoveryError::TooFew { data: name, found });
     }
     check_contact(model, &records, &name)?;
     let noise = noise(model, &records, &name)?;
+    for r in &mut records {
+        let kept = enough(&r.rod_time, &r.rod_x, &r.rod_y, (PATH * noise.sd[0]).max(PATH_M));
+        r.corners = [&r.rod_time, &r.rod_x, &r.rod_y].map(|z| kept.iter().map(|&k| z[k]).collect());
+    }
     let mut rng = random_stream(options.seed, "discovery split", 0);
     let mut order: Vec<usize> = (0..found).collect();
     for i in (1..found).rev() {
@@ -174,6 +186,7 @@ fn records(data: &Dataset, name: &str) -> Result<Vec<Record>, DiscoveryError> {
             rod_time: Vec::new(),
             rod_x: Vec::new(),
             rod_y: Vec::new(),
+            corners: [const { Vec::new() }; 3],
             time: Vec::new(),
             pose: Vec::new(),
         };

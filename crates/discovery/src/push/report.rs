@@ -69,7 +69,10 @@ fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
     let kinds = best.kinds().to_vec();
     let share = |kind: &&'static str| {
         let rest: Vec<&'static str> = kinds.iter().copied().filter(|k| k != kind).collect();
-        let without = if rest.is_empty() { cost(base) } else { cost(&search.refit(&best.fit, &rest, None)) };
+        let without = match search.fitted(&rest) {
+            Some(j) => cost(j),
+            None => cost(&search.refit(&best.fit, &rest, None)),
+        };
         (*kind, ((without - cost(best)) / whole).clamp(0.0, 1.0))
     };
     kinds.iter().map(share).collect()
@@ -242,11 +245,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
     let words: Vec<String> = effects
         .iter()
         .map(|e| {
-            let p: Vec<String> = e
-                .parameters
-                .iter()
-                .map(|(n, v)| format!("{n} = {:.4} [{:.4}, {:.4}]", v.value, v.ci95[0], v.ci95[1]))
-                .collect();
+            let p: Vec<String> = e.parameters.iter().map(|(n, v)| format!("{n} = {v}")).collect();
             if p.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, p.join(", ")) }
         })
         .collect();

@@ -17,6 +17,10 @@ const BEAM: usize = 2;
 const MOST_EFFECTS: usize = 4;
 /// Best scores that are fitted whatever the dispersion.
 const SURE: usize = 3;
+/// Sets that a search on fewer pushes hands on.
+const SEEDS: usize = 3;
+/// Root mean square displacement, m, that is no effect: rods, outlines and integrators are not better.
+const RESOLUTION_M: f64 = 1e-5;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 /// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
@@ -61,8 +65,13 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Calibrates.
-    pub fn new(model: &'a PushModel, mut train: Sample<'a>, mut test: Sample<'a>) -> Self {
+    /// Calibrates, from the nominal values or those of a search on fewer pushes.
+    pub fn new(
+        model: &'a PushModel,
+        mut train: Sample<'a>,
+        mut test: Sample<'a>,
+        from: Option<&Search<'_>>,
+    ) -> Self {
         let library = all::<f64>()
             .into_iter()
             .map(|e| e.spec())
@@ -73,7 +82,8 @@ impl<'a> Search<'a> {
             })
             .collect();
         let h = Hypothesis::new(model, &[]);
-        let nominal = fit_starts(&train, &h, &h.start());
+        let theta = from.map_or_else(|| h.start(), |s| s.base().fit.theta.clone());
+        let nominal = fit_starts(&train, &h, &theta);
         train.bend = bend(&nominal);
         let mut base = fit(&train, &h, &nominal.theta, &nominal.starts);
         train.bend = bend(&base);
@@ -82,19 +92,47 @@ impl<'a> Search<'a> {
         test.bend = train.bend;
         let dispersion = base.dispersion(&train);
         let tried = vec![Judged { fit: base, held: None }];
-        Self { model, train, test, dispersion, library, tried, base_scores: Vec::new() }
+        let mut search = Self { model, train, test, dispersion, library, tried, base_scores: Vec::new() };
+        if let Some(from) = from {
+            search.sow(from);
+        }
+        search
+    }
+
+    /// Fits what a search on fewer pushes liked.
+    fn sow(&mut self, from: &Search<'_>) {
+        let order = from.ranked();
+        let better = order.iter().take_while(|&&i| i != 0).take(SEEDS);
+        let fitted: Vec<Judged> = better
+            .map(|&i| {
+                let f = &from.tried[i].fit;
+                Judged { fit: fit(&self.train, &f.hypothesis, &f.theta, &[]), held: None }
+            })
+            .collect();
+        self.tried.extend(fitted);
+        self.rescale();
+    }
+
+    /// The gain that an effect has which moves the poses by no more than the models are good to: none that would be found
+    /// is below it.
+    pub fn resolution(&self) -> f64 {
+        let samples: usize = self.train.windows.iter().map(|w| w.last - w.first + 1).sum();
+        samples as f64 * (RESOLUTION_M / self.train.data.noise.sd[0]).powi(2)
     }
 
     pub fn base(&self) -> &Judged {
         &self.tried[0]
     }
 
-    /// Penalty of a set of kinds on the cost.
+    /// Penalty of a set of kinds on the cost, in units of the dispersion.
     pub fn penalty(&self, kinds: &[&str]) -> f64 {
         let m = self.library.len().max(1) as f64;
+        let least = self.resolution() / self.dispersion;
         kinds
             .iter()
-            .map(|k| chi2_quantile(ALPHA / m, spec_of(k).map_or(1, |s| s.parameters.len().max(1)) as f64))
+            .map(|k| {
+                least + chi2_quantile(ALPHA / m, spec_of(k).map_or(1, |s| s.parameters.len().max(1)) as f64)
+            })
             .sum()
     }
 
@@ -190,10 +228,13 @@ impl<'a> Search<'a> {
         Judged { fit: fit(&self.train, &h, &start, &from.starts), held: None }
     }
 
-    fn known(&self, kinds: &[&'static str]) -> bool {
-        self.tried
-            .iter()
-            .any(|j| j.kinds().len() == kinds.len() && kinds.iter().all(|k| j.kinds().contains(k)))
+    /// The fit of a set, if it was tried.
+    pub fn fitted(&self, kinds: &[&str]) -> Option<&Judged> {
+        self.tried.iter().find(|j| same(j.kinds(), kinds))
+    }
+
+    fn known(&self, kinds: &[&str]) -> bool {
+        self.fitted(kinds).is_some()
     }
 
     /// Kinds that were fitted beside the best set and did not pay.
@@ -231,15 +272,22 @@ impl<'a> Search<'a> {
 
     /// The search; the tried sets are judged on the held-out part where they are close to the best.
     pub fn run(&mut self, told: &mut dyn FnMut()) {
-        let mut beam = vec![0];
-        for level in 1..=MOST_EFFECTS {
+        self.explore(told);
+        self.refine(told);
+        self.judge();
+    }
+
+    /// Adds effects to the best sets so far until none pays.
+    pub fn explore(&mut self, told: &mut dyn FnMut()) {
+        self.base_scores = self.scores(&self.tried[0].fit);
+        told();
+        let best = self.ranked()[0];
+        let mut beam = vec![best];
+        for level in self.tried[best].kinds().len() + 1..=MOST_EFFECTS {
             let mut jobs: Vec<(usize, Vec<&'static str>, Vec<f64>)> = Vec::new();
             for &i in &beam {
                 let fit = &self.tried[i].fit;
-                let scores = self.scores(fit);
-                if i == 0 {
-                    self.base_scores = scores.clone();
-                }
+                let scores = if i == 0 { self.base_scores.clone() } else { self.scores(fit) };
                 let most = if level == 1 { 6 } else { 4 };
                 for (rank, s) in scores.into_iter().take(most).enumerate() {
                     let mut kinds = self.tried[i].kinds().to_vec();
@@ -280,8 +328,6 @@ impl<'a> Search<'a> {
             }
             beam = order.into_iter().filter(|&i| i >= count).take(BEAM).collect();
         }
-        self.refine(told);
-        self.judge();
     }
 
     /// Drops and swaps around the best until nothing is better.
@@ -296,12 +342,15 @@ impl<'a> Search<'a> {
                 if !rest.is_empty() {
                     sets.push((rest.clone(), None));
                 }
-                let without = if rest.is_empty() {
-                    self.tried[0].fit.clone()
+                let scores = if rest.is_empty() {
+                    self.base_scores.clone()
                 } else {
-                    self.refit(&self.tried[best].fit, &rest, None).fit
+                    match self.fitted(&rest) {
+                        Some(j) => self.scores(&j.fit),
+                        None => self.scores(&self.refit(&self.tried[best].fit, &rest, None).fit),
+                    }
                 };
-                for s in self.scores(&without).into_iter().filter(|s| s.kind != gone).take(2) {
+                for s in scores.into_iter().filter(|s| s.kind != gone).take(2) {
                     if s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]) {
                         let mut kinds = rest.clone();
                         kinds.push(s.kind);

@@ -5,6 +5,7 @@
 //! in the twist and need no event. Touch-down does: it is located, and one Newton step in the scalar of the simulation carries
 //! the derivative of the event time.
 
+use super::arc::Arc;
 use super::contact::Mode;
 use super::field::Field;
 use super::instant::{Instant, Scene, TOUCHING_M};
@@ -131,7 +132,7 @@ pub fn simulate_under_way<S: Scalar, P: Path<S>>(
 /// Gap within which a push under way counts as touching, m: several times the noise of a pose.
 const UNDER_WAY_GAP_M: f64 = 1e-3;
 
-fn follow<S: Scalar, P: Path<S>>(
+pub(super) fn follow<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
@@ -200,7 +201,7 @@ struct State<S> {
 /// A world with its numbers filled in, that moves an object step by step.
 #[derive(Clone, Debug)]
 pub struct Stepper<'a, S> {
-    scene: Scene<'a, S>,
+    pub(super) scene: Scene<'a, S>,
     steps: Steps,
     steps_taken: usize,
 }
@@ -222,7 +223,12 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Self::with_field(world, parameters, steps, None)
     }
 
-    fn with_field(world: &'a World, parameters: &[S], steps: Steps, field: Option<&'a Field>) -> Self {
+    pub(super) fn with_field(
+        world: &'a World,
+        parameters: &[S],
+        steps: Steps,
+        field: Option<&'a Field>,
+    ) -> Self {
         Self { scene: Scene::new(world, parameters, field), steps, steps_taken: 0 }
     }
 
@@ -256,19 +262,19 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// The pose that the sensor reports.
-    fn reported(&self, pose: &Pose<S>) -> Pose<S> {
+    pub(super) fn reported(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         Pose { position: pose.to_world(offset), angle: pose.angle + turn }
     }
 
     /// The pose that the sensor reports as `pose`.
-    fn unreported(&self, pose: &Pose<S>) -> Pose<S> {
+    pub(super) fn unreported(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         let angle = pose.angle - turn;
         Pose { position: sub(pose.position, Rotation::new(angle).to_world(offset)), angle }
     }
 
-    fn check_start(&self, pose: &Pose<S>, rod: Vector<S>) -> Result<(), PushError> {
+    pub(super) fn check_start(&self, pose: &Pose<S>, rod: Vector<S>) -> Result<(), PushError> {
         let depth = -self.scene.gap(pose, rod).0.value();
         let tolerated = TOLERATED_OVERLAP_M.max(0.5 * self.scene.setting.rod_radius_m.value());
         if depth <= tolerated {
@@ -285,27 +291,33 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         })
     }
 
-    /// Moves the object along one piece of the path.
-    fn advance<M: Motion<S>>(&mut self, piece: &M, from: f64, to: f64, state: &mut State<S>) {
+    /// Sub-steps from `from` to `to`; none where nothing moves.
+    pub(super) fn count<M: Motion<S>>(&self, piece: &M, from: f64, to: f64) -> usize {
         let position = |t: f64| piece.position(S::constant(t)).map(S::value);
         let travel = norm(sub(position(to), position(from)));
         let inertia = self.scene.has_inertia();
         if travel == 0.0 && !inertia {
-            return;
+            return 0;
         }
         let longest = if inertia { self.steps.inertial_s } else { self.steps.duration_s };
         // A travel that is a whole number of steps up to rounding takes that number.
         let count = (travel / self.steps.travel_m).max((to - from) / longest);
-        let count = (count - 1e-9).ceil().max(1.0);
-        let h = (to - from) / count;
-        for i in 0..count as usize {
+        (count - 1e-9).ceil().max(1.0) as usize
+    }
+
+    /// Moves the object along one piece of the path.
+    fn advance<M: Motion<S>>(&mut self, piece: &M, from: f64, to: f64, state: &mut State<S>) {
+        let count = self.count(piece, from, to);
+        let inertia = self.scene.has_inertia();
+        let h = (to - from) / count as f64;
+        for i in 0..count {
             let start = from + i as f64 * h;
             self.steps_taken += 1;
             self.scene.place(&state.pose);
             if inertia {
                 self.inertial(piece, start, h, state);
             } else {
-                state.pose = self.quasi_static(piece, start, h, state.pose);
+                state.pose = self.quasi_static(piece, start, h, state.pose).to;
             }
         }
     }
@@ -318,7 +330,8 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         sub(rod, scale(force, compliance))
     }
 
-    fn quasi_static<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, pose: Pose<S>) -> Pose<S> {
+    /// A sub-step of `h` s from `start`.
+    pub(super) fn quasi_static<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, pose: Pose<S>) -> Arc<S> {
         let (begin, end) = (S::constant(start), start + h);
         let (gap, _) = self.scene.gap(&pose, self.bent(piece, &pose, begin));
         if gap.value() <= TOUCHING_M {
@@ -326,7 +339,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         }
         let at_end = self.scene.gap(&pose, self.bent(piece, &pose, S::constant(end))).0;
         if at_end.value() >= 0.0 {
-            return pose;
+            return Arc::still(pose, begin, S::constant(h));
         }
         let touch = self.touch_down(piece, start, h, &pose, gap.value(), at_end.value());
         self.runge_kutta(piece, touch, S::constant(end) - touch, pose)
@@ -369,7 +382,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// One Runge-Kutta step of a pair that touches; then the rod is put back on the outline.
-    fn runge_kutta<M: Motion<S>>(&self, piece: &M, start: S, h: S, pose: Pose<S>) -> Pose<S> {
+    fn runge_kutta<M: Motion<S>>(&self, piece: &M, start: S, h: S, pose: Pose<S>) -> Arc<S> {
         let compliant = self.scene.setting.compliance_m_per_n.is_some();
         let twist = |pose: &Pose<S>, time: S| {
             let rod = if compliant {
@@ -396,7 +409,8 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         let next = pose.advanced(&sum, h * (1.0 / 6.0));
         let rod =
             if compliant { self.bent(piece, &next, end) } else { self.scene.true_rod(piece.position(end)) };
-        self.projected(next, rod, mode != Mode::Separate)
+        let to = self.projected(next, rod, mode != Mode::Separate);
+        Arc { start, duration: h, from: pose, to, begins: k1, ends: k4 }
     }
 
     /// The pose moved along the normal so that nothing overlaps and, if the rod presses, that nothing gapes.

@@ -1,8 +1,8 @@
 //! One instant of a push: from pose and rod to contact, twist and force.
 
-use super::contact::{Mode, Response, Touch, respond};
+use super::contact::{ContactFriction, Mode, Response, Touch, respond};
 use super::field::Field;
-use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, dot, scale, sub};
+use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
 use super::surface::{Matrix, Surface};
@@ -11,6 +11,9 @@ use crate::Scalar;
 
 /// Gap up to which rod and object count as touching, m.
 pub(super) const TOUCHING_M: f64 = 1e-7;
+
+/// How often the force that moves the pressure is found again.
+const HEIGHT_REPETITIONS: usize = 3;
 
 /// A push at one instant, in the world.
 #[derive(Clone, Copy, Debug)]
@@ -165,35 +168,20 @@ impl<'a, S: Scalar> Scene<'a, S> {
         support
     }
 
-    /// The response of an object that the rod touches. Laws that depend on the response itself (the force moves the pressure,
-    /// the slip changes the friction) are found by repetition: their effect on the response is small.
+    /// The response of an object that the rod touches. Where the force moves the pressure it is found by repetition: the
+    /// effect on the response is small.
     fn response(&self, g: &Geometry<S>, velocity: Vector<S>, inertia: Option<(S, Twist<S>)>) -> Response<S> {
         let touch = Touch { point: g.contact, normal: g.outward.map(|x| -x), velocity };
         let s = &self.setting;
-        let support = self.support(g.rotation, None, inertia);
-        let mut response = respond(&support, &touch, s.contact_friction);
-        let repetitions = match (s.push_height_m, s.slip_rise_s_per_m) {
-            (None, None) => 0,
-            (_, None) => 3,
-            (_, Some(_)) => 8,
-        };
-        for _ in 0..repetitions {
-            if response.mode == Mode::Separate {
-                break;
-            }
-            let friction = s.slip_rise_s_per_m.map_or(s.contact_friction, |k| {
-                let factor = k * response.slip.abs() + 1.0;
-                let low = S::constant(0.05);
-                s.contact_friction * if factor.value() > 0.05 { factor } else { low }
-            });
-            let support = self.support(g.rotation, Some(response.force), inertia);
-            let next = respond(&support, &touch, friction);
-            let settled = (next.slip.value() - response.slip.value()).abs()
-                <= 1e-12 * dot(velocity, velocity).value().sqrt()
-                && s.push_height_m.is_none();
-            response = next;
-            if settled {
-                break;
+        let friction = ContactFriction { at_rest: s.contact_friction, rise_s_per_m: s.slip_rise_s_per_m };
+        let mut response = respond(&self.support(g.rotation, None, inertia), &touch, &friction);
+        if s.push_height_m.is_some() {
+            for _ in 0..HEIGHT_REPETITIONS {
+                if response.mode == Mode::Separate {
+                    break;
+                }
+                response =
+                    respond(&self.support(g.rotation, Some(response.force), inertia), &touch, &friction);
             }
         }
         response

@@ -2,7 +2,8 @@
 //!
 //! A [`World`] holds an [`Object`] and the laws that act; parameter values live in a flat vector (`c_m`, `contact_friction`,
 //! `rod_radius_m`, `support_friction`, `mass_kg`, then those of the effects), in plain numbers or duals. [`simulate`] follows
-//! the rod along a [`Path`] and samples the pose; [`simulate_batch`] does so for many pushes; a [`Stepper`] moves the object
+//! the rod along a [`Path`] and samples the pose; [`simulate_batch`] does so for many pushes; [`simulate_poses`] takes long sub-steps and
+//! interpolates; a [`Stepper`] moves the object
 //! from one sample to the next.
 //!
 //! ```
@@ -31,8 +32,10 @@
 //! assert!((end.position[0] - 0.04028).abs() < 1e-5 && (end.angle - 1.26248).abs() < 1e-5);
 //! ```
 
+mod arc;
 mod batch;
 mod contact;
+mod contact_solver;
 pub mod effects;
 mod engine;
 mod field;
@@ -48,15 +51,16 @@ mod support;
 pub mod surface;
 mod world;
 
+pub use arc::simulate_poses;
 pub use batch::simulate_batch;
-pub use contact::{Mode, Response, Touch, respond};
+pub use contact::{ContactFriction, Mode, Response, Touch, respond};
 pub use engine::{Push, PushError, Run, Stepped, Stepper, Steps, simulate, simulate_under_way};
 pub use field::Field;
 pub use instant::Instant;
 pub use moments::{Moments, mean_radius};
 pub use object::{OBJECTS, Object};
 pub use outline::{Nearest, Outline, Polygon};
-pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush};
+pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush, enough};
 pub use planar::{Pose, Rotation, Twist, Wrench};
 pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
 pub use support::{Inertia, Support};

@@ -80,6 +80,40 @@ impl<'a> Recorded<'a> {
     }
 }
 
+/// Indices of the positions of a recorded path that are enough: at every time of the record, straight lines in time between
+/// them stay within `tolerance_m` of it, in x and in y.
+pub fn enough(times: &[f64], x: &[f64], y: &[f64], tolerance_m: f64) -> Vec<usize> {
+    let n = times.len();
+    let mut kept: Vec<usize> = (0..n.min(1)).collect();
+    let mut from = 0;
+    // Velocities with which a line from the last kept position passes all positions since.
+    let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+    let mut allowed = everything;
+    for k in 1..n {
+        let corridor = |from: usize, z: &[f64]| {
+            let (dt, dz) = (times[k] - times[from], z[k] - z[from]);
+            [(dz - tolerance_m) / dt, dz / dt, (dz + tolerance_m) / dt]
+        };
+        let passes = [x, y].iter().zip(allowed).all(|(z, [low, high])| {
+            let middle = corridor(from, z)[1];
+            low <= middle && middle <= high
+        });
+        if !passes {
+            from = k - 1;
+            kept.push(from);
+            allowed = everything;
+        }
+        for (z, a) in [x, y].iter().zip(&mut allowed) {
+            let [low, _, high] = corridor(from, z);
+            *a = [a[0].max(low), a[1].min(high)];
+        }
+    }
+    if n > 1 {
+        kept.push(n - 1);
+    }
+    kept
+}
+
 impl<S: Scalar> Path<S> for Recorded<'_> {
     type Piece = Straight<S>;
 

@@ -11,7 +11,8 @@ pub mod superellipsoid;
 pub mod uniform;
 
 use super::planar::{Vector, Wrench, rot90};
-use crate::Scalar;
+use crate::dual::through;
+use crate::{Dual, Scalar};
 use patches::{Patch, SpeedLaw};
 use uniform::UniformPolygon;
 
@@ -65,13 +66,35 @@ impl<'a, S: Scalar> Surface<'a, S> {
                 superellipsoid::wrench(*c, *exponent, velocity, rotation)
             }
             Surface::Uniform { footprint, scale } => {
-                let mut w = footprint.wrench(velocity, rotation * *scale, map);
+                let turning = rotation * *scale;
+                let mut w = match map {
+                    None if S::LANES > 3 => {
+                        through_wrench([velocity[0], velocity[1], turning], |[x, y, r]| {
+                            footprint.wrench([x, y], r, None)
+                        })
+                    }
+                    _ => footprint.wrench(velocity, turning, map),
+                };
                 w.moment = w.moment * *scale;
                 w
             }
             Surface::Patches { patches, weights, scale, speed } => {
-                let mut w =
-                    patches::wrench(patches, weights, velocity, rotation * *scale, map, speed.as_ref());
+                let turning = rotation * *scale;
+                let mut w = match (map, speed) {
+                    (None, None) if S::LANES > 3 => {
+                        through_wrench([velocity[0], velocity[1], turning], |[x, y, r]| {
+                            patches::wrench(patches, weights, [x, y], r, None, None)
+                        })
+                    }
+                    (None, Some(law)) if S::LANES > 5 => {
+                        let inputs = [velocity[0], velocity[1], turning, law.rise, law.speed_m_s];
+                        through_wrench(inputs, |[x, y, r, rise, speed_m_s]| {
+                            let law = SpeedLaw { rise, speed_m_s };
+                            patches::wrench(patches, weights, [x, y], r, None, Some(&law))
+                        })
+                    }
+                    _ => patches::wrench(patches, weights, velocity, turning, map, speed.as_ref()),
+                };
                 w.moment = w.moment * *scale;
                 w
             }
@@ -107,6 +130,18 @@ impl<'a, S: Scalar> Surface<'a, S> {
             }
         }
     }
+}
+
+/// A wrench by the chain rule, where its inputs are fewer than the variables of a simulation.
+fn through_wrench<S: Scalar, const K: usize>(
+    inputs: [S; K],
+    f: impl Fn([Dual<K>; K]) -> Wrench<Dual<K>>,
+) -> Wrench<S> {
+    let [x, y, moment] = through(inputs, |inputs| {
+        let w = f(inputs);
+        [w.force[0], w.force[1], w.moment]
+    });
+    Wrench { force: [x, y], moment }
 }
 
 /// `M a`.
