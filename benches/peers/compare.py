@@ -2,8 +2,9 @@
 """augsim against PyTorch and JAX on the same work, interleaved in one run.
 
 Each peer is a process of its own that waits while the others compute; every round asks each of them once, in
-turn. Printed: medians over the rounds of wall and CPU time a call, peak resident memory, and ratios (the
-peer's over ours; the median of the ratios of one round, so that a slow moment of the machine hits all).
+turn, after a pause in which the threads of the one before stop waiting for work in a loop. Printed: medians over
+the rounds of wall and CPU time a call, peak resident memory, and ratios (the peer's over ours; the median of the
+ratios of one round, so that a slow moment of the machine hits all).
 
     python3 -m venv .venv && .venv/bin/pip install torch jax
     cargo build --release -p augsim-benches --bin peer
@@ -15,6 +16,7 @@ import os
 import statistics
 import subprocess
 import sys
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CASES = {
@@ -43,6 +45,7 @@ class Peer:
             sys.exit(f"{name} did not start; see its message above")
 
     def ask(self):
+        time.sleep(0.3)
         self.process.stdin.write(f"{self.calls}\n")
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline())

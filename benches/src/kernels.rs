@@ -129,6 +129,7 @@ impl Gru {
             dy: self.dy.get(),
             dx: self.dx.get_mut(),
             dx_fresh: true,
+            dx_inputs: self.dims.input,
             dh0: &mut [],
             dw_ih,
             dw_hh,

@@ -1,5 +1,6 @@
 //! How a training iteration scales: batch 10 to 10,000, hidden 8 to 128, steps 50 to 5,000, one and two
-//! threads, each around the ball's configuration. Writes `scaling.csv` and one SVG a variable.
+//! threads, each around the ball's configuration. Writes `scaling.csv` and one SVG a variable, in which a dashed line
+//! shows a cost in proportion to the operations. Wall times are of an idle machine or of none.
 //!
 //! `cargo run --release -p augsim-benches --bin scaling -- out/scaling`
 #![expect(clippy::print_stdout, reason = "it prints what it measures")]
@@ -14,12 +15,19 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// What is varied, and the values it takes.
-const VARIED: [(&str, &[usize]); 3] = [
-    ("batch", &[10, 30, 100, 300, 1000, 3000, 10_000]),
-    ("hidden", &[8, 16, 32, 64, 128]),
-    ("steps", &[50, 100, 200, 400, 1000, 2000, 5000]),
+const VARIED: [(&str, &str, &[usize]); 3] = [
+    ("batch", "16 units, 400 steps", &[10, 30, 100, 300, 1000, 3000, 10_000]),
+    ("hidden", "batch 100, 400 steps", &[8, 16, 32, 64, 128]),
+    ("steps", "batch 100, 16 units", &[50, 100, 200, 400, 1000, 2000, 5000]),
 ];
 const THREADS: [usize; 2] = [1, 2];
+/// Batch, units and steps where they are not varied: the ball's.
+const CENTRE: [usize; 3] = [100, 16, 400];
+
+/// Floating-point operations of an iteration.
+fn operations([batch, hidden, steps]: [usize; 3]) -> f64 {
+    augsim_benches::flops::Extents { hidden, ..BALL }.training(batch, steps)
+}
 
 /// Least CPU seconds of an iteration (wall where the system does not tell) and its rate in GFLOP/s a core.
 fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64) {
@@ -39,7 +47,7 @@ fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64
             let (w, c) = clock::time(|| (0..calls as usize).for_each(|_| training.step()));
             (wall, cpu) = (wall.min(w / calls), cpu.min(c.unwrap_or(w) / calls));
         }
-        (wall, cpu, extents.training(batch, steps) / cpu / 1e9)
+        (wall, cpu, operations([batch, hidden, steps]) / cpu / 1e9)
     })
 }
 
@@ -47,13 +55,14 @@ fn main() {
     let out = std::env::args().nth(1).unwrap_or_else(|| "out/scaling".to_owned());
     ok(std::fs::create_dir_all(&out));
     let mut csv = String::from("varied,batch,hidden,steps,threads,wall_s,cpu_s,gflop_s_per_core\n");
-    for (at, (varied, values)) in VARIED.into_iter().enumerate() {
-        let title = format!("Training iteration against {varied} (else: batch 100, hidden 16, 400 steps)");
+    for (at, (varied, fixed, values)) in VARIED.into_iter().enumerate() {
+        let title = format!("Training iteration, ball's net, {fixed}");
+        let x: Vec<f64> = values.iter().map(|v| *v as f64).collect();
         let mut figure = Line::new(&title, Axis::log(varied, ""), Axis::log("wall time", "s"));
         for threads in THREADS {
             let mut seconds = Vec::new();
             for &value in values {
-                let mut extents = [100, 16, 400];
+                let mut extents = CENTRE;
                 extents[at] = value;
                 let (wall, cpu, rate) = measure(extents, threads);
                 let [batch, hidden, steps] = extents;
@@ -63,9 +72,20 @@ fn main() {
                 );
                 seconds.push(wall);
             }
-            let x = values.iter().map(|v| *v as f64).collect();
             let name = if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
-            let series = Series::line(&name, Tone::Series(threads as u8 - 1), x, seconds);
+            if threads == 1 {
+                // Through the time of the ball's configuration.
+                let at_centre = values.iter().zip(&seconds).find(|(v, _)| **v == CENTRE[at]);
+                let rate = at_centre.map_or(f64::NAN, |(_, s)| s / operations(CENTRE));
+                let times = values.iter().map(|&value| {
+                    let mut extents = CENTRE;
+                    extents[at] = value;
+                    rate * operations(extents)
+                });
+                let times = times.collect();
+                figure = figure.with(Series::line("as the operations", Tone::Muted, x.clone(), times));
+            }
+            let series = Series::line(&name, Tone::Series(threads as u8 - 1), x.clone(), seconds);
             figure = figure.with(series.with_mark(Mark::LinePoints));
         }
         let svg = Figure::Line(figure).svg_document(640.0);

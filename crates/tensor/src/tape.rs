@@ -111,6 +111,11 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].shape
     }
 
+    /// What made a tensor.
+    pub(crate) fn op(&self, v: Var) -> Op {
+        self.nodes[v.index()].op
+    }
+
     /// Name of the operation that made a tensor: one of [`crate::OPERATIONS`].
     pub fn operation(&self, v: Var) -> &'static str {
         self.nodes[v.index()].op.name()

@@ -6,10 +6,14 @@
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
 use super::panels::{Panels, Start, packed_len};
+use super::prefetch::prefetch;
 use super::vector::Vector;
 use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
+
+/// Steps ahead of which memory is asked for.
+const AHEAD: usize = 2;
 
 /// Vectors from one step's gate gradients to the next. One more than there are: a multiple of 4 KB would put the
 /// same row of every step into one set of the first-level cache.
@@ -48,8 +52,8 @@ impl Kernel for Backward<'_, '_> {
         let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
         let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
         let w_hh = Panels::pack::<ROOMY>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
-        let wants_dx = !g.dx.is_empty();
-        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { input } else { 0 }, rows, |i, row| {
+        let wants_dx = !g.dx.is_empty() && g.dx_inputs > 0;
+        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
             g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
         });
         let (carry, rest) = vectors::<S>(rest, hidden);
@@ -93,7 +97,7 @@ impl Kernel for Backward<'_, '_> {
                 let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
                 let grads = &mut grads[..steps * stride];
-                states::<S, ROOMY>(simd, w_hh, carry, before, saved, dy, grads);
+                states::<S, ROOMY>(simd, w_hh, carry, Block { before, saved, dy }, grads);
                 let grads = &*grads;
                 if wants_dx {
                     let out = if chunk.is_whole::<S>() {
@@ -136,6 +140,17 @@ impl Kernel for Backward<'_, '_> {
     }
 }
 
+/// What the gradients of a number of steps are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a, V> {
+    /// States before each step.
+    pub before: &'a [V],
+    /// What the forward pass saved.
+    pub saved: &'a [V],
+    /// Gradients of the states that the steps gave.
+    pub dy: &'a [V],
+}
+
 /// Gate gradients of a block, from its last step to its first. `carry` is the gradient of the state after
 /// the block and, at the end, of the one before it.
 #[inline(always)]
@@ -143,39 +158,58 @@ fn states<S: Simd, const ROOMY: bool>(
     simd: S,
     w_hh: Panels<'_>,
     carry: &mut [S::f32s],
-    before: &[S::f32s],
-    saved: &[S::f32s],
-    dy: &[S::f32s],
+    block: Block<'_, S::f32s>,
     grads: &mut [S::f32s],
 ) {
     let hidden = carry.len();
-    let one = simd.splat_f32s(1.0);
-    let steps = dy.len() / hidden;
-    for s in (0..steps).rev() {
-        let (before, dy) = (&before[s * hidden..][..hidden], &dy[s * hidden..][..hidden]);
-        let saved = &saved[s * 4 * hidden..][..4 * hidden];
-        let (saved_r, saved) = saved.split_at(hidden);
-        let (saved_z, saved) = saved.split_at(hidden);
-        let (saved_n, saved_m) = saved.split_at(hidden);
+    for s in (0..block.dy.len() / hidden).rev() {
+        let step = Block {
+            before: &block.before[s * hidden..][..hidden],
+            saved: &block.saved[s * 4 * hidden..][..4 * hidden],
+            dy: &block.dy[s * hidden..][..hidden],
+        };
         let grads = &mut grads[s * stride_of(hidden)..][..4 * hidden];
-        let (d_n, rest) = grads.split_at_mut(hidden);
-        let (d_r, rest) = rest.split_at_mut(hidden);
-        let (d_z, d_m) = rest.split_at_mut(hidden);
-        for j in 0..hidden {
-            let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
-            let dh = simd.add_f32s(carry[j], dy[j]);
-            let dh_z = simd.mul_f32s(dh, z);
-            // dh z (1 - z) (h - n), then dh (1 - z) (1 - n^2), and so on down the chain.
-            let dh_not_z = simd.sub_f32s(dh, dh_z);
-            d_z[j] = simd.mul_f32s(simd.mul_f32s(dh_not_z, z), simd.sub_f32s(before[j], n));
-            let slope = simd.negate_mul_add_e_f32s(n, n, one);
-            let dn = simd.mul_f32s(dh_not_z, slope);
-            let dn_r = simd.mul_f32s(dn, r);
-            d_n[j] = dn;
-            d_m[j] = dn_r;
-            d_r[j] = simd.mul_f32s(simd.negate_mul_add_e_f32s(dn_r, r, dn_r), m);
-            carry[j] = dh_z;
-        }
+        gate_gradients(simd, carry, step, grads);
         w_hh.apply::<S, ROOMY>(simd, Start::Output, (&grads[hidden..], 0), (carry, 0), 1);
+    }
+}
+
+/// Gate gradients of a step (n, r, z, recurrent part of n), whose vectors may hold anything as long as all do alike.
+/// `carry` is the gradient of the state after it and, at the end, what of that goes to the state before it directly.
+#[inline(always)]
+pub(crate) fn gate_gradients<S: Simd>(
+    simd: S,
+    carry: &mut [S::f32s],
+    step: Block<'_, S::f32s>,
+    grads: &mut [S::f32s],
+) {
+    let (hidden, one) = (carry.len(), simd.splat_f32s(1.0));
+    let (before, dy) = (step.before, step.dy);
+    let (saved_r, saved) = step.saved.split_at(hidden);
+    let (saved_z, saved) = saved.split_at(hidden);
+    let (saved_n, saved_m) = saved.split_at(hidden);
+    let (d_n, rest) = grads.split_at_mut(hidden);
+    let (d_r, rest) = rest.split_at_mut(hidden);
+    let (d_z, d_m) = rest.split_at_mut(hidden);
+    for j in 0..hidden {
+        let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
+        for row in [saved_r, saved_z, saved_n, saved_m] {
+            prefetch(row[j..].as_ptr().wrapping_sub(4 * hidden * AHEAD));
+        }
+        for row in [before, dy] {
+            prefetch(row[j..].as_ptr().wrapping_sub(hidden * AHEAD));
+        }
+        let dh = simd.add_f32s(carry[j], dy[j]);
+        let dh_z = simd.mul_f32s(dh, z);
+        // dh z (1 - z) (h - n), then dh (1 - z) (1 - n^2), and so on down the chain.
+        let dh_not_z = simd.sub_f32s(dh, dh_z);
+        d_z[j] = simd.mul_f32s(simd.mul_f32s(dh_not_z, z), simd.sub_f32s(before[j], n));
+        let slope = simd.negate_mul_add_e_f32s(n, n, one);
+        let dn = simd.mul_f32s(dh_not_z, slope);
+        let dn_r = simd.mul_f32s(dn, r);
+        d_n[j] = dn;
+        d_m[j] = dn_r;
+        d_r[j] = simd.mul_f32s(simd.negate_mul_add_e_f32s(dn_r, r, dn_r), m);
+        carry[j] = dh_z;
     }
 }

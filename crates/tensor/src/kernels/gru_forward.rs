@@ -5,9 +5,13 @@
 
 use super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::lanes::{BLOCK, Chunk, MAX_LANES, rows_mut, vectors};
+use super::prefetch::prefetch;
 use super::vector::Vector;
 use super::{GruDims, GruForward, GruWeights};
 use crate::simd::Kernel;
+
+/// Steps ahead of which memory is asked for.
+const AHEAD: usize = 2;
 
 /// Floats that the packed weights take for layer extents `(input, hidden)`.
 pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
@@ -223,6 +227,10 @@ fn step<S: Vector, const U: usize>(
             let unit = first + j;
             now[unit] = simd.mul_add_e_f32s(z[j], simd.sub_f32s(h[unit], ni[j]), ni[j]);
             if !saved.is_empty() {
+                for part in 0..4 {
+                    prefetch(saved[part * hidden + unit..].as_ptr().wrapping_add(4 * hidden * AHEAD));
+                }
+                prefetch(now[unit..].as_ptr().wrapping_add(hidden * AHEAD));
                 saved[unit] = r[j];
                 saved[hidden + unit] = z[j];
                 saved[2 * hidden + unit] = ni[j];

@@ -10,6 +10,8 @@ mod gates;
 mod gru_backward;
 mod gru_forward;
 mod gru_packed;
+#[cfg(target_arch = "x86_64")]
+mod gru_quad;
 pub mod gru_reference;
 pub mod gru_simd;
 pub(crate) mod lanes;
@@ -21,6 +23,7 @@ mod outer;
 mod panels;
 pub mod pointwise;
 pub mod pointwise_reference;
+mod prefetch;
 pub(crate) mod vector;
 
 pub use gru_packed::PackedGru;
@@ -91,6 +94,8 @@ pub struct GruBackward<'a, T> {
     pub dx: &'a mut [T],
     /// `dx` holds nothing yet: it is written, not added to.
     pub dx_fresh: bool,
+    /// Of how many inputs, the first ones, the gradient is wanted. What `dx` holds of the others afterwards is anything.
+    pub dx_inputs: usize,
     /// Gradient of h0 `[H, B]`; empty when not wanted.
     pub dh0: &'a mut [T],
     /// Gradient of w_ih `[3H, I]`.

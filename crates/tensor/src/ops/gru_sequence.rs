@@ -90,6 +90,19 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
+/// How many of the inputs of `x`, the first ones, lead to a variable: constants are often joined to the end.
+fn inputs_wanted<T: Scalar>(tape: &Tape<T>, x: Var, inputs: usize) -> usize {
+    let Op::Concat { first, count, axis: 1 } = tape.op(x) else { return inputs };
+    let (mut wanted, mut end) = (0, 0);
+    for &part in &tape.args[first..first + count] {
+        end += tape.shape(part).dims()[1];
+        if tape.needs_grad(&[part]) {
+            wanted = end;
+        }
+    }
+    wanted
+}
+
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: GruVars, out: Var, grad: &[T]) {
     let Ok(dims) = tape.gru_dims(x, h0, w) else { return };
     let mut scratch = tape.pool.take(T::gru_scratch(dims.input, dims.hidden));
@@ -106,6 +119,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: Gru
         dy: grad,
         dx: &mut dx,
         dx_fresh,
+        dx_inputs: inputs_wanted(tape, x, dims.input),
         dh0: &mut dh0,
         dw_ih: &mut dw_ih.0,
         dw_hh: &mut dw_hh.0,

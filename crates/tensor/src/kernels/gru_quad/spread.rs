@@ -1,0 +1,84 @@
+//! A matrix times rows of four sequences, its weights spread out to vectors of four outputs.
+
+use super::{QUAD, quads, repeat, vectors, width};
+use pulp::{Simd, f32x16, x86::V4};
+
+/// Partial sums of an output, so that products do not wait for one another.
+const CHAINS: usize = 4;
+
+/// Floats that `outputs x inputs` weights take.
+pub(super) const fn spread_len(outputs: usize, inputs: usize) -> usize {
+    outputs.next_multiple_of(QUAD) * inputs * QUAD
+}
+
+/// Packed weights `[groups of rows][input][row of four outputs]`; missing outputs are zero.
+#[derive(Clone, Copy)]
+pub(super) struct Spread<'a> {
+    packed: &'a [f32],
+    inputs: usize,
+}
+
+impl<'a> Spread<'a> {
+    /// Packs `weight(output, input)`.
+    #[inline(always)]
+    pub fn pack(
+        packed: &'a mut [f32],
+        outputs: usize,
+        inputs: usize,
+        weight: impl Fn(usize, usize) -> f32,
+    ) -> Self {
+        let (mut slots, mut first) = (packed.as_chunks_mut::<QUAD>().0.iter_mut(), 0);
+        while first < outputs {
+            let end = first + QUAD * width((outputs - first).div_ceil(QUAD));
+            for input in 0..inputs {
+                for (output, slot) in (first..end).zip(&mut slots) {
+                    *slot = [if output < outputs { weight(output, input) } else { 0.0 }; QUAD];
+                }
+            }
+            first = end;
+        }
+        Spread { packed, inputs }
+    }
+
+    /// Adds the products with `x` to the vectors `out`, rows of four outputs.
+    #[inline(always)]
+    pub fn add(self, simd: V4, x: &[f32], out: &mut [f32x16]) {
+        let mut first = 0;
+        while first < out.len() {
+            let n = width(out.len() - first);
+            match n {
+                4 => self.rows::<4>(simd, x, first, out),
+                2 => self.rows::<2>(simd, x, first, out),
+                _ => self.rows::<1>(simd, x, first, out),
+            }
+            first += n;
+        }
+    }
+
+    #[inline(always)]
+    fn rows<const N: usize>(self, simd: V4, x: &[f32], first: usize, out: &mut [f32x16]) {
+        let x = &quads(x)[..self.inputs];
+        let w = vectors(self.packed)[first * self.inputs..][..N * self.inputs].as_chunks::<N>().0;
+        let mut sums = [[simd.splat_f32s(0.0); N]; CHAINS];
+        let (w, w_rest) = w.as_chunks::<CHAINS>();
+        let (x, x_rest) = x.as_chunks::<CHAINS>();
+        for (w, x) in w.iter().zip(x) {
+            for chain in 0..CHAINS {
+                let v = repeat(simd, x[chain]);
+                for j in 0..N {
+                    sums[chain][j] = simd.mul_add_e_f32s(w[chain][j], v, sums[chain][j]);
+                }
+            }
+        }
+        for (w, x) in w_rest.iter().zip(x_rest) {
+            let v = repeat(simd, *x);
+            for j in 0..N {
+                sums[0][j] = simd.mul_add_e_f32s(w[j], v, sums[0][j]);
+            }
+        }
+        for (j, out) in out[first..first + N].iter_mut().enumerate() {
+            let (a, b) = (simd.add_f32s(sums[0][j], sums[1][j]), simd.add_f32s(sums[2][j], sums[3][j]));
+            *out = simd.add_f32s(*out, simd.add_f32s(a, b));
+        }
+    }
+}
