@@ -86,17 +86,22 @@ pub(crate) fn decide(
     Some(Decided { found, base, best, tests, verdict, severe })
 }
 
-/// The best of a search, if the held-out part confirms it: by a gain there, or, where the training part speaks clearly, by no
-/// more than chance against it (the estimate of an effect that is there is above its truth in one half of all samples, and
-/// then the other half may see a small loss).
+/// Whether the held-out part confirms what the training part found: by a `gain` there, in ln likelihood, or, where the training
+/// part speaks clearly (`trained` in the criterion), by no more than chance against it (the estimate of an effect that is there
+/// is above its truth in one half of all samples, and then the other half may see a small loss).
+pub(crate) fn holds(trained: f64, gain: f64) -> bool {
+    gain > 0.0 || (trained > CLEAR && gain > -TOLERATED * trained)
+}
+
+/// The best of a search, if the held-out part confirms it.
 fn confirmed(found: &Found, base: &Judged) -> Judged {
-    let holds = |best: &&Judged| {
+    let confirms = |best: &&Judged| {
         let (Some(gain), trained) = (heldout_gain(best, base), base.criterion - best.criterion) else {
             return false;
         };
-        gain > 0.0 || (trained > CLEAR && gain > -TOLERATED * trained)
+        holds(trained, gain)
     };
-    found.pool.first().filter(holds).unwrap_or(base).clone()
+    found.pool.first().filter(confirms).unwrap_or(base).clone()
 }
 
 /// Gain in ln likelihood on the held-out part.

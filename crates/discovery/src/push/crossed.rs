@@ -1,5 +1,6 @@
 //! The whole loop again on parts of the pushes, so that every push is forecast once by a model that has not seen it: nested
-//! cross-validation, as for the ball.
+//! cross-validation, as for the ball. The errors are those of the loop before the last rule, which only drops what most folds
+//! do not find.
 
 use super::decide::{Decided, decide, outliers, sample, without};
 use super::error_table::Lists;
@@ -31,6 +32,21 @@ pub(crate) fn worth_crossing(decided: &Decided<'_>, error: &ErrorTable) -> bool 
     // An interval that is not a number is open as well.
     let settled = error.reduction.ci95[0] > 0.0;
     named && error.explained_share.is_some() && !settled
+}
+
+impl Crossed {
+    /// In how many folds a kind was found.
+    pub fn again(&self, kind: &str) -> usize {
+        self.found.iter().filter(|f| f.iter().any(|k| k == kind)).count()
+    }
+
+    /// Those of an answer that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them, where
+    /// that leaves none.
+    pub fn stable(&self, kinds: &[&'static str]) -> Vec<&'static str> {
+        let stable: Vec<&'static str> =
+            kinds.iter().copied().filter(|k| 2 * self.again(k) >= self.found.len()).collect();
+        if stable.is_empty() { kinds.to_vec() } else { stable }
+    }
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few pushes.

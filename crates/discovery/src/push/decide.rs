@@ -62,10 +62,27 @@ pub(crate) fn decide<'a>(
     test: &[usize],
     told: &mut dyn FnMut(),
 ) -> Decided<'a> {
+    let search = searched(model, measured, train, test, told);
+    let best = search.best();
+    settled(search, best)
+}
+
+/// A finished search.
+pub(crate) fn searched<'a>(
+    model: &'a PushModel,
+    measured: &'a Measured,
+    train: &[usize],
+    test: &[usize],
+    told: &mut dyn FnMut(),
+) -> Search<'a> {
     let few = few(model, measured, train, told);
     let mut search = Search::new(model, sample(measured, train), sample(measured, test), few.as_ref());
     search.run(told);
-    let best = search.best();
+    search
+}
+
+/// The answer at `best` of what a search tried.
+pub(crate) fn settled(mut search: Search<'_>, best: usize) -> Decided<'_> {
     let ranking = Ranking::of(&search, best);
     let rejected = search.rejected(best);
     let out = [

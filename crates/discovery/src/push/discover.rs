@@ -3,7 +3,7 @@
 use super::adequacy;
 use super::anatomy::anatomy;
 use super::crossed::{crossed, worth_crossing};
-use super::decide::{Decided, decide, sample};
+use super::decide::{Decided, sample, searched, settled};
 use super::error_table::Lists;
 use super::measured::measure;
 use super::report::{Parts, report};
@@ -33,11 +33,33 @@ pub fn discover_push(
     progress(Progress::Noise);
     let measured = measure(model, data, options)?;
     progress(Progress::Search);
-    let decided =
-        decide(model, &measured, &measured.train, &measured.test, &mut || progress(Progress::Search));
-    let Decided { search, best, rejected, .. } = &decided;
+    let search =
+        searched(model, &measured, &measured.train, &measured.test, &mut || progress(Progress::Search));
+    let best = search.best();
+    let mut decided = settled(search.clone(), best);
+
+    progress(Progress::Errors);
+    let (seed, gain) = (options.seed, decided.heldout_gain());
+    let kept = &decided.search.test.windows;
+    let mut lists = Lists::of(model, &measured, &measured.test, kept, decided.fits(), seed);
+    let mut folds = Vec::new();
+    if worth_crossing(&decided, &lists.positions(seed, gain)) {
+        progress(Progress::Folds);
+        if let Some(crossed) = crossed(model, &measured, options) {
+            let kinds = search.tried[best].kinds().to_vec();
+            let stable = crossed.stable(&kinds);
+            if stable.len() < kinds.len() {
+                let mut search = search;
+                let place = search.place_of(&stable, best);
+                decided = settled(search, place);
+            }
+            (lists, folds) = (crossed.lists, crossed.found);
+        }
+    }
+    let count = (!folds.is_empty()).then_some(folds.len());
 
     progress(Progress::Adequacy);
+    let Decided { search, best, rejected, .. } = &decided;
     let tests = adequacy::tests(search, &search.tried[*best].fit, rejected);
     let named = !search.tried[*best].kinds().is_empty();
     let verdict = match (named, tests.pass) {
@@ -45,23 +67,6 @@ pub fn discover_push(
         (true, true) => Verdict::Explained,
         (true, false) => Verdict::PartlyExplained,
         (false, false) => Verdict::Unknown,
-    };
-
-    progress(Progress::Errors);
-    let (seed, gain) = (options.seed, decided.heldout_gain());
-    let mut lists = Lists::of(model, &measured, &measured.test, &search.test.windows, decided.fits(), seed);
-    let crossed = if worth_crossing(&decided, &lists.positions(seed, gain)) {
-        progress(Progress::Folds);
-        crossed(model, &measured, options)
-    } else {
-        None
-    };
-    let (count, folds) = match crossed {
-        Some(c) => {
-            lists = c.lists;
-            (Some(c.found.len()), c.found)
-        }
-        None => (None, Vec::new()),
     };
 
     // The answer's numbers come from all windows.

@@ -138,6 +138,11 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
     let base_cost = base.fit.cost(&search.train) / scale;
     let best = &search.tried[answer];
     let held = |j: &Judged| j.held.as_ref().map(|f| f.cost(&search.test) / scale);
+    let heldout_gain = |j: &Judged| held(j).zip(held(base)).map(|(a, b)| 0.5 * (b - a));
+    // Only folds speak against a set that is better on both parts.
+    let unstable =
+        |j: &Judged| heldout_gain(j).is_some_and(|gain| gain > 0.0) && search.total(j) < search.total(best);
+    let stable = search.tried.iter().any(unstable);
     let mut order: Vec<usize> = (1..search.tried.len()).collect();
     order.sort_by(|&a, &b| search.criterion(&search.tried[a]).total_cmp(&search.criterion(&search.tried[b])));
     let mut list: Vec<Candidate> = order
@@ -156,7 +161,9 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
             let kinds: Vec<String> = j.kinds().iter().map(|k| k.to_string()).collect();
             let chosen = i == answer;
             let behind = search.criterion(j) - search.criterion(best);
-            let why = if chosen {
+            let why = if chosen && stable {
+                "of the best explanation what most folds find again".into()
+            } else if chosen {
                 "explains the training pushes best and holds on the others".into()
             } else if rivals.contains(&kinds) {
                 "explains the data as well: cannot be told apart".into()
@@ -164,6 +171,8 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
                 format!("gains {gain:.1}, less than its penalty of {penalty:.1}")
             } else if behind > 0.0 {
                 format!("{behind:.1} behind the answer")
+            } else if unstable(j) {
+                "explains more, but most folds do not find all of it again".into()
             } else {
                 "does not hold on the held-out pushes".into()
             };
@@ -172,7 +181,7 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
                 parameters,
                 gain,
                 penalty,
-                heldout_gain: held(j).zip(held(base)).map(|(a, b)| 0.5 * (b - a)),
+                heldout_gain: heldout_gain(j),
                 fitted: true,
                 chosen,
                 why,

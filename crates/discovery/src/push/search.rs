@@ -3,6 +3,7 @@
 use super::evaluate::MOST_FREE;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Hypothesis, Polar, probes};
+use crate::decide::holds;
 use crate::statistics::{chi2_quantile, median, quantile};
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::PushModel;
@@ -51,6 +52,7 @@ impl Judged {
 }
 
 /// A search with what it has found so far.
+#[derive(Clone)]
 pub(crate) struct Search<'a> {
     pub model: &'a PushModel,
     pub train: Sample<'a>,
@@ -372,6 +374,21 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The place of a set in what was tried, fitted and judged from the set at `from` if it was not.
+    pub fn place_of(&mut self, kinds: &[&'static str], from: usize) -> usize {
+        let known = (0..self.tried.len()).find(|&i| same(self.tried[i].kinds(), kinds));
+        let place = known.unwrap_or_else(|| {
+            let fitted = self.refit(&self.tried[from].fit, kinds, None);
+            self.tried.push(fitted);
+            self.tried.len() - 1
+        });
+        if self.tried[place].held.is_none() {
+            let f = &self.tried[place].fit;
+            self.tried[place].held = Some(fit_starts(&self.test, &f.hypothesis, &f.theta));
+        }
+        place
+    }
+
     fn judge(&mut self) {
         let order = self.ranked();
         let least = self.criterion(&self.tried[order[0]]);
@@ -389,16 +406,17 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The answer: the best on both parts together, of those that pay their penalty on the training part and follow the
-    /// held-out part better than calibration alone.
+    /// The answer: the best on both parts together, of those that pay their penalty on the training part and that the
+    /// held-out part confirms.
     pub fn best(&self) -> usize {
-        let least = self.criterion(&self.tried[0]);
-        let pays = |i: &usize| *i == 0 || self.criterion(&self.tried[*i]) < least;
-        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some()).filter(pays);
-        let best = judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b])));
-        let best = best.unwrap_or(0);
-        let held = |i: usize| self.tried[i].held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
-        if held(best) < held(0) { best } else { 0 }
+        let held = |i: usize| self.tried[i].held.as_ref().map(|f| f.cost(&self.test));
+        let confirmed = |i: &usize| {
+            let trained = self.criterion(&self.tried[0]) - self.criterion(&self.tried[*i]);
+            let gain = held(0).zip(held(*i)).map(|(base, own)| 0.5 * (base - own) / self.dispersion);
+            *i == 0 || (trained > 0.0 && gain.is_some_and(|gain| holds(trained, gain)))
+        };
+        let judged = (0..self.tried.len()).filter(|&i| held(i).is_some()).filter(confirmed);
+        judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b]))).unwrap_or(0)
     }
 }
 
