@@ -150,6 +150,29 @@ fn faulty_push_files_are_named() {
 }
 
 #[test]
+fn a_group_that_is_not_there_is_named_with_those_that_are() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let grouped =
+        "trajectory,group,t_s,height_m\na,wood,0,4.5\na,wood,0.1,4.4\nb,steel,0,4.2\nb,steel,0.1,4.1\n";
+    let write =
+        |name: &str, text: &str| std::fs::write(dir.path().join(name), text).expect("it can be written");
+    write("grouped.csv", grouped);
+    write("plain.csv", GOOD);
+    write("model.toml", "scenario = \"ball\"\n");
+    for (data, texts) in
+        [("grouped.csv", ["steel, wood", "--group glass"]), ("plain.csv", ["no column `group`", "leave"])]
+    {
+        let out = augsim(&["discover", "model.toml", data, "--group", "glass", "--out", "found"], dir.path());
+        let error = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{error}");
+        for text in texts.iter().chain([&data]) {
+            assert!(error.contains(text), "`{text}` is not in: {error}");
+        }
+        assert!(!dir.path().join("found").exists());
+    }
+}
+
+#[test]
 fn usage_errors_have_code_2() {
     let (dir, _) = trained();
     let again = augsim(&["train", "--data", "good.csv", "--out", "run"], dir.path());
