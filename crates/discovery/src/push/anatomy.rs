@@ -5,6 +5,7 @@ use super::evaluate::plain;
 use super::fit::{Fit, Sample};
 use crate::anatomy::{Collector, LAGS, compare};
 use crate::result::Anatomy;
+use augsim_physics::push::{Motion, Path};
 use rayon::prelude::*;
 
 pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy {
@@ -29,15 +30,16 @@ fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
     for (w, z) in sample.windows.iter().zip(&residuals) {
         let r = &sample.data.records[w.record];
+        let path = r.path();
         for (k, z_k) in z.iter().enumerate() {
             let time = r.time[w.first + k];
             out.against("time_s", time - r.time[0], z_k[2]);
-            let next = r.rod_time.partition_point(|&t| t <= time).clamp(1, r.rod_time.len() - 1);
-            let (dx, dy) = (r.rod_x[next] - r.rod_x[next - 1], r.rod_y[next] - r.rod_y[next - 1]);
-            if dx != 0.0 || dy != 0.0 {
-                let dt = r.rod_time[next] - r.rod_time[next - 1];
-                out.against("heading_rad", dy.atan2(dx), z_k[2]);
-                out.against("speed_m_s", dx.hypot(dy) / dt, z_k[2]);
+            // Not the recorded positions one by one: at 250 Hz their noise is faster than the rod.
+            let velocity = path.as_ref().map_or([0.0; 2], |p| p.piece(time).velocity(time));
+            let speed = velocity[0].hypot(velocity[1]);
+            if speed > 0.0 {
+                out.against("heading_rad", velocity[1].atan2(velocity[0]), z_k[2]);
+                out.against("speed_m_s", speed, z_k[2]);
             }
             z_k.iter().for_each(|z| out.value(*z));
             for lag in 0..LAGS.min(k + 1) {

@@ -85,13 +85,12 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
         .shares
         .iter()
         .map(|&(kind, share)| {
-            let mut also: Vec<String> = spec_of(kind)
-                .map_or(&[][..], |s| s.stands_for)
-                .iter()
-                .chain(stands_for(kind))
-                .map(|s| s.to_string())
-                .collect();
-            also.dedup();
+            let mut also: Vec<String> = Vec::new();
+            for name in spec_of(kind).map_or(&[][..], |s| s.stands_for).iter().chain(stands_for(kind)) {
+                if !also.iter().any(|known| known == name) {
+                    also.push(name.to_string());
+                }
+            }
             FoundEffect {
                 folds: (!parts.folds.is_empty()).then(|| {
                     let again = parts.folds.iter().filter(|f| f.iter().any(|k| k == kind));
