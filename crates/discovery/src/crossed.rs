@@ -17,7 +17,7 @@ use augsim_physics::model::Model;
 use rayon::prelude::*;
 
 /// Folds.
-const FOLDS: usize = 5;
+pub(crate) const FOLDS: usize = 5;
 /// Fewest trajectories a fold.
 const FEWEST: usize = 4;
 
@@ -32,9 +32,19 @@ pub(crate) struct Crossed {
 /// cannot; tables are not looked for in folds), there is error to remove, and the interval includes no change.
 pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
     let lawful = best.additions().iter().any(|a| matches!(a, Addition::Kind(..)));
+    lawful && open(error)
+}
+
+/// Whether there is error to remove and the interval of the reduction includes no change.
+pub(crate) fn open(error: &ErrorTable) -> bool {
     // An interval that is not a number is open as well.
     let settled = error.reduction.ci95[0] > 0.0;
-    lawful && error.explained_share.is_some() && !settled
+    error.explained_share.is_some() && !settled
+}
+
+/// In how many folds a kind was found.
+pub(crate) fn again(folds: &[Vec<String>], kind: &str) -> usize {
+    folds.iter().filter(|found| found.iter().any(|k| k == kind)).count()
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories.

@@ -1,6 +1,7 @@
 //! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
 
 use crate::adequacy::Adequacy;
+use crate::crossed::again;
 use crate::discover::{passes, per_group};
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
@@ -287,7 +288,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             parameters: estimates(parts, parts.full, Some(n)),
             folds: (!parts.folds.is_empty()).then(|| {
                 let label = kinds(std::slice::from_ref(a));
-                [parts.folds.iter().filter(|f| f.contains(&label[0])).count(), parts.folds.len()]
+                [again(&parts.folds, &label[0]), parts.folds.len()]
             }),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
             per: match a {

@@ -2,19 +2,18 @@
 //! cross-validation, as for the ball. The errors are those of the loop before the last rule, which only drops what most folds
 //! do not find.
 
-use super::decide::{Decided, decide, outliers, sample, without};
+use super::decide::{Decided, outliers, sample, searched, settled, without};
 use super::error_table::Lists;
 use super::fit::fit_starts;
 use super::measured::{Measured, split};
 use crate::Options;
+use crate::crossed::{FOLDS, again, open};
 use crate::result::ErrorTable;
 use augsim_data::random_stream;
 use augsim_physics::model::PushModel;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-/// Folds.
-const FOLDS: usize = 5;
 /// Fewest pushes.
 const FEWEST: usize = 10;
 
@@ -29,22 +28,15 @@ pub(crate) struct Crossed {
 /// includes no change.
 pub(crate) fn worth_crossing(decided: &Decided<'_>, error: &ErrorTable) -> bool {
     let named = !decided.search.tried[decided.best].kinds().is_empty();
-    // An interval that is not a number is open as well.
-    let settled = error.reduction.ci95[0] > 0.0;
-    named && error.explained_share.is_some() && !settled
+    named && open(error)
 }
 
 impl Crossed {
-    /// In how many folds a kind was found.
-    pub fn again(&self, kind: &str) -> usize {
-        self.found.iter().filter(|f| f.iter().any(|k| k == kind)).count()
-    }
-
     /// Those of an answer that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them, where
     /// that leaves none.
     pub fn stable(&self, kinds: &[&'static str]) -> Vec<&'static str> {
         let stable: Vec<&'static str> =
-            kinds.iter().copied().filter(|k| 2 * self.again(k) >= self.found.len()).collect();
+            kinds.iter().copied().filter(|k| 2 * again(&self.found, k) >= self.found.len()).collect();
         if stable.is_empty() { kinds.to_vec() } else { stable }
     }
 }
@@ -64,7 +56,9 @@ pub(crate) fn crossed(model: &PushModel, measured: &Measured, options: &Options)
             fold.sort_unstable();
             let rest: Vec<usize> = (0..n).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(&rest, options);
-            let decided = decide(model, measured, &train, &test, &mut || {});
+            let search = searched(model, measured, &train, &test, &mut || {});
+            let best = search.best();
+            let decided = settled(search, best);
             // What was decided is fitted to all that the fold leaves.
             let fits = decided.refitted(&decided.everything());
             let mut seen = sample(measured, &fold);

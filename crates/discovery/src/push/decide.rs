@@ -54,20 +54,7 @@ pub(crate) fn sample<'a>(measured: &'a Measured, chosen: &[usize]) -> Sample<'a>
     Sample { data: measured, windows, bend: f64::INFINITY }
 }
 
-/// The loop on the pushes `train`, judged on `test`.
-pub(crate) fn decide<'a>(
-    model: &'a PushModel,
-    measured: &'a Measured,
-    train: &[usize],
-    test: &[usize],
-    told: &mut dyn FnMut(),
-) -> Decided<'a> {
-    let search = searched(model, measured, train, test, told);
-    let best = search.best();
-    settled(search, best)
-}
-
-/// A finished search.
+/// A finished search on the pushes `train`, judged on `test`.
 pub(crate) fn searched<'a>(
     model: &'a PushModel,
     measured: &'a Measured,

@@ -4,6 +4,7 @@ use super::decide::Decided;
 use super::experiment::{confirm, separate, stands_for};
 use super::fit::{Fit, Sample};
 use super::search::{Judged, Search};
+use crate::crossed::again;
 use crate::result::{
     Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA,
     Tests, Verdict,
@@ -92,10 +93,7 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
                 }
             }
             FoundEffect {
-                folds: (!parts.folds.is_empty()).then(|| {
-                    let again = parts.folds.iter().filter(|f| f.iter().any(|k| k == kind));
-                    [again.count(), parts.folds.len()]
-                }),
+                folds: (!parts.folds.is_empty()).then(|| [again(&parts.folds, kind), parts.folds.len()]),
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: estimates(parts.full, ci95, Some(kind)),
