@@ -113,6 +113,14 @@ impl World<'_> {
             _ => [0.0; 2],
         };
         let bend = self.number(|k| if let PushKind::RodCompliance(c) = k { Some(*c) } else { None });
+        let registered = |v: [f64; 2]| match self.truth.effect {
+            Some(PushKind::FrameRegistration(scale, angle)) => {
+                let (s, c) = angle.sin_cos();
+                [c * v[0] - s * v[1], s * v[0] + c * v[1]].map(|x| (1.0 + scale) * x)
+            }
+            _ => v,
+        };
+        let (from, u) = (registered(from), registered(u));
         let rod_at = |t: f64| {
             let t = t.clamp(0.0, duration);
             [from[0] + bias[0] + u[0] * t, from[1] + bias[1] + u[1] * t]

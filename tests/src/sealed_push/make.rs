@@ -20,6 +20,8 @@ pub enum PushKind {
     FrictionGradient(f64, f64),
     ContactSlip(f64),
     TipOffset(f64, f64),
+    /// Relative scale, and angle in rad.
+    FrameRegistration(f64, f64),
     RodCompliance(f64),
     PoseOffset(f64, f64),
     PoseLatency(f64),
@@ -39,6 +41,7 @@ impl PushKind {
             PushKind::FrictionGradient(..) => "friction-gradient",
             PushKind::ContactSlip(_) => "contact-friction-slip",
             PushKind::TipOffset(..) => "tip-offset",
+            PushKind::FrameRegistration(..) => "frame-registration",
             PushKind::RodCompliance(_) => "rod-compliance",
             PushKind::PoseOffset(..) => "pose-offset",
             PushKind::PoseLatency(_) => "pose-latency",
@@ -78,7 +81,7 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     let vary = rng.random_range(0.75..1.33);
     let turn = rng.random_range(-PI..PI);
     let vector = |size: f64| (size * vary * turn.cos(), size * vary * turn.sin());
-    match which % 13 {
+    match which % 14 {
         0 => PushKind::ExactSurface,
         1 => PushKind::Superellipsoid(1.7),
         2 => {
@@ -103,7 +106,8 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
         }
         10 => PushKind::PoseLatency(0.02 * vary),
         11 => PushKind::TableTilt(0.0175 * vary, turn),
-        _ => PushKind::PushHeight(0.01 * vary),
+        12 => PushKind::PushHeight(0.01 * vary),
+        _ => PushKind::FrameRegistration(0.008 * vary * turn.cos(), 0.01 * vary * turn.sin()),
     }
 }
 

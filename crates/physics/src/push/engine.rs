@@ -153,7 +153,7 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
         && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M
     {
         stepper.scene.place(&state.pose);
-        let velocity = push.path.piece(begin).velocity(S::constant(begin));
+        let velocity = stepper.scene.true_velocity(push.path.piece(begin).velocity(S::constant(begin)));
         state.twist = stepper.scene.at(&state.pose, rod, velocity, true).twist;
     }
     let mut time = begin;
@@ -174,7 +174,7 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
         });
         let at = S::constant(until);
         let rod = stepper.scene.true_rod(piece.position(at));
-        let mut instant = stepper.scene.at(&state.pose, rod, piece.velocity(at), false);
+        let mut instant = stepper.scene.at(&state.pose, rod, stepper.scene.true_velocity(piece.velocity(at)), false);
         if stepper.scene.has_inertia() {
             instant.twist = state.twist;
         }
@@ -250,7 +250,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         let mut state = State { pose, twist };
         self.advance(&piece, 0.0, duration, &mut state);
         self.scene.place(&state.pose);
-        let instant = self.scene.at(&state.pose, self.scene.true_rod(to), velocity, false);
+        let instant = self.scene.at(&state.pose, self.scene.true_rod(to), self.scene.true_velocity(velocity), false);
         let twist = if self.scene.has_inertia() { state.twist } else { instant.twist };
         Stepped { pose: state.pose, twist, instant }
     }
@@ -258,7 +258,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     /// The instant at `pose` with the reported rod at `rod`, moving with `velocity`, m/s.
     pub fn instant(&mut self, pose: &Pose<S>, rod: Vector<S>, velocity: Vector<S>) -> Instant<S> {
         self.scene.place(pose);
-        self.scene.at(pose, self.scene.true_rod(rod), velocity, false)
+        self.scene.at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false)
     }
 
     /// The pose that the sensor reports.
@@ -326,7 +326,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     fn bent<M: Motion<S>>(&self, piece: &M, pose: &Pose<S>, time: S) -> Vector<S> {
         let rod = self.scene.true_rod(piece.position(time));
         let Some(compliance) = self.scene.setting.compliance_m_per_n else { return rod };
-        let force = self.scene.at(pose, rod, piece.velocity(time), true).force;
+        let force = self.scene.at(pose, rod, self.scene.true_velocity(piece.velocity(time)), true).force;
         sub(rod, scale(force, compliance))
     }
 
@@ -368,7 +368,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             } else {
                 high = guess;
             }
-            let rate = dot(outward, piece.velocity(S::constant(guess))).value();
+            let rate = dot(outward, self.scene.true_velocity(piece.velocity(S::constant(guess)))).value();
             let newton = guess - g.value() / rate;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - guess).abs() <= 1e-15 * h.max(guess.abs()) || g.value() == 0.0 {
@@ -377,7 +377,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             guess = next;
         }
         let (g, outward) = gap_at(guess);
-        let rate = dot(outward, piece.velocity(S::constant(guess)));
+        let rate = dot(outward, self.scene.true_velocity(piece.velocity(S::constant(guess))));
         S::constant(guess) - g * (1.0 / rate.value())
     }
 
@@ -390,7 +390,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             } else {
                 self.scene.true_rod(piece.position(time))
             };
-            let instant = self.scene.at(pose, rod, piece.velocity(time), true);
+            let instant = self.scene.at(pose, rod, self.scene.true_velocity(piece.velocity(time)), true);
             (instant.twist, instant.mode)
         };
         let (k1, _) = twist(&pose, start);

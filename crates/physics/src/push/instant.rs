@@ -74,7 +74,13 @@ impl<'a, S: Scalar> Scene<'a, S> {
 
     /// Where the rod really is.
     pub fn true_rod(&self, reported: Vector<S>) -> Vector<S> {
-        self.setting.tip_offset_m.map_or(reported, |offset| add(reported, offset))
+        let registered = self.setting.registration.map_or(reported, |r| r.position(reported));
+        self.setting.tip_offset_m.map_or(registered, |offset| add(registered, offset))
+    }
+
+    /// How fast the rod really moves.
+    pub fn true_velocity(&self, reported: Vector<S>) -> Vector<S> {
+        self.setting.registration.map_or(reported, |r| r.velocity(reported))
     }
 
     fn geometry(&self, pose: &Pose<S>, rod: Vector<S>) -> Geometry<S> {

@@ -1,6 +1,6 @@
 //! The laws of one push with their numbers filled in.
 
-use super::planar::Vector;
+use super::planar::{Rotation, Vector, add, scale};
 use super::surface::patches::SpeedLaw;
 use crate::Scalar;
 
@@ -27,6 +27,31 @@ pub struct Anisotropy<S> {
     pub ratio: S,
     /// The direction, rad.
     pub angle_rad: S,
+}
+
+/// A similarity that takes what one frame reports to another.
+#[derive(Clone, Copy, Debug)]
+pub struct Registration<S> {
+    turn: Rotation<S>,
+    factor: S,
+    offset_m: Vector<S>,
+}
+
+impl<S: Scalar> Registration<S> {
+    /// Scaled by `1 + scale`, turned by `angle_rad` about the origin and moved by `offset_m`.
+    pub fn new(scale: S, angle_rad: S, offset_m: Vector<S>) -> Self {
+        Self { turn: Rotation::new(angle_rad), factor: scale + 1.0, offset_m }
+    }
+
+    /// A position, m.
+    pub fn position(&self, reported: Vector<S>) -> Vector<S> {
+        add(self.velocity(reported), self.offset_m)
+    }
+
+    /// A velocity, m/s.
+    pub fn velocity(&self, reported: Vector<S>) -> Vector<S> {
+        scale(self.turn.to_world(reported), self.factor)
+    }
 }
 
 /// Everything that decides how an object responds to the rod. Effects fill in what they change.
@@ -60,6 +85,8 @@ pub struct Setting<S> {
     pub slip_rise_s_per_m: Option<S>,
     /// True rod from where it is reported, in the world, m.
     pub tip_offset_m: Option<Vector<S>>,
+    /// The frame in which the rod is reported, seen from that of the object.
+    pub registration: Option<Registration<S>>,
     /// Deflection of the rod per force, m/N.
     pub compliance_m_per_n: Option<S>,
     /// Reported object from where it is: in the body, m, and rad.
@@ -90,6 +117,7 @@ impl<S: Scalar> Setting<S> {
             speed: None,
             slip_rise_s_per_m: None,
             tip_offset_m: None,
+            registration: None,
             compliance_m_per_n: None,
             pose_offset: None,
             delay_s: None,

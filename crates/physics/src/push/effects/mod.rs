@@ -43,6 +43,7 @@ registry! {
     speed_dependent_friction SpeedDependentFriction
     contact_friction_slip ContactFrictionSlip
     tip_offset TipOffset
+    frame_registration FrameRegistration
     rod_compliance RodCompliance
     pose_offset PoseOffset
     pose_latency PoseLatency

@@ -17,7 +17,7 @@ static SPEC: EffectSpec = EffectSpec {
     ],
     needs: Needs::Nothing,
     stands_for: &[],
-    excludes: &[],
+    excludes: &["frame-registration"],
     formula: "true rod = reported rod + (dx, dy), in the world",
     source: "calibration of two frames",
 };

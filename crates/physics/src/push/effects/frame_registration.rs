@@ -1,0 +1,34 @@
+//! Robot and tracker do not agree on the frame: its scale, its turn and its place.
+
+use super::Effect;
+use crate::Scalar;
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::push::setting::{Registration, Setting};
+
+/// true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world
+pub struct FrameRegistration;
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "frame-registration",
+    location: Location::Rod,
+    parameters: &[
+        ParameterSpec { name: "scale", unit: "", min: -0.05, max: 0.05, typical: 0.005, null: 0.0 },
+        ParameterSpec { name: "angle_rad", unit: "rad", min: -0.1, max: 0.1, typical: 0.01, null: 0.0 },
+        ParameterSpec { name: "dx_m", unit: "m", min: -0.05, max: 0.05, typical: 0.0005, null: 0.0 },
+        ParameterSpec { name: "dy_m", unit: "m", min: -0.05, max: 0.05, typical: 0.0005, null: 0.0 },
+    ],
+    needs: Needs::Nothing,
+    stands_for: &["scale or turn of the tracker's frame", "scale of the robot's frame"],
+    excludes: &["tip-offset"],
+    formula: "true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world",
+    source: "similarity between two point sets (Umeyama 1991, IEEE PAMI 13); calibration of two frames",
+};
+
+impl<S: Scalar> Effect<S> for FrameRegistration {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+    fn apply(&self, p: &[S], setting: &mut Setting<S>) {
+        setting.registration = Some(Registration::new(p[0], p[1], [p[2], p[3]]));
+    }
+}
