@@ -81,6 +81,10 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                 } else {
                     right = false;
                 }
+                if let (PushKind::FrictionScatter(sd, _), true) = (kind, exact) {
+                    let [low, high] = d.effects[0].parameters["sd_m"].ci95;
+                    right &= low < sd && sd < high;
+                }
                 summary.ratios.push(d.error.augmented.rmse / told.rmse_m);
             } else if !found.is_empty() {
                 summary.false_alarms += 1;

@@ -18,6 +18,8 @@ pub(super) struct World<'a> {
     pub surface: Surface,
     /// `A^(1/2)` in the frame that it is fixed to.
     pub stretch: [[f64; 2]; 2],
+    /// Centre of pressure in the object, m.
+    pub centre: [f64; 2],
 }
 
 type Pose = [f64; 3];
@@ -57,7 +59,7 @@ impl World<'_> {
         let (r, out, _) = closest(Self::seen(pose, rod));
         let mut body = Body {
             surface: &self.surface,
-            centre: [0.0; 2],
+            centre: self.centre,
             stretch: [[1.0, 0.0], [0.0, 1.0]],
             gradient: [0.0; 2],
             load: [0.0; 2],
@@ -65,7 +67,6 @@ impl World<'_> {
         let mut rise = 0.0;
         let mut height = 0.0;
         match self.truth.effect {
-            Some(PushKind::PressureOffset(x, y)) => body.centre = [x, y],
             Some(PushKind::ObjectAnisotropy(..)) => body.stretch = self.stretch,
             Some(PushKind::TableAnisotropy(..)) => {
                 // R' H R

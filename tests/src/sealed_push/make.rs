@@ -27,6 +27,8 @@ pub enum PushKind {
     PoseLatency(f64),
     TableTilt(f64, f64),
     PushHeight(f64),
+    /// Standard deviation of each push's own centre of pressure about the mean, m, and the mean.
+    FrictionScatter(f64, [f64; 2]),
 }
 
 impl PushKind {
@@ -47,6 +49,7 @@ impl PushKind {
             PushKind::PoseLatency(_) => "pose-latency",
             PushKind::TableTilt(..) => "table-tilt",
             PushKind::PushHeight(_) => "push-height",
+            PushKind::FrictionScatter(..) => "friction-scatter",
         }
     }
 }
@@ -81,7 +84,7 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     let vary = rng.random_range(0.75..1.33);
     let turn = rng.random_range(-PI..PI);
     let vector = |size: f64| (size * vary * turn.cos(), size * vary * turn.sin());
-    match which % 14 {
+    match which % 15 {
         0 => PushKind::ExactSurface,
         1 => PushKind::Superellipsoid(1.7),
         2 => {
@@ -107,7 +110,8 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
         10 => PushKind::PoseLatency(0.02 * vary),
         11 => PushKind::TableTilt(0.0175 * vary, turn),
         12 => PushKind::PushHeight(0.01 * vary),
-        _ => PushKind::FrameRegistration(0.008 * vary * turn.cos(), 0.01 * vary * turn.sin()),
+        13 => PushKind::FrameRegistration(0.008 * vary * turn.cos(), 0.01 * vary * turn.sin()),
+        _ => PushKind::FrictionScatter(2e-3 * vary, [0.0; 2]),
     }
 }
 
@@ -148,7 +152,7 @@ pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataErro
         }
         _ => [[1.0, 0.0], [0.0, 1.0]],
     };
-    let world = World { truth: &truth, surface, stretch };
+    let world = World { truth: &truth, surface, stretch, centre: [0.0; 2] };
     let trajectories: Result<Vec<Trajectory>, DataError> =
         (0..truth.pushes).into_par_iter().map(|j| one(&world, seed, j)).collect();
     let names = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
@@ -187,6 +191,15 @@ fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> 
         _ => (0.0, [0.0; 2]),
     };
     let asked: Vec<f64> = times.iter().map(|t| (t - late).max(0.0)).collect();
+    let centre = match world.truth.effect {
+        Some(PushKind::PressureOffset(x, y)) => [x, y],
+        Some(PushKind::FrictionScatter(sd, mean)) => {
+            let mut rng = random_stream(seed, "sealed centre", j as u64);
+            mean.map(|m| m + sd * normal(&mut rng))
+        }
+        _ => [0.0; 2],
+    };
+    let world = World { centre, surface: world.surface.clone(), ..*world };
     let poses = world.poses(start, from, u, duration, &asked);
     let mut columns = vec![Vec::new(); 5];
     for (t, pose) in times.iter().zip(&poses) {

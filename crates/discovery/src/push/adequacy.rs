@@ -1,5 +1,6 @@
 //! Whether the best model leaves anything.
 
+use super::evaluate::Piece;
 use super::fit::Fit;
 use super::search::Search;
 use crate::result::Tests;
@@ -9,11 +10,13 @@ use crate::statistics::{chi2_tail, median};
 const NOISE_UNCERTAINTY: f64 = 0.03;
 
 /// Tests of a fit. `rejected` are kinds that were fitted beside it and did not pay: a score only forecasts what a fit settles.
-pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests {
+/// Where the pushes scatter, `own` are the windows at the centres of their pushes: what is left there counts.
+pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str], own: Option<&[Piece]>) -> Tests {
     let p = fit.theta.len();
+    let pieces = own.unwrap_or(&fit.pieces);
     let mut ratios: Vec<f64> =
-        fit.pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
-    let freedom: f64 = fit.pieces.iter().map(|w| w.m as f64 - 3.0).sum::<f64>().max(1.0);
+        pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
+    let freedom: f64 = pieces.iter().map(|w| w.m as f64 - 3.0).sum::<f64>().max(1.0);
     let excess = median(&mut ratios) - 1.0;
     let z = excess / (NOISE_UNCERTAINTY + (4.0 / freedom).sqrt());
     // chi2_1 of z is the two-sided normal tail.
@@ -34,8 +37,8 @@ pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests 
     let mut heterogeneity: f64 = 1.0;
     for i in 0..p {
         let (mut q, mut uu, mut ss, mut n) = (0.0, 0.0, 0.0, 0.0);
-        for w in fit.pieces.iter().filter(|w| search.train.cost(w.q, w.m).1 == 1.0) {
-            let (s, u) = w.reduced(p);
+        for w in pieces.iter().filter(|w| search.train.cost(w.q, w.m).1 == 1.0) {
+            let (s, u) = w.reduced(w.g.len() - 3);
             if s.at(i, i) > 0.0 {
                 q += u[i] * u[i] / s.at(i, i);
                 uu += u[i];

@@ -1,8 +1,10 @@
 //! From pushes for training and pushes held out to an answer.
 
+use super::evaluate::Piece;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::measured::Measured;
 use super::report::Ranking;
+use super::scatter::{Scatter, scatter};
 use super::search::{Judged, Search};
 use augsim_physics::model::PushModel;
 
@@ -19,6 +21,8 @@ pub(crate) struct Decided<'a> {
     pub rejected: Vec<&'static str>,
     /// Windows left out: training, held out.
     pub outliers: [usize; 2],
+    /// How the pushes differ from each other.
+    pub scatter: Option<Scatter>,
 }
 
 impl Decided<'_> {
@@ -49,7 +53,7 @@ impl<'a> Decided<'a> {
 /// Windows of some pushes.
 pub(crate) fn sample<'a>(measured: &'a Measured, chosen: &[usize]) -> Sample<'a> {
     let windows = chosen.iter().flat_map(|&i| measured.records[i].windows(i)).collect();
-    Sample { data: measured, windows, bend: f64::INFINITY }
+    Sample { data: measured, windows, bend: f64::INFINITY, by_push: false }
 }
 
 /// A finished search on the pushes `train`, judged on `test`.
@@ -63,6 +67,10 @@ pub(crate) fn searched<'a>(
     let few = few(model, measured, train, told);
     let mut search = Search::new(model, sample(measured, train), sample(measured, test), few.as_ref());
     search.run(told);
+    // What stays for a push makes its windows one sample: what was tried is judged again by pushes.
+    if scatter(&search, search.best()).is_some() {
+        search.by_push();
+    }
     search
 }
 
@@ -70,13 +78,23 @@ pub(crate) fn searched<'a>(
 pub(crate) fn settled(mut search: Search<'_>, best: usize) -> Decided<'_> {
     let ranking = Ranking::of(&search, best);
     let rejected = search.rejected(best);
-    let out = [
+    let mut scatter = scatter(&search, best);
+    let mut out = [
         outliers(&search.train, [&search.base().fit, &search.tried[best].fit]),
         outliers(
             &search.test,
             [&search.tried[0], &search.tried[best]].map(|j| j.held.as_ref().unwrap_or(&j.fit)),
         ),
     ];
+    if let Some(found) = &mut scatter {
+        // A push that is far from the others is not left out for that.
+        let beyond = |p: &Piece| p.q > search.train.bend * p.m as f64;
+        for (out, pieces) in out.iter_mut().zip(&mut found.pieces) {
+            out.iter_mut().zip(&*pieces).for_each(|(out, piece)| *out &= beyond(piece));
+            let mut of = out.iter();
+            pieces.retain(|_| of.next() == Some(&false));
+        }
+    }
     search.train = without(&search.train, &out[0]);
     search.test = without(&search.test, &out[1]);
     for i in [0, best] {
@@ -86,7 +104,7 @@ pub(crate) fn settled(mut search: Search<'_>, best: usize) -> Decided<'_> {
         search.tried[i] = Judged { held: Some(held), ..search.judged(again) };
     }
     let outliers = out.map(|o| o.iter().filter(|x| **x).count());
-    Decided { search, best, ranking, rejected, outliers }
+    Decided { search, best, ranking, rejected, outliers, scatter }
 }
 
 /// A search on a part of the pushes for training, which finds what is large; none where there are not many.

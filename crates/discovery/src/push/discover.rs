@@ -8,12 +8,14 @@ use super::error_table::Lists;
 use super::hypothesis::kind_of;
 use super::measured::measure;
 use super::report::{Parts, report};
+use super::scatter;
 use super::search::Search;
 use crate::assess::Assessment;
 use crate::result::{Discovery, ErrorTable, Verdict};
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
+use augsim_physics::push::effects::SCATTER_KIND;
 use std::time::Instant;
 
 /// Finds what `model` lacks to explain pushes.
@@ -35,7 +37,7 @@ pub fn discover_push(
     progress(Progress::Search);
     let search =
         searched(model, &measured, &measured.train, &measured.test, &mut || progress(Progress::Search));
-    let best = search.best();
+    let mut best = search.best();
     let mut decided = settled(search.clone(), best);
 
     progress(Progress::Errors);
@@ -50,8 +52,8 @@ pub fn discover_push(
             let stable = crossed.stable(&kinds);
             if stable.len() < kinds.len() {
                 let mut search = search;
-                let place = search.place_of(&stable, best);
-                decided = settled(search, place);
+                best = search.place_of(&stable, best);
+                decided = settled(search, best);
             }
             (lists, folds) = (crossed.lists, crossed.found);
         }
@@ -59,9 +61,11 @@ pub fn discover_push(
     let count = (!folds.is_empty()).then_some(folds.len());
 
     progress(Progress::Adequacy);
-    let Decided { search, best, rejected, .. } = &decided;
-    let tests = adequacy::tests(search, &search.tried[*best].fit, rejected);
-    let named = !search.tried[*best].kinds().is_empty();
+    let Decided { search, rejected, scatter, .. } = &decided;
+    let own = scatter.as_ref().map(|s| &s.pieces[0][..]);
+    let tests = adequacy::tests(search, &search.tried[best].fit, rejected, own);
+    let scattered = scatter.as_ref().is_some_and(|s| !s.declared);
+    let named = scattered || !search.tried[best].kinds().is_empty();
     let verdict = match (named, tests.pass) {
         (false, true) => Verdict::NothingToAdd,
         (true, true) => Verdict::Explained,
@@ -72,12 +76,14 @@ pub fn discover_push(
     // The answer's numbers come from all windows.
     let everything = decided.everything();
     let [calibrated, last] = decided.refitted(&everything);
+    let sd_m = scatter.as_ref().and_then(|_| scatter::size(model, &everything, &last));
     let residual_anatomy = anatomy(&everything, &calibrated, &last);
     Ok(report(Parts {
         model,
         decided: &decided,
         everything: &everything,
         full: &last,
+        sd_m,
         tests,
         verdict,
         error: ErrorTable { folds: count, ..lists.positions(seed, gain) },
@@ -103,6 +109,7 @@ pub fn assess_push(
     let measured = measure(model, data, options)?;
     let search =
         Search::new(model, sample(&measured, &measured.train), sample(&measured, &measured.test), None);
+    let scatters = kinds.contains(&SCATTER_KIND);
     let kinds: Vec<&'static str> = kinds.iter().filter_map(|k| kind_of(k)).collect();
     let mut now = search.base().fit.clone();
     for (i, _) in kinds.iter().enumerate() {
@@ -113,5 +120,7 @@ pub fn assess_push(
     let lists = Lists::of(model, &measured, &measured.test, &search.test.windows, [base, &now], options.seed);
     let rmse_m = lists.positions(options.seed, 0.0).augmented.rmse;
     let gain = search.base().fit.cost(&search.train) - now.cost(&search.train);
-    Ok(Assessment { gain, penalty: search.judged(now).penalty, rmse_m })
+    let judged = search.judged(now);
+    let own = if scatters { scatter::promise(&search, &judged.fit) } else { [0.0; 2] };
+    Ok(Assessment { gain: gain + own[0], penalty: judged.penalty + own[1], rmse_m })
 }

@@ -134,6 +134,9 @@ pub(crate) fn confirm(kinds: &[&str]) -> String {
         Some(kind) if kind.ends_with("per group") => {
             "repeat one push of each group in the same hour, in random order: what still differs belongs to the set-up"
         }
+        Some("friction-scatter") => {
+            "repeat one push a hundred times, in half of them with table and object wiped and the marker left alone: dirt goes with the wiping, a marker or a contact place does not"
+        }
         Some("contact-friction-slip") => {
             "read the ratio of tangential to normal force while the rod slides: it is the friction itself"
         }

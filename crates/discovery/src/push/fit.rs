@@ -5,6 +5,7 @@ use super::hypothesis::Hypothesis;
 use super::measured::{Measured, Window};
 use crate::linear::Square;
 use rayon::prelude::*;
+use std::ops::Range;
 
 const MOST_ITERATIONS: usize = 15;
 const MOST_TRIES: usize = 6;
@@ -21,6 +22,8 @@ pub(crate) struct Sample<'a> {
     /// Mean squared residual of a window, in units of the noise, from which its cost grows with the logarithm only: a window
     /// that no parameter can bring near the model must not steer them.
     pub bend: f64,
+    /// The windows of one push are no independent samples.
+    pub by_push: bool,
 }
 
 impl Sample<'_> {
@@ -28,6 +31,18 @@ impl Sample<'_> {
     pub fn cost(&self, q: f64, m: usize) -> (f64, f64) {
         let knee = self.bend * m as f64;
         if q <= knee { (q, 1.0) } else { (knee * (1.0 + (q / knee).ln()), knee / q) }
+    }
+
+    /// Windows that are independent of each other: each, or those of each push.
+    pub fn clusters(&self) -> Vec<Range<usize>> {
+        let mut all: Vec<Range<usize>> = Vec::new();
+        for (i, w) in self.windows.iter().enumerate() {
+            match all.last_mut() {
+                Some(c) if self.by_push && self.windows[c.start].record == w.record => c.end = i + 1,
+                _ => all.push(i..i + 1),
+            }
+        }
+        all
     }
 
     /// Cost of all windows.
@@ -80,16 +95,20 @@ impl Sample<'_> {
         starts + u.iter().map(|v| v * v).sum::<f64>()
     }
 
-    /// Curvature and gradient of the globals, and the gradient of every window.
-    pub fn normal(&self, pieces: &[Piece], p: usize) -> (Square, Vec<f64>, Vec<Vec<f64>>) {
+    /// Curvature and gradient of the globals, and those of every cluster of windows.
+    pub fn normal(&self, pieces: &[Piece], p: usize) -> (Square, Vec<f64>, Vec<(Square, Vec<f64>)>) {
         let (mut s, mut u, mut each) = (Square::zero(p), vec![0.0; p], Vec::new());
-        for piece in pieces {
-            let weight = self.cost(piece.q, piece.m).1;
-            let (sw, uw) = piece.reduced(p);
-            s.a.iter_mut().zip(&sw.a).for_each(|(a, b)| *a += weight * b);
-            let uw: Vec<f64> = uw.iter().map(|v| weight * v).collect();
-            u.iter_mut().zip(&uw).for_each(|(a, b)| *a += b);
-            each.push(uw);
+        for cluster in self.clusters() {
+            let (mut sc, mut uc) = (Square::zero(p), vec![0.0; p]);
+            for piece in &pieces[cluster] {
+                let weight = self.cost(piece.q, piece.m).1;
+                let (sw, uw) = piece.reduced(p);
+                sc.a.iter_mut().zip(&sw.a).for_each(|(a, b)| *a += weight * b);
+                uc.iter_mut().zip(&uw).for_each(|(a, b)| *a += weight * b);
+            }
+            s.a.iter_mut().zip(&sc.a).for_each(|(a, b)| *a += b);
+            u.iter_mut().zip(&uc).for_each(|(a, b)| *a += b);
+            each.push((sc, uc));
         }
         (s, u, each)
     }
@@ -109,14 +128,14 @@ impl Fit {
         sample.total(&self.pieces)
     }
 
-    /// Covariance of the globals: the larger, parameter by parameter, of the sandwich over windows (White 1982) and of white
-    /// noise.
+    /// Covariance of the globals: the larger, parameter by parameter, of the sandwich over clusters of windows (White 1982) and
+    /// of white noise.
     pub fn covariance(&self, sample: &Sample<'_>) -> Square {
         let p = self.theta.len();
         let (s, _, each) = sample.normal(&self.pieces, p);
         let inverse = s.cholesky().inverse();
         let mut cov = Square::zero(p);
-        for u in &each {
+        for (_, u) in &each {
             let x: Vec<f64> = (0..p).map(|i| (0..p).map(|j| inverse.at(i, j) * u[j]).sum()).collect();
             for i in 0..p {
                 for j in 0..p {

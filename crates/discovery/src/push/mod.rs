@@ -20,6 +20,7 @@ mod hypothesis;
 mod measured;
 mod numbers;
 mod report;
+mod scatter;
 mod score;
 mod search;
 

@@ -7,11 +7,12 @@ use super::numbers::Numbers;
 use super::search::{Judged, Search};
 use crate::crossed::again;
 use crate::result::{
-    Anatomy, Candidate, Discovery, ErrorTable, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
+    Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
     Verdict,
 };
+use augsim_physics::effects::{EffectSpec, ScatterPer};
 use augsim_physics::model::{EffectBlock, Parameter, Per, PushModel};
-use augsim_physics::push::effects::spec_of;
+use augsim_physics::push::effects::{SCATTER_KIND, SCATTER_SPEC, spec_of};
 use std::collections::BTreeMap;
 
 /// Sets within this of the best on both parts together are told as well: odds of 100 to 1.
@@ -41,6 +42,8 @@ pub(crate) struct Parts<'a> {
     pub everything: &'a Sample<'a>,
     /// The best set fitted to all windows.
     pub full: &'a Fit,
+    /// Size of the scatter from push to push, where there is one.
+    pub sd_m: Option<Estimate>,
     pub tests: Tests,
     pub verdict: Verdict,
     pub error: ErrorTable,
@@ -69,7 +72,27 @@ fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
     kinds.iter().map(share).collect()
 }
 
+/// The scatter, if it was found, and its share of the gain in likelihood.
+fn scattered(parts: &Parts<'_>) -> Option<(FoundEffect, f64)> {
+    let (scatter, sd_m) = parts.decided.scatter.as_ref().zip(parts.sd_m.clone())?;
+    let search = &parts.decided.search;
+    let best = &search.tried[parts.decided.best];
+    let laws = (search.base().fit.cost(&search.train) - best.fit.cost(&search.train)) / best.unit;
+    let share = scatter.gain / (scatter.gain + laws.max(0.0));
+    let effect = FoundEffect {
+        kind: SCATTER_KIND.into(),
+        stands_for: SCATTER_SPEC.stands_for.iter().map(|s| s.to_string()).collect(),
+        parameters: BTreeMap::from([(SCATTER_SPEC.parameters[0].name.to_string(), sd_m)]),
+        share,
+        folds: None,
+        per: Some("push".into()),
+    };
+    (!scatter.declared).then_some((effect, share))
+}
+
 fn effects(parts: &Parts<'_>, numbers: &Numbers<'_>) -> Vec<FoundEffect> {
+    let scattered = scattered(parts);
+    let rest = 1.0 - scattered.as_ref().map_or(0.0, |(_, share)| *share);
     let mut found: Vec<FoundEffect> = parts
         .decided
         .ranking
@@ -87,11 +110,12 @@ fn effects(parts: &Parts<'_>, numbers: &Numbers<'_>) -> Vec<FoundEffect> {
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: numbers.estimates(Some(kind)),
-                share,
+                share: share * rest,
                 per: None,
             }
         })
         .collect();
+    found.extend(scattered.map(|(effect, _)| effect));
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
     found
 }
@@ -195,28 +219,32 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
     list
 }
 
+/// An effect at its null.
+fn block(spec: &EffectSpec, scatter: Option<ScatterPer>) -> EffectBlock {
+    let parameters = spec
+        .parameters
+        .iter()
+        .map(|p| Parameter {
+            name: p.name.into(),
+            nominal: p.null,
+            min: p.min,
+            max: p.max,
+            frozen: false,
+            per: Per::All,
+            ci95: None,
+            groups: Vec::new(),
+        })
+        .collect();
+    EffectBlock { kind: spec.kind.to_string(), scatter, table: None, parameters }
+}
+
 /// The model with the fitted numbers in it.
 fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
     let mut model = parts.model.clone();
     let h = &parts.full.hypothesis;
     let declared = parts.model.parameters.len();
     for kind in &h.kinds {
-        let Some(spec) = spec_of(kind) else { continue };
-        let parameters = spec
-            .parameters
-            .iter()
-            .map(|p| Parameter {
-                name: p.name.into(),
-                nominal: p.null,
-                min: p.min,
-                max: p.max,
-                frozen: false,
-                per: Per::All,
-                ci95: None,
-                groups: Vec::new(),
-            })
-            .collect();
-        model.effects.push(EffectBlock { kind: kind.to_string(), scatter: None, table: None, parameters });
+        model.effects.extend(spec_of(kind).map(|spec| block(spec, None)));
     }
     let mut slots: Vec<&mut Parameter> = model.parameters.iter_mut().collect();
     for block in &mut model.effects {
@@ -233,6 +261,15 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
                 p.per = Per::Group;
                 p.groups = e.groups.into_iter().collect();
             }
+        }
+    }
+    if let Some(sd_m) = &parts.sd_m {
+        if !model.effects.iter().any(|b| b.kind == SCATTER_KIND) {
+            model.effects.push(block(&SCATTER_SPEC, Some(ScatterPer::Trajectory)));
+        }
+        let blocks = model.effects.iter_mut().filter(|b| b.kind == SCATTER_KIND);
+        for p in blocks.flat_map(|b| &mut b.parameters).filter(|p| !p.frozen) {
+            (p.nominal, p.ci95) = (sd_m.value, Some(sd_m.ci95));
         }
     }
     for p in model.parameters.iter().take(declared) {
@@ -252,6 +289,9 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
             // What the folds did not find again is named with that said.
             if let Some([again, folds]) = e.folds.filter(|[again, folds]| 2 * again < *folds) {
                 told.push(format!("found again in only {again} of {folds} folds"));
+            }
+            if e.kind == SCATTER_KIND {
+                told.push("drawn anew for each push, so that no forecast is nearer for it".into());
             }
             if told.is_empty() { e.kind.clone() } else { format!("{} ({})", e.kind, told.join("; ")) }
         })

@@ -15,7 +15,7 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Dispersion {
     pub factor: f64,
-    /// Number of windows that it is estimated from, each by its information.
+    /// Number of windows (or pushes, where theirs are not independent) that it is estimated from, each by its information.
     pub windows: f64,
 }
 
@@ -57,28 +57,26 @@ impl Score {
 }
 
 impl Sample<'_> {
-    /// Dispersion of the globals in `range`, the others eliminated (after Rotnitzky and Jewell 1990): the mean over windows of
+    /// Dispersion of the globals in `range`, the others eliminated (after Rotnitzky and Jewell 1990): the mean over clusters of
     /// `u' S^-1 u / tr(S^-1 S_w)`, weighted by their information, each at most [`BEND`] times the median.
     pub fn dispersion(&self, pieces: &[Piece], p: usize, range: Range<usize>) -> Dispersion {
         let least = self.data.noise.white_share();
         let k = range.len();
-        let n = pieces.len().max(1) as f64;
         if k == 0 {
-            return Dispersion { factor: f64::max(1.0, least), windows: n };
+            return Dispersion { factor: f64::max(1.0, least), windows: self.clusters().len().max(1) as f64 };
         }
-        let (s, u, _) = self.normal(pieces, p);
+        let (s, u, each) = self.normal(pieces, p);
+        let n = each.len().max(1) as f64;
         let inverse = s.cholesky().inverse();
         // Precision of the parameters asked for: the curvature that is left when the others follow.
         let keep: Vec<usize> = range.clone().collect();
         let precision = inverse.sub(&keep).cholesky().inverse();
         let (mut ratios, mut shares) = (Vec::new(), Vec::new());
-        for piece in pieces {
-            let weight = self.cost(piece.q, piece.m).1;
-            let (sw, uw) = piece.reduced(p);
+        for (sw, uw) in &each {
             // Steps of the parameters asked for, and their covariance under white noise.
             let x: Vec<f64> = keep
                 .iter()
-                .map(|&i| (0..p).map(|j| inverse.at(i, j) * (weight * uw[j] - u[j] / n)).sum())
+                .map(|&i| (0..p).map(|j| inverse.at(i, j) * (uw[j] - u[j] / n)).sum())
                 .collect();
             let rows: Vec<Vec<f64>> = keep
                 .iter()
@@ -88,7 +86,7 @@ impl Sample<'_> {
             for a in 0..k {
                 for b in 0..k {
                     let white: f64 = (0..p).map(|h| rows[a][h] * inverse.at(keep[b], h)).sum();
-                    share += weight * precision.at(a, b) * white;
+                    share += precision.at(a, b) * white;
                     square += precision.at(a, b) * x[a] * x[b];
                 }
             }

@@ -228,6 +228,13 @@ impl<'a> Search<'a> {
         self.tried = tried.into_iter().map(|j| Judged { held: j.held, ..self.judged(j.fit) }).collect();
     }
 
+    /// From here on the pushes, not their windows, are what is independent.
+    pub fn by_push(&mut self) {
+        (self.train.by_push, self.test.by_push) = (true, true);
+        let tried = std::mem::take(&mut self.tried);
+        self.tried = tried.into_iter().map(|j| Judged { held: j.held, ..self.judged(j.fit) }).collect();
+    }
+
     /// The search; the tried sets are judged on the held-out part where they are close to the best.
     pub fn run(&mut self, told: &mut dyn FnMut()) {
         self.explore(told);

@@ -1,0 +1,386 @@
+//! Whether the centre of pressure is somewhere else in each push.
+//!
+//! Every push `i` gets a centre of its own, normal about the common one with standard deviation `sd`. At a fit, with the window
+//! starts eliminated and linear about the push's most probable centre, `v` is the gradient of half the cost at the common
+//! centre, `S` its curvature, in what all share (`d`) and, at the places `b`, the centre. The centre is integrated out (Laplace;
+//! Pinheiro and Bates 1995), what all share is profiled:
+//!
+//! ```text
+//! M = S_bb + phi / sd² I,   V = sum(v - S_.b M^-1 v_b),   T = sum(S - S_.b M^-1 S_b.)
+//! -2 ln L = (sum(c - v_b' M^-1 v_b) - V' T^-1 V) / phi + sum(ln det(I + sd² S_bb / phi))
+//! ```
+//!
+//! `sd` and its interval maximise and profile the restricted likelihood, which has `+ ln det T` as well (Harville 1977). The
+//! mean of the centres belongs to what all share, whether or not the answer has it: a constant offset is no scatter. `phi` is
+//! the level of what is no scatter: how far the windows of one push ask for different centres, or what is left when each push
+//! has its own, whichever is more. A misfit that changes along the push, or that no centre removes, thus counts as noise.
+//!
+//! Not told apart: anything else that stays for one push and changes to the next with the same signature (a marker glued on
+//! anew, the place of contact, dirt, wear), and a law that the library lacks and that acts by start orientation or place of
+//! contact alone.
+
+use super::evaluate::{MOST_FREE, Piece, piece};
+use super::fit::{Fit, Sample, fit, fit_starts};
+use super::hypothesis::Hypothesis;
+use super::score::Dispersion;
+use super::search::{BEND, Search};
+use crate::decide::holds;
+use crate::linear::Square;
+use crate::result::Estimate;
+use crate::statistics::{chi2_quantile, median};
+use augsim_physics::model::PushModel;
+use augsim_physics::push::effects::{SCATTER_KIND, SCATTER_SPEC};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// The effect whose parameters the centre is.
+const CENTRE_KIND: &str = "pressure-offset";
+/// Steps of the pushes' centres.
+const STEPS: usize = 4;
+/// Least standard deviation that is looked for, m: engines and outlines are not better.
+const LEAST_M: f64 = 2e-5;
+/// Values of the standard deviation that are tried, evenly in its logarithm.
+const GRID: usize = 60;
+
+/// A scatter that the pushes confirm.
+#[derive(Clone, Debug)]
+pub(crate) struct Scatter {
+    /// Gain on the training part in -2 ln likelihood.
+    pub gain: f64,
+    /// The model has it already.
+    pub declared: bool,
+    /// Windows at the centres of their pushes: training part, held-out part.
+    pub pieces: [Vec<Piece>; 2],
+}
+
+/// What all pushes share, their mean centre among it.
+struct Common {
+    hypothesis: Hypothesis,
+    theta: Vec<f64>,
+    /// Where the centre stands in theta.
+    at: usize,
+}
+
+/// Where the pushes are.
+#[derive(Clone)]
+struct State {
+    /// The centre of each push less the common one, m.
+    centres: Vec<[f64; 2]>,
+    starts: Vec<[f64; 3]>,
+    pieces: Vec<Piece>,
+}
+
+/// One push, quadratic about its centre: constant, gradient at the common centre, curvature, and what its windows disagree by.
+struct Normal {
+    c: f64,
+    v: Vec<f64>,
+    s: Square,
+    /// Sum of squares between windows and its degrees of freedom.
+    within: [f64; 2],
+    /// The same of the residuals at the push's own centre.
+    left: [f64; 2],
+}
+
+/// An estimate from some pushes.
+struct Found {
+    sd: f64,
+    phi: f64,
+    /// Degrees of freedom that `phi` is estimated with.
+    freedom: f64,
+    gain: f64,
+    ci95: [f64; 2],
+    state: State,
+    bend: f64,
+}
+
+/// The scatter at one of what a search tried, if it pays on the training part and holds on the other.
+pub(crate) fn scatter(search: &Search<'_>, place: usize) -> Option<Scatter> {
+    let common = Common::of(search.model, &search.train, &search.tried[place].fit)?;
+    let found = common.estimate(&search.train)?;
+    let (gain, penalty) = (found.gain, found.penalty(search));
+    let declared = search.model.effects.iter().any(|b| b.kind == SCATTER_KIND);
+    if gain <= penalty && !declared {
+        return None;
+    }
+    let test = Sample { bend: found.bend, ..search.test.clone() };
+    let (held, gain_held) = common.judge(&test, &found);
+    let confirmed = declared || holds(gain - penalty, 0.5 * gain_held);
+    confirmed.then_some(Scatter { gain, declared, pieces: [found.state.pieces, held.pieces] })
+}
+
+/// Gain in cost on the training part of who is told to look for scatter, and what it has to exceed.
+pub(crate) fn promise(search: &Search<'_>, fit: &Fit) -> [f64; 2] {
+    let found = Common::of(search.model, &search.train, fit).and_then(|c| c.estimate(&search.train));
+    found.map_or([0.0, f64::INFINITY], |f| [f.gain, f.penalty(search)].map(|x| x * f.phi))
+}
+
+impl Found {
+    /// What chance would gain: as an effect of one parameter.
+    fn penalty(&self, search: &Search<'_>) -> f64 {
+        let dispersion = Dispersion { factor: self.phi, windows: self.freedom + 1.0 };
+        search.resolution() / self.phi + dispersion.widened(search.quantile(SCATTER_KIND), 1.0)
+    }
+}
+
+/// Its size at a fit to `sample`.
+pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<Estimate> {
+    let found = Common::of(model, sample, fit)?.estimate(sample)?;
+    let unit = SCATTER_SPEC.parameters[0].unit.to_string();
+    Some(Estimate { value: found.sd, ci95: found.ci95, unit, groups: BTreeMap::new() })
+}
+
+impl Common {
+    /// At the best fit with a common centre; none where there is no room for it.
+    fn of(model: &PushModel, sample: &Sample<'_>, from: &Fit) -> Option<Self> {
+        let mut model = model.clone();
+        let mut kinds = from.hypothesis.kinds.clone();
+        match model.effects.iter_mut().find(|b| b.kind == CENTRE_KIND) {
+            Some(block) => block.parameters.iter_mut().for_each(|p| p.frozen = false),
+            None if kinds.contains(&CENTRE_KIND) => {}
+            None => kinds.push(CENTRE_KIND),
+        }
+        let hypothesis = Hypothesis::new(&model, &sample.data.groups, &kinds);
+        if hypothesis.lane_count() > MOST_FREE {
+            return None;
+        }
+        let old = &from.hypothesis.free;
+        let mut theta = hypothesis.start();
+        for (f, value) in hypothesis.free.iter().zip(&mut theta) {
+            let known = old.iter().position(|o| (o.index, o.group) == (f.index, f.group));
+            if let Some(place) = known {
+                *value = from.theta[place];
+            }
+        }
+        let at = hypothesis.range_of(CENTRE_KIND).start;
+        let theta = fit(sample, &hypothesis, &theta, &from.starts).theta;
+        Some(Self { hypothesis, theta, at })
+    }
+
+    /// The windows of each push.
+    fn pushes(sample: &Sample<'_>) -> Vec<Range<usize>> {
+        Sample { by_push: true, ..sample.clone() }.clusters()
+    }
+
+    /// All pushes about the common centre.
+    fn together(&self, sample: &Sample<'_>) -> State {
+        let fitted = fit_starts(sample, &self.hypothesis, &self.theta);
+        State {
+            centres: vec![[0.0; 2]; Self::pushes(sample).len()],
+            starts: fitted.starts,
+            pieces: fitted.pieces,
+        }
+    }
+
+    fn estimate(&self, sample: &Sample<'_>) -> Option<Found> {
+        let mut sample = sample.clone();
+        let base = self.together(&sample);
+        let mut state = base.clone();
+        for _ in 0..STEPS {
+            let normals = self.normals(&sample, &state);
+            let (phi, _) = level(&normals, sample.data.noise.white_share());
+            let sd = most_likely(|sd| self.likelihood(&normals, sd, phi)[1])?;
+            state = self.step(&sample, &state, &normals, sd, phi);
+            let mut squares: Vec<f64> = state.pieces.iter().map(|p| p.q / p.m.max(1) as f64).collect();
+            sample.bend = sample.bend.min(BEND * median(&mut squares).max(1.0));
+        }
+        let normals = self.normals(&sample, &state);
+        let (phi, freedom) = level(&normals, sample.data.noise.white_share());
+        let restricted = |sd: f64| self.likelihood(&normals, sd, phi)[1];
+        let sd = most_likely(restricted)?;
+        let none = self.likelihood(&self.normals(&sample, &base), 0.0, phi)[0];
+        let gain = none - self.likelihood(&normals, sd, phi)[0];
+        Some(Found { sd, phi, freedom, gain, ci95: interval(restricted, sd), state, bend: sample.bend })
+    }
+
+    /// The pushes of another sample at their centres, and the gain there in -2 ln likelihood.
+    fn judge(&self, sample: &Sample<'_>, found: &Found) -> (State, f64) {
+        let mut state = self.together(sample);
+        let none = sample.total(&state.pieces) / found.phi;
+        for _ in 0..STEPS {
+            let normals = self.normals(sample, &state);
+            state = self.step(sample, &state, &normals, found.sd, found.phi);
+        }
+        let own: f64 = self.normals(sample, &state).iter().map(|n| self.own(n, found.sd, found.phi)).sum();
+        (state, none - own)
+    }
+
+    fn normals(&self, sample: &Sample<'_>, state: &State) -> Vec<Normal> {
+        let (p, b) = (self.theta.len(), [self.at, self.at + 1]);
+        let of = |range: Range<usize>, centre: &[f64; 2]| {
+            let (mut s, mut v, mut c) = (Square::zero(p), vec![0.0; p], 0.0);
+            let (mut between, mut freedom, mut count) = (0.0, 0.0, 0.0);
+            for piece in &state.pieces[range] {
+                let (cost, weight) = sample.cost(piece.q, piece.m);
+                let (mut sw, mut vw) = piece.reduced(p);
+                sw.a.iter_mut().for_each(|x| *x *= weight);
+                c += cost;
+                for k in 0..2 {
+                    c += 2.0 * weight * vw[b[k]] * centre[k];
+                    c += (0..2).map(|l| centre[k] * sw.at(b[k], b[l]) * centre[l]).sum::<f64>();
+                }
+                for (i, x) in vw.iter_mut().enumerate() {
+                    *x = *x * weight + (0..2).map(|k| sw.at(i, b[k]) * centre[k]).sum::<f64>();
+                }
+                let (square, rank) = form(&sw.sub(&b), [vw[b[0]], vw[b[1]]]);
+                between += square;
+                freedom += rank;
+                count += piece.m as f64 - 3.0;
+                s.a.iter_mut().zip(&sw.a).for_each(|(a, x)| *a += x);
+                v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
+            }
+            let (square, rank) = form(&s.sub(&b), [v[b[0]], v[b[1]]]);
+            Normal { c, v, s, within: [between - square, freedom - rank], left: [c - square, count - rank] }
+        };
+        let all: Vec<_> = Self::pushes(sample).into_iter().zip(&state.centres).collect();
+        all.into_par_iter().map(|(range, centre)| of(range, centre)).collect()
+    }
+
+    /// `M` of a push.
+    fn precision(&self, n: &Normal, sd: f64, phi: f64) -> Square {
+        let mut m = n.s.sub(&[self.at, self.at + 1]);
+        (0..2).for_each(|k| *m.at_mut(k, k) += phi / (sd * sd));
+        m
+    }
+
+    /// -2 ln likelihood of one push with what all share held.
+    fn own(&self, n: &Normal, sd: f64, phi: f64) -> f64 {
+        if sd == 0.0 {
+            return n.c / phi;
+        }
+        let m = self.precision(n, sd, phi).cholesky();
+        let mut x = [n.v[self.at], n.v[self.at + 1]];
+        m.forward(&mut x);
+        (n.c - x[0] * x[0] - x[1] * x[1]) / phi + m.log_det + 2.0 * (sd * sd / phi).ln()
+    }
+
+    /// -2 ln likelihood, and the restricted one.
+    fn likelihood(&self, normals: &[Normal], sd: f64, phi: f64) -> [f64; 2] {
+        let p = self.theta.len();
+        let b = [self.at, self.at + 1];
+        let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
+        for n in normals {
+            sum += self.own(n, sd, phi);
+            t.a.iter_mut().zip(&n.s.a).for_each(|(a, x)| *a += x);
+            v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
+            if sd > 0.0 {
+                let m = self.precision(n, sd, phi).cholesky().inverse();
+                for i in 0..p {
+                    let along = [0, 1].map(|k| (0..2).map(|l| n.s.at(i, b[l]) * m.at(l, k)).sum::<f64>());
+                    v[i] -= (0..2).map(|k| along[k] * n.v[b[k]]).sum::<f64>();
+                    for j in 0..p {
+                        *t.at_mut(i, j) -= (0..2).map(|k| along[k] * n.s.at(b[k], j)).sum::<f64>();
+                    }
+                }
+            }
+        }
+        let factor = t.cholesky();
+        factor.forward(&mut v);
+        let profiled = sum - v.iter().map(|x| x * x).sum::<f64>() / phi;
+        [profiled, profiled + factor.log_det]
+    }
+
+    /// Every push at its most probable centre, as far as that lowers its cost.
+    fn step(&self, sample: &Sample<'_>, state: &State, normals: &[Normal], sd: f64, phi: f64) -> State {
+        let p = self.theta.len();
+        let each: Vec<_> = Self::pushes(sample).into_iter().zip(&state.centres).zip(normals).collect();
+        let moved: Vec<_> = each
+            .into_par_iter()
+            .map(|((range, &old), n)| {
+                let mut new = [n.v[self.at], n.v[self.at + 1]];
+                self.precision(n, sd, phi).cholesky().solve(&mut new);
+                let prior = |c: [f64; 2]| phi * (c[0] * c[0] + c[1] * c[1]) / (sd * sd);
+                let before = sample.total(&state.pieces[range.clone()]) + prior(old);
+                let mut share = 1.0;
+                for _ in 0..3 {
+                    let centre = [0, 1].map(|k| old[k] + share * (new[k] - old[k]));
+                    let mut step = vec![0.0; p];
+                    let mut theta = self.theta.clone();
+                    for k in 0..2 {
+                        step[self.at + k] = centre[k] - old[k];
+                        theta[self.at + k] += centre[k];
+                    }
+                    let (starts, pieces): (Vec<_>, Vec<_>) = range
+                        .clone()
+                        .map(|w| {
+                            let d = state.pieces[w].start_step(&step);
+                            let start = [0, 1, 2].map(|c| state.starts[w][c] + d[c]);
+                            let window = &sample.windows[w];
+                            let r = &sample.data.records[window.record];
+                            (start, piece(&self.hypothesis, &theta, start, r, window, sample.data.noise.sd))
+                        })
+                        .unzip();
+                    if sample.total(&pieces) + prior(centre) < before {
+                        return (centre, starts, pieces);
+                    }
+                    share *= 0.4;
+                }
+                (old, state.starts[range.clone()].to_vec(), state.pieces[range].to_vec())
+            })
+            .collect();
+        let mut out = State { centres: Vec::new(), starts: Vec::new(), pieces: Vec::new() };
+        for (centre, starts, pieces) in moved {
+            out.centres.push(centre);
+            out.starts.extend(starts);
+            out.pieces.extend(pieces);
+        }
+        out
+    }
+}
+
+/// `v' S^-1 v` and the rank of `S`.
+fn form(s: &Square, mut v: [f64; 2]) -> (f64, f64) {
+    let rank = if s.at(0, 0) * s.at(1, 1) - s.at(0, 1) * s.at(1, 0) > 1e-12 * s.at(0, 0) * s.at(1, 1) {
+        2.0
+    } else {
+        f64::from(u8::from(s.at(0, 0) + s.at(1, 1) > 0.0))
+    };
+    s.cholesky().forward(&mut v);
+    (v[0] * v[0] + v[1] * v[1], rank)
+}
+
+/// Level of what is no scatter, and the degrees of freedom that speak about it.
+fn level(normals: &[Normal], least: f64) -> (f64, f64) {
+    let [between, freedom] = [0, 1].map(|k| normals.iter().map(|n| n.within[k]).sum::<f64>());
+    let mut left: Vec<f64> =
+        normals.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
+    let within = if freedom > 0.0 { between / freedom } else { 0.0 };
+    (within.max(median(&mut left)).max(least), freedom)
+}
+
+/// Where a function of the standard deviation is least; none where that is at no scatter.
+fn most_likely(of: impl Fn(f64) -> f64) -> Option<f64> {
+    let values: Vec<(f64, f64)> = grid().map(|sd| (of(sd), sd)).collect();
+    let best = (0..values.len()).min_by(|&a, &b| values[a].0.total_cmp(&values[b].0))?;
+    if best == 0 {
+        return None;
+    }
+    let (mut low, mut high) = (values[best - 1].1.ln(), values[(best + 1).min(GRID)].1.ln());
+    for _ in 0..30 {
+        let [a, b] = [(2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0];
+        if of(a.exp()) < of(b.exp()) { high = b } else { low = a }
+    }
+    Some((0.5 * (low + high)).exp())
+}
+
+fn grid() -> impl Iterator<Item = f64> {
+    let span = (SCATTER_SPEC.parameters[0].max / LEAST_M).ln();
+    (0..=GRID).map(move |i| LEAST_M * (span * i as f64 / GRID as f64).exp())
+}
+
+/// 95 % interval by the profile.
+fn interval(of: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
+    let edge = of(best) + chi2_quantile(0.05, 1.0);
+    let ends = [(LEAST_M, 0.0), (SCATTER_SPEC.parameters[0].max, SCATTER_SPEC.parameters[0].max)];
+    ends.map(|(end, bound)| {
+        if of(end) < edge {
+            return bound;
+        }
+        let (mut inside, mut outside) = (best.ln(), end.ln());
+        for _ in 0..40 {
+            let middle = 0.5 * (inside + outside);
+            if of(middle.exp()) < edge { inside = middle } else { outside = middle }
+        }
+        inside.exp()
+    })
+}
