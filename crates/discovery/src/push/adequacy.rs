@@ -14,8 +14,7 @@ const NOISE_UNCERTAINTY: f64 = 0.03;
 pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str], own: Option<&[Piece]>) -> Tests {
     let p = fit.theta.len();
     let pieces = own.unwrap_or(&fit.pieces);
-    let mut ratios: Vec<f64> =
-        pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
+    let mut ratios: Vec<f64> = pieces.iter().filter(|w| w.m > 3).map(|w| w.q / (w.m as f64 - 3.0)).collect();
     let freedom: f64 = pieces.iter().map(|w| w.m as f64 - 3.0).sum::<f64>().max(1.0);
     let excess = median(&mut ratios) - 1.0;
     let z = excess / (NOISE_UNCERTAINTY + (4.0 / freedom).sqrt());

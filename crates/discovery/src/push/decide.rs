@@ -4,7 +4,7 @@ use super::evaluate::Piece;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::measured::Measured;
 use super::report::Ranking;
-use super::scatter::{Scatter, scatter};
+use super::scatter::{Scatter, kept, scatter};
 use super::search::{Judged, Search};
 use augsim_physics::model::PushModel;
 
@@ -67,9 +67,8 @@ pub(crate) fn searched<'a>(
     let few = few(model, measured, train, told);
     let mut search = Search::new(model, sample(measured, train), sample(measured, test), few.as_ref());
     search.run(told);
-    // What stays for a push makes its windows one sample: what was tried is judged again by pushes.
-    if scatter(&search, search.best()).is_some() {
-        search.by_push();
+    if let Some(kept) = kept(&search, search.best()) {
+        search.by_push(&kept);
     }
     search
 }

@@ -27,7 +27,10 @@ pub(crate) fn base_per_group(kind: &str) -> Option<usize> {
 
 /// A kind of addition by name; scatter is none, but a property of what is left.
 pub(crate) fn kind_of(name: &str) -> Option<&'static str> {
-    index_of(name).and_then(|_| spec_of(name)).map(|s| s.kind).or_else(|| base_per_group(name).map(kind_per_group))
+    index_of(name)
+        .and_then(|_| spec_of(name))
+        .map(|s| s.kind)
+        .or_else(|| base_per_group(name).map(kind_per_group))
 }
 
 /// How many parameters a kind adds, one at least.

@@ -7,8 +7,8 @@ use super::numbers::Numbers;
 use super::search::{Judged, Search};
 use crate::crossed::again;
 use crate::result::{
-    Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
-    Verdict,
+    Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA,
+    Tests, Verdict,
 };
 use augsim_physics::effects::{EffectSpec, ScatterPer};
 use augsim_physics::model::{EffectBlock, Parameter, Per, PushModel};

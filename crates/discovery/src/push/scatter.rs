@@ -21,7 +21,7 @@
 
 use super::evaluate::{MOST_FREE, Piece, piece};
 use super::fit::{Fit, Sample, fit, fit_starts};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Free, Hypothesis};
 use super::score::Dispersion;
 use super::search::{BEND, Search};
 use crate::decide::holds;
@@ -88,6 +88,8 @@ struct Found {
     phi: f64,
     /// Degrees of freedom that `phi` is estimated with.
     freedom: f64,
+    /// -2 ln likelihood, and by how much it is less than without scatter.
+    value: f64,
     gain: f64,
     ci95: [f64; 2],
     state: State,
@@ -97,8 +99,8 @@ struct Found {
 /// The scatter at one of what a search tried, if it pays on the training part and holds on the other.
 pub(crate) fn scatter(search: &Search<'_>, place: usize) -> Option<Scatter> {
     let common = Common::of(search.model, &search.train, &search.tried[place].fit)?;
-    let found = common.estimate(&search.train)?;
-    let (gain, penalty) = (found.gain, found.penalty(search));
+    let found = common.estimate(&search.train, None)?;
+    let (gain, penalty) = (found.gain, found.penalty(search, SCATTER_KIND));
     let declared = search.model.effects.iter().any(|b| b.kind == SCATTER_KIND);
     if gain <= penalty && !declared {
         return None;
@@ -111,21 +113,61 @@ pub(crate) fn scatter(search: &Search<'_>, place: usize) -> Option<Scatter> {
 
 /// Gain in cost on the training part of who is told to look for scatter, and what it has to exceed.
 pub(crate) fn promise(search: &Search<'_>, fit: &Fit) -> [f64; 2] {
-    let found = Common::of(search.model, &search.train, fit).and_then(|c| c.estimate(&search.train));
-    found.map_or([0.0, f64::INFINITY], |f| [f.gain, f.penalty(search)].map(|x| x * f.phi))
+    let found = Common::of(search.model, &search.train, fit).and_then(|c| c.estimate(&search.train, None));
+    found.map_or([0.0, f64::INFINITY], |f| [f.gain, f.penalty(search, SCATTER_KIND)].map(|x| x * f.phi))
 }
 
 impl Found {
-    /// What chance would gain: as an effect of one parameter.
-    fn penalty(&self, search: &Search<'_>) -> f64 {
+    /// What chance would gain by one kind.
+    fn penalty(&self, search: &Search<'_>, kind: &str) -> f64 {
         let dispersion = Dispersion { factor: self.phi, windows: self.freedom + 1.0 };
-        search.resolution() / self.phi + dispersion.widened(search.quantile(SCATTER_KIND), 1.0)
+        search.resolution() / self.phi + dispersion.widened(search.quantile(kind), search.size(kind) as f64)
+    }
+}
+
+/// Of the kinds at `place`, those that still pay when each push may have its own centre: under scatter, windows of one push are
+/// no independent samples, and laws gain by chance. None where there is no scatter.
+pub(crate) fn kept(search: &Search<'_>, place: usize) -> Option<Vec<&'static str>> {
+    let from = &search.tried[place].fit;
+    let mut kinds = from.hypothesis.kinds.clone();
+    let without = |kinds: &[&'static str], k: &&'static str| -> Vec<&'static str> {
+        kinds.iter().copied().filter(|other| other != k).collect()
+    };
+    let common = |kinds: &[&'static str]| Common::with(search.model, &search.train, from, kinds);
+    if common(&kinds).is_none() {
+        // No room for a centre beside so many: the least of them goes.
+        let tried = kinds.par_iter().filter_map(|k| {
+            let rest = without(&kinds, k);
+            let found = common(&rest)?.estimate(&search.train, None)?;
+            Some((found.value, rest))
+        });
+        let tried: Vec<_> = tried.collect();
+        kinds = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    }
+    let mut first = true;
+    loop {
+        let found = common(&kinds)?.estimate(&search.train, None);
+        let Some(found) = found.filter(|f| !first || f.gain > f.penalty(search, SCATTER_KIND)) else {
+            return if first { None } else { Some(kinds) };
+        };
+        first = false;
+        let sample = Sample { bend: found.bend, ..search.train.clone() };
+        let tried = kinds.par_iter().filter_map(|k| {
+            let rest = without(&kinds, k);
+            let gain = common(&rest)?.value(&sample, found.phi) - found.value;
+            Some((gain - found.penalty(search, k), rest))
+        });
+        let tried: Vec<_> = tried.collect();
+        match tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((lead, rest)) if lead <= 0.0 => kinds = rest,
+            _ => return Some(kinds),
+        }
     }
 }
 
 /// Its size at a fit to `sample`.
 pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<Estimate> {
-    let found = Common::of(model, sample, fit)?.estimate(sample)?;
+    let found = Common::of(model, sample, fit)?.estimate(sample, None)?;
     let unit = SCATTER_SPEC.parameters[0].unit.to_string();
     Some(Estimate { value: found.sd, ci95: found.ci95, unit, groups: BTreeMap::new() })
 }
@@ -133,8 +175,13 @@ pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<
 impl Common {
     /// At the best fit with a common centre; none where there is no room for it.
     fn of(model: &PushModel, sample: &Sample<'_>, from: &Fit) -> Option<Self> {
+        Self::with(model, sample, from, &from.hypothesis.kinds)
+    }
+
+    /// With only some of the kinds.
+    fn with(model: &PushModel, sample: &Sample<'_>, from: &Fit, kinds: &[&'static str]) -> Option<Self> {
         let mut model = model.clone();
-        let mut kinds = from.hypothesis.kinds.clone();
+        let mut kinds = kinds.to_vec();
         match model.effects.iter_mut().find(|b| b.kind == CENTRE_KIND) {
             Some(block) => block.parameters.iter_mut().for_each(|p| p.frozen = false),
             None if kinds.contains(&CENTRE_KIND) => {}
@@ -147,7 +194,8 @@ impl Common {
         let old = &from.hypothesis.free;
         let mut theta = hypothesis.start();
         for (f, value) in hypothesis.free.iter().zip(&mut theta) {
-            let known = old.iter().position(|o| (o.index, o.group) == (f.index, f.group));
+            let same = |o: &&Free| (o.kind, o.group, &o.name) == (f.kind, f.group, &f.name);
+            let known = old.iter().position(|o| same(&o));
             if let Some(place) = known {
                 *value = from.theta[place];
             }
@@ -172,25 +220,46 @@ impl Common {
         }
     }
 
-    fn estimate(&self, sample: &Sample<'_>) -> Option<Found> {
+    /// At a level of what is no scatter, or at that of these pushes.
+    fn estimate(&self, sample: &Sample<'_>, phi_given: Option<f64>) -> Option<Found> {
         let mut sample = sample.clone();
         let base = self.together(&sample);
         let mut state = base.clone();
         for _ in 0..STEPS {
             let normals = self.normals(&sample, &state);
-            let (phi, _) = level(&normals, sample.data.noise.white_share());
+            let phi = phi_given.unwrap_or(level(&normals, sample.data.noise.white_share()).0);
             let sd = most_likely(|sd| self.likelihood(&normals, sd, phi)[1])?;
             state = self.step(&sample, &state, &normals, sd, phi);
             let mut squares: Vec<f64> = state.pieces.iter().map(|p| p.q / p.m.max(1) as f64).collect();
-            sample.bend = sample.bend.min(BEND * median(&mut squares).max(1.0));
+            if phi_given.is_none() {
+                sample.bend = sample.bend.min(BEND * median(&mut squares).max(1.0));
+            }
         }
         let normals = self.normals(&sample, &state);
-        let (phi, freedom) = level(&normals, sample.data.noise.white_share());
+        let (level, freedom) = level(&normals, sample.data.noise.white_share());
+        let phi = phi_given.unwrap_or(level);
         let restricted = |sd: f64| self.likelihood(&normals, sd, phi)[1];
         let sd = most_likely(restricted)?;
         let none = self.likelihood(&self.normals(&sample, &base), 0.0, phi)[0];
-        let gain = none - self.likelihood(&normals, sd, phi)[0];
-        Some(Found { sd, phi, freedom, gain, ci95: interval(restricted, sd), state, bend: sample.bend })
+        let value = self.likelihood(&normals, sd, phi)[0];
+        Some(Found {
+            sd,
+            phi,
+            freedom,
+            value,
+            gain: none - value,
+            ci95: interval(restricted, sd),
+            state,
+            bend: sample.bend,
+        })
+    }
+
+    /// -2 ln likelihood at a level of what is no scatter.
+    fn value(&self, sample: &Sample<'_>, phi: f64) -> f64 {
+        match self.estimate(sample, Some(phi)) {
+            Some(found) => found.value,
+            None => self.likelihood(&self.normals(sample, &self.together(sample)), 0.0, phi)[0],
+        }
     }
 
     /// The pushes of another sample at their centres, and the gain there in -2 ln likelihood.

@@ -74,10 +74,8 @@ impl Sample<'_> {
         let (mut ratios, mut shares) = (Vec::new(), Vec::new());
         for (sw, uw) in &each {
             // Steps of the parameters asked for, and their covariance under white noise.
-            let x: Vec<f64> = keep
-                .iter()
-                .map(|&i| (0..p).map(|j| inverse.at(i, j) * (uw[j] - u[j] / n)).sum())
-                .collect();
+            let x: Vec<f64> =
+                keep.iter().map(|&i| (0..p).map(|j| inverse.at(i, j) * (uw[j] - u[j] / n)).sum()).collect();
             let rows: Vec<Vec<f64>> = keep
                 .iter()
                 .map(|&i| (0..p).map(|h| (0..p).map(|g| inverse.at(i, g) * sw.at(g, h)).sum()).collect())

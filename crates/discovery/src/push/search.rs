@@ -58,6 +58,10 @@ pub(crate) struct Search<'a> {
     pub tried: Vec<Judged>,
     /// Scores at the calibrated model.
     pub base_scores: Vec<Score>,
+    /// The answer, where pushes scatter: not what is best by windows.
+    answer: Option<usize>,
+    /// Kinds that pay by windows but not by pushes.
+    chance: Vec<&'static str>,
 }
 
 impl<'a> Search<'a> {
@@ -78,7 +82,16 @@ impl<'a> Search<'a> {
         base = fit(&train, &h, &base.theta, &base.starts);
         train.bend = bend(&base);
         test.bend = train.bend;
-        let mut search = Self { model, train, test, library, tried: Vec::new(), base_scores: Vec::new() };
+        let mut search = Self {
+            model,
+            train,
+            test,
+            library,
+            tried: Vec::new(),
+            base_scores: Vec::new(),
+            answer: None,
+            chance: Vec::new(),
+        };
         search.tried.push(search.judged(base));
         if let Some(from) = from {
             search.sow(from);
@@ -203,7 +216,7 @@ impl<'a> Search<'a> {
             .filter(|kind| {
                 let mut with = now.to_vec();
                 with.push(kind);
-                self.known(&with)
+                self.known(&with) || self.chance.contains(kind)
             })
             .collect()
     }
@@ -228,11 +241,22 @@ impl<'a> Search<'a> {
         self.tried = tried.into_iter().map(|j| Judged { held: j.held, ..self.judged(j.fit) }).collect();
     }
 
-    /// From here on the pushes, not their windows, are what is independent.
-    pub fn by_push(&mut self) {
+    /// From here on the pushes, not their windows, are what is independent, and the answer has the kinds `kept` of the best.
+    pub fn by_push(&mut self, kept: &[&'static str]) {
+        let best = self.best();
+        let now = self.tried[best].kinds().to_vec();
+        let answer = self.place_of(kept, best);
         (self.train.by_push, self.test.by_push) = (true, true);
         let tried = std::mem::take(&mut self.tried);
         self.tried = tried.into_iter().map(|j| Judged { held: j.held, ..self.judged(j.fit) }).collect();
+        self.answer = Some(if self.confirmed(answer) { answer } else { 0 });
+        self.chance = now.into_iter().filter(|k| !kept.contains(k)).collect();
+        // What only chance speaks for is no rival either.
+        let kept = self.answer.map(|i| self.tried[i].kinds().to_vec());
+        let chance = self.chance.clone();
+        self.tried.retain(|j| !j.kinds().iter().any(|k| chance.contains(k)));
+        self.answer = kept.and_then(|k| (0..self.tried.len()).find(|&i| same(self.tried[i].kinds(), &k)));
+        self.base_scores = self.scores(&self.tried[0].fit);
     }
 
     /// The search; the tried sets are judged on the held-out part where they are close to the best.
@@ -372,14 +396,19 @@ impl<'a> Search<'a> {
         }
     }
 
+    fn confirmed(&self, i: usize) -> bool {
+        let (lead, gain) = (self.lead(&self.tried[i]), self.heldout_gain(&self.tried[i]));
+        i == 0 || (lead > 0.0 && gain.is_some_and(|gain| holds(lead, gain)))
+    }
+
     /// The answer: the best on both parts together, of those that pay their penalty on the training part and that the
     /// held-out part confirms.
     pub fn best(&self) -> usize {
-        let confirmed = |i: &usize| {
-            let (lead, gain) = (self.lead(&self.tried[*i]), self.heldout_gain(&self.tried[*i]));
-            *i == 0 || (lead > 0.0 && gain.is_some_and(|gain| holds(lead, gain)))
-        };
-        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some()).filter(confirmed);
+        if let Some(answer) = self.answer {
+            return answer;
+        }
+        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some());
+        let judged = judged.filter(|&i| self.confirmed(i));
         judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b]))).unwrap_or(0)
     }
 }
