@@ -60,6 +60,8 @@ struct Common {
     theta: Vec<f64>,
     /// Where the centre stands in theta.
     at: usize,
+    /// The mean of the centres is the centroid, not fitted.
+    centred: bool,
 }
 
 /// Where the pushes are.
@@ -154,7 +156,11 @@ pub(crate) fn kept(search: &Search<'_>, place: usize) -> Option<Vec<&'static str
         let sample = Sample { bend: found.bend, ..search.train.clone() };
         let tried = kinds.par_iter().filter_map(|k| {
             let rest = without(&kinds, k);
-            let gain = common(&rest)?.value(&sample, found.phi) - found.value;
+            let mut without = common(&rest)?;
+            if *k == CENTRE_KIND {
+                without.centre(&sample, from);
+            }
+            let gain = without.value(&sample, found.phi) - found.value;
             Some((gain - found.penalty(search, k), rest))
         });
         let tried: Vec<_> = tried.collect();
@@ -202,7 +208,21 @@ impl Common {
         }
         let at = hypothesis.range_of(CENTRE_KIND).start;
         let theta = fit(sample, &hypothesis, &theta, &from.starts).theta;
-        Some(Self { hypothesis, theta, at })
+        Some(Self { hypothesis, theta, at, centred: false })
+    }
+
+    /// With the mean of the centres at the centroid.
+    fn centre(&mut self, sample: &Sample<'_>, from: &Fit) {
+        let mut held = self.hypothesis.clone();
+        held.free.drain(self.at..self.at + 2);
+        for f in &self.hypothesis.free[self.at..self.at + 2] {
+            held.values[f.index] = 0.0;
+        }
+        let mut theta = self.theta.clone();
+        theta.drain(self.at..self.at + 2);
+        let fitted = fit(sample, &held, &theta, &from.starts).theta;
+        self.theta = [&fitted[..self.at], &[0.0; 2], &fitted[self.at..]].concat();
+        self.centred = true;
     }
 
     /// The windows of each push.
@@ -341,6 +361,12 @@ impl Common {
                         *t.at_mut(i, j) -= (0..2).map(|k| along[k] * n.s.at(b[k], j)).sum::<f64>();
                     }
                 }
+            }
+        }
+        if self.centred {
+            for k in b {
+                v[k] = 0.0;
+                (0..p).for_each(|i| (*t.at_mut(i, k), *t.at_mut(k, i)) = (0.0, 0.0));
             }
         }
         let factor = t.cholesky();
