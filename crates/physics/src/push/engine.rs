@@ -174,7 +174,8 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
         });
         let at = S::constant(until);
         let rod = stepper.scene.true_rod(piece.position(at));
-        let mut instant = stepper.scene.at(&state.pose, rod, stepper.scene.true_velocity(piece.velocity(at)), false);
+        let mut instant =
+            stepper.scene.at(&state.pose, rod, stepper.scene.true_velocity(piece.velocity(at)), false);
         if stepper.scene.has_inertia() {
             instant.twist = state.twist;
         }
@@ -250,7 +251,8 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         let mut state = State { pose, twist };
         self.advance(&piece, 0.0, duration, &mut state);
         self.scene.place(&state.pose);
-        let instant = self.scene.at(&state.pose, self.scene.true_rod(to), self.scene.true_velocity(velocity), false);
+        let instant =
+            self.scene.at(&state.pose, self.scene.true_rod(to), self.scene.true_velocity(velocity), false);
         let twist = if self.scene.has_inertia() { state.twist } else { instant.twist };
         Stepped { pose: state.pose, twist, instant }
     }
