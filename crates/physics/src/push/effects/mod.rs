@@ -1,8 +1,8 @@
 //! The library of effects of pushing: one file per effect, registered here by name.
 //!
 //! To add one: write `effects/my_effect.rs` on the pattern of its neighbours (a unit struct, a `static SPEC`, the field of
-//! [`Setting`] that it fills in), then name the file and add one line to the registry below. Model files and the tests that run over
-//! the registry find it there.
+//! [`Setting`] that it fills in), then name the file and add one line to the registry below. Model files and the tests that
+//! run over the registry find it there.
 
 mod scatter;
 
