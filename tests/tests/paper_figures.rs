@@ -12,8 +12,8 @@ use shared_data::shared_data;
 
 /// Zero m, Zero m/s, Physics m, Physics m/s, Physics %.
 fn figures(truth: &Dataset) -> [f64; 5] {
-    let test = Sequences::new(truth, &["height_m", "velocity_m_s"]).unwrap();
-    let error = |model: &dyn Forecaster| evaluate_forecast(model, &test).unwrap().mean;
+    let test = Sequences::new(truth, &["height_m", "velocity_m_s"]).expect("both columns");
+    let error = |model: &dyn Forecaster| evaluate_forecast(model, &test).expect("a score").mean;
     let zero = error(&Zero);
     let physics = error(&Physics(EngineSpec::PybulletBall(paper_engine())));
     assert!((zero.trans_percent - 100.0).abs() < 1e-9);
@@ -29,7 +29,7 @@ fn the_published_figures_of_the_baselines() {
     ];
     for (name, published) in sets {
         let Some(truth) = shared_data(&format!("pybullet-ball/{name}.csv.gz")) else { return };
-        let figures = figures(&read_legacy_ball(&truth).unwrap());
+        let figures = figures(&read_legacy_ball(&truth).expect("readable"));
         println!("{name}: {figures:.4?}");
         // Half a unit of the last published digit.
         let digits = [5e-4, 5e-4, 5e-5, 5e-4, 5e-3];
@@ -41,7 +41,7 @@ fn the_published_figures_of_the_baselines() {
 
 #[test]
 fn our_own_draws_give_the_same_figures() {
-    let (truth, _) = PaperLaw::default().generate(1000, 1).unwrap();
+    let (truth, _) = PaperLaw::default().generate(1000, 1).expect("drops");
     let figures = figures(&truth);
     // Standard errors of 1000 trajectories are a tenth of those published for 100-trajectory test
     // sets times sqrt(10): 0.0054 m, 0.014 m/s, 0.003 m, 0.0095 m/s, 0.44 %; four of them.
