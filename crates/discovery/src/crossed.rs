@@ -4,12 +4,13 @@
 //! the search too, is repeated without the fold that it is judged on: the error is that of the procedure.
 
 use crate::Options;
+use crate::deal;
 use crate::decide::decide;
 use crate::discover::calibrate;
 use crate::error_table::Lists;
 use crate::fit::fit;
 use crate::hypothesis::Addition;
-use crate::prepare::{Prepared, deal, split};
+use crate::prepare::{Prepared, split};
 use crate::report::kinds;
 use crate::result::ErrorTable;
 use crate::search::{Judged, Search};
@@ -53,7 +54,7 @@ pub(crate) fn crossed(model: &Model, prepared: &Prepared, options: &Options) -> 
     if data.records.len() < FOLDS * FEWEST {
         return None;
     }
-    let folds = deal(data, FOLDS, options.seed);
+    let folds = deal::folds(&data.group_of(), FOLDS, options.seed);
     let done: Vec<(Lists, Vec<String>)> = folds
         .par_iter()
         .map(|fold| {

@@ -12,6 +12,7 @@ mod anatomy;
 mod assess;
 mod candidates;
 mod crossed;
+mod deal;
 mod decide;
 mod discover;
 mod error;

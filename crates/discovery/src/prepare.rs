@@ -1,5 +1,6 @@
 //! From a data set to records with impacts, noise and a split.
 
+use crate::deal;
 use crate::discover::calibrate;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
@@ -8,10 +9,9 @@ use crate::segment::{rough_noise, segment};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
-use augsim_data::{Dataset, random_stream};
+use augsim_data::Dataset;
 use augsim_physics::ball::{GRAVITY, RESTITUTION};
 use augsim_physics::model::Model;
-use rand::RngExt;
 
 /// Data ready for fits.
 pub(crate) struct Prepared {
@@ -68,55 +68,10 @@ pub(crate) fn prepare(
     Ok(Prepared { data, noise, train, test })
 }
 
-/// The trajectories of each group in random order.
-fn shuffled(data: &Measured, among: &[usize], seed: u64, purpose: &str) -> Vec<Vec<usize>> {
-    let mut rng = random_stream(seed, purpose, 0);
-    (0..data.groups.len())
-        .map(|group| {
-            let mut members: Vec<usize> =
-                among.iter().copied().filter(|&j| data.records[j].group == group).collect();
-            for i in (1..members.len()).rev() {
-                members.swap(i, rng.random_range(0..=i));
-            }
-            members
-        })
-        .collect()
-}
-
-/// Deals the trajectories `among` out to training and test group by group, so that every object is seen in training.
+/// Deals the trajectories `among` out to training and test.
 pub(crate) fn split(data: &Measured, among: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
-    let (mut train, mut test) = (Vec::new(), Vec::new());
-    let (mut owed, n) = (0.0, among.len());
     // Few trajectories: the half that is held out says more than three or four would.
-    let few = (1.0 - options.train_share) * (n as f64) < FEWEST_HELD_OUT;
+    let few = (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
     let share = if few { options.train_share.min(0.5) } else { options.train_share };
-    for members in shuffled(data, among, options.seed, "discovery split") {
-        // Rounding is carried from group to group, so that the whole keeps the share; every group has one in training.
-        owed += share * members.len() as f64;
-        let most = if data.groups.len() == 1 { members.len() - 1 } else { members.len() };
-        let take = (owed.round().max(0.0) as usize).clamp(1.min(most), most);
-        owed -= take as f64;
-        train.extend(&members[..take]);
-        test.extend(&members[take..]);
-    }
-    if test.is_empty()
-        && let Some(last) = train.pop()
-    {
-        test.push(last);
-    }
-    train.sort_unstable();
-    test.sort_unstable();
-    (train, test)
-}
-
-/// Deals all trajectories out to folds, group by group. The only trajectory of a group is in none: without it nothing is known
-/// of the group.
-pub(crate) fn deal(data: &Measured, folds: usize, seed: u64) -> Vec<Vec<usize>> {
-    let everything: Vec<usize> = (0..data.records.len()).collect();
-    let mut out = vec![Vec::new(); folds];
-    let groups = shuffled(data, &everything, seed, "discovery folds");
-    let dealt = groups.iter().filter(|members| members.len() > 1).flatten();
-    dealt.enumerate().for_each(|(i, &j)| out[i % folds].push(j));
-    out.iter_mut().for_each(|fold| fold.sort_unstable());
-    out
+    deal::split(&data.group_of(), among, share, options.seed)
 }

@@ -109,6 +109,11 @@ impl Measured {
         Ok(Self { name, axes, records, groups, has_spin, has_start_time, clock_reference_s })
     }
 
+    /// The number of each trajectory's group.
+    pub fn group_of(&self) -> Vec<usize> {
+        self.records.iter().map(|r| r.group).collect()
+    }
+
     /// The same description with no records.
     pub fn without_records(&self) -> Self {
         Self { name: self.name.clone(), groups: self.groups.clone(), records: Vec::new(), ..*self }

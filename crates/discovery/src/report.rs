@@ -311,18 +311,7 @@ fn sentence(
         let words: Vec<String> = e
             .iter()
             .map(|e| {
-                let p: Vec<String> = e
-                    .parameters
-                    .iter()
-                    .map(|(n, v)| match v.groups.len() {
-                        0 => format!("{n} = {v}"),
-                        _ => {
-                            let low = v.groups.values().copied().fold(f64::INFINITY, f64::min);
-                            let high = v.groups.values().copied().fold(f64::NEG_INFINITY, f64::max);
-                            format!("{n} from {low:.4} to {high:.4}, its own for each group")
-                        }
-                    })
-                    .collect();
+                let p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
                 format!("{} ({})", e.kind, p.join(", "))
             })
             .collect();

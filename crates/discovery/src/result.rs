@@ -43,6 +43,18 @@ impl Estimate {
         }
         (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
     }
+
+    /// What a sentence says of the parameter `name`.
+    pub fn phrase(&self, name: &str) -> String {
+        if self.groups.is_empty() {
+            return format!("{name} = {self}");
+        }
+        let (low, high) = self
+            .groups
+            .values()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        format!("{name} from {low:.4} to {high:.4}, its own for each group")
+    }
 }
 
 /// Value and interval, `0.00040 [0.00038, 0.00042]`.

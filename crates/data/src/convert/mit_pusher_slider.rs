@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 const LAYOUT: &str =
     "a run has `t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new`";
-const INDEX: &str = "the index has `file,perturbations`";
+const INDEX: &str = "the index has `file`";
 
 /// The steel square of 90 mm: c of a uniform pressure, the authors' mass, rod and friction.
 const MODEL: &str = "\
@@ -30,15 +30,15 @@ position_sd_m = 0.0003
 angle_sd_rad = 0.002
 ";
 
-/// Reads the runs that `index.csv` lists, `group` what it says about knocks by hand; or a single run.
+/// Reads the runs that `index.csv` lists, or a single run; `group` is the day (`10-21`) that begins a file's name.
 ///
 /// The logger holds the last value; here each stream is interpolated between its fresh samples, and the clock
 /// begins at 0. The two clocks remain 10 to 20 ms apart, as recorded.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     if path.is_dir() {
-        for (file, perturbations) in runs(path)? {
-            trajectories.push(run(&file)?.with_group(perturbations)?);
+        for file in runs(path)? {
+            trajectories.push(run(&file)?);
         }
     } else {
         trajectories.push(run(path)?);
@@ -48,11 +48,11 @@ pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
 }
 
-/// Files of the runs and what the index calls their perturbations.
-fn runs(folder: &Path) -> Result<Vec<(PathBuf, String)>, DataError> {
+/// Files of the runs.
+fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let index_path = folder.join("index.csv");
     let mut index = CsvSource::open(&index_path)?;
-    let (file, label) = (index.require("file", INDEX)?, index.require("perturbations", INDEX)?);
+    let file = index.require("file", INDEX)?;
     let mut runs = Vec::new();
     while index.next_row()? {
         let name = index.text(file)?;
@@ -60,12 +60,19 @@ fn runs(folder: &Path) -> Result<Vec<(PathBuf, String)>, DataError> {
         if !run.is_file() {
             return Err(PushError::Unlisted { path: index_path, file: name.to_owned() }.into());
         }
-        runs.push((run, index.text(label)?.to_owned()));
+        runs.push(run);
     }
     match runs.is_empty() {
         true => Err(DataError::HeaderOnly { path: index_path }),
         false => Ok(runs),
     }
+}
+
+/// The day of a run, `10-21` of `1021_NoPerturbations`.
+fn day(id: &str) -> Option<String> {
+    let (day, _) = id.split_once('_')?;
+    let digits = day.len() == 4 && day.bytes().all(|b| b.is_ascii_digit());
+    digits.then(|| format!("{}-{}", &day[..2], &day[2..]))
 }
 
 fn run(path: &Path) -> Result<Trajectory, DataError> {
@@ -106,5 +113,10 @@ fn run(path: &Path) -> Result<Trajectory, DataError> {
         return Err(DataError::HeaderOnly { path: path.to_owned() });
     }
     let joined = union(&sources).ok_or_else(|| PushError::NoCommonTime { path: path.to_owned() })?;
-    Trajectory::new(id, joined.time_s, [joined.columns, joined.fresh].concat())
+    let day = day(&id);
+    let run = Trajectory::new(id, joined.time_s, [joined.columns, joined.fresh].concat())?;
+    match day {
+        Some(day) => run.with_group(day),
+        None => Ok(run),
+    }
 }

@@ -22,13 +22,11 @@ pub(crate) fn tests(search: &Search<'_>, fit: &Fit, rejected: &[&str]) -> Tests 
     let mut scores = search.scores(fit);
     scores.retain(|s| !rejected.contains(&s.kind));
     let m = scores.len().max(1) as f64;
-    let dispersion = search.dispersion.max(fit.dispersion(&search.train));
     let library = scores
         .iter()
         .map(|s| {
-            let rank =
-                augsim_physics::push::effects::spec_of(s.kind).map_or(1, |s| s.parameters.len().max(1));
-            m * chi2_tail((s.gain - search.resolution()).max(0.0) / dispersion, rank as f64)
+            let (gain, k) = ((s.gain - search.resolution()).max(0.0), search.size(s.kind) as f64);
+            m * chi2_tail(s.dispersion.narrowed(gain / s.dispersion.factor, k), k)
         })
         .fold(1.0, f64::min);
 

@@ -8,14 +8,15 @@ use super::fit::fit_starts;
 use super::measured::{Measured, split};
 use crate::Options;
 use crate::crossed::{FOLDS, again, open};
+use crate::deal;
 use crate::result::ErrorTable;
-use augsim_data::random_stream;
 use augsim_physics::model::PushModel;
-use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
 /// Fewest pushes.
 const FEWEST: usize = 10;
+/// Pushes below which one split says little about what another would find.
+const FEW: usize = 20;
 
 /// What came out of the folds.
 pub(crate) struct Crossed {
@@ -24,11 +25,12 @@ pub(crate) struct Crossed {
     pub found: Vec<Vec<String>>,
 }
 
-/// Whether one split leaves the gain of an answer open: an effect was added, there is error to remove, and the interval
-/// includes no change.
+/// Whether one split leaves the answer open: an effect was added, and there are few pushes, or there is error to remove and the
+/// interval of its reduction includes no change.
 pub(crate) fn worth_crossing(decided: &Decided<'_>, error: &ErrorTable) -> bool {
     let named = !decided.search.tried[decided.best].kinds().is_empty();
-    named && open(error)
+    let few = decided.search.train.data.records.len() < FEW;
+    named && (few || open(error))
 }
 
 impl Crossed {
@@ -47,26 +49,23 @@ pub(crate) fn crossed(model: &PushModel, measured: &Measured, options: &Options)
     if n < FEWEST {
         return None;
     }
-    let mut order: Vec<usize> = (0..n).collect();
-    order.shuffle(&mut random_stream(options.seed, "push folds", 0));
-    let done: Vec<(Lists, Vec<String>)> = (0..FOLDS)
-        .into_par_iter()
-        .map(|i| {
-            let mut fold: Vec<usize> = order.iter().copied().skip(i).step_by(FOLDS).collect();
-            fold.sort_unstable();
+    let folds = deal::folds(&measured.group_of(), FOLDS, options.seed);
+    let done: Vec<(Lists, Vec<String>)> = folds
+        .par_iter()
+        .map(|fold| {
             let rest: Vec<usize> = (0..n).filter(|j| !fold.contains(j)).collect();
-            let (train, test) = split(&rest, options);
+            let (train, test) = split(measured, &rest, options);
             let search = searched(model, measured, &train, &test, &mut || {});
             let best = search.best();
             let decided = settled(search, best);
             // What was decided is fitted to all that the fold leaves.
             let fits = decided.refitted(&decided.everything());
-            let mut seen = sample(measured, &fold);
+            let mut seen = sample(measured, fold);
             seen.bend = decided.search.train.bend;
             let held = [0, 1].map(|i| fit_starts(&seen, &fits[i].hypothesis, &fits[i].theta));
             let kept = without(&seen, &outliers(&seen, [&held[0], &held[1]]));
             let [base, best] = &fits;
-            let lists = Lists::of(model, measured, &fold, &kept.windows, [base, best], options.seed);
+            let lists = Lists::of(model, measured, fold, &kept.windows, [base, best], options.seed);
             (lists, best.hypothesis.kinds.iter().map(|k| k.to_string()).collect())
         })
         .collect();

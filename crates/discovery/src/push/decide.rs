@@ -29,9 +29,7 @@ impl Decided<'_> {
 
     /// Gain in ln likelihood on the held-out part.
     pub fn heldout_gain(&self) -> f64 {
-        let s = &self.search;
-        let cost = |i: usize| s.tried[i].held.as_ref().map_or(0.0, |f| f.cost(&s.test));
-        0.5 * (cost(0) - cost(self.best)) / s.dispersion
+        self.search.heldout_gain(&self.search.tried[self.best]).unwrap_or(0.0)
     }
 }
 
@@ -85,7 +83,7 @@ pub(crate) fn settled(mut search: Search<'_>, best: usize) -> Decided<'_> {
         let old = &search.tried[i].fit;
         let again = fit(&search.train, &old.hypothesis, &old.theta, &[]);
         let held = fit_starts(&search.test, &again.hypothesis, &again.theta);
-        search.tried[i] = Judged { fit: again, held: Some(held) };
+        search.tried[i] = Judged { held: Some(held), ..search.judged(again) };
     }
     let outliers = out.map(|o| o.iter().filter(|x| **x).count());
     Decided { search, best, ranking, rejected, outliers }

@@ -5,6 +5,7 @@ use super::anatomy::anatomy;
 use super::crossed::{crossed, worth_crossing};
 use super::decide::{Decided, sample, searched, settled};
 use super::error_table::Lists;
+use super::hypothesis::kind_of;
 use super::measured::measure;
 use super::report::{Parts, report};
 use super::search::Search;
@@ -13,7 +14,6 @@ use crate::result::{Discovery, ErrorTable, Verdict};
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
-use augsim_physics::push::effects::spec_of;
 use std::time::Instant;
 
 /// Finds what `model` lacks to explain pushes.
@@ -103,7 +103,7 @@ pub fn assess_push(
     let measured = measure(model, data, options)?;
     let search =
         Search::new(model, sample(&measured, &measured.train), sample(&measured, &measured.test), None);
-    let kinds: Vec<&'static str> = kinds.iter().filter_map(|k| Some(spec_of(k)?.kind)).collect();
+    let kinds: Vec<&'static str> = kinds.iter().filter_map(|k| kind_of(k)).collect();
     let mut now = search.base().fit.clone();
     for (i, _) in kinds.iter().enumerate() {
         let scored = search.scores(&now).into_iter().find(|s| s.kind == kinds[i]);
@@ -111,7 +111,7 @@ pub fn assess_push(
     }
     let base = &search.base().fit;
     let lists = Lists::of(model, &measured, &measured.test, &search.test.windows, [base, &now], options.seed);
-    let gain = search.base().fit.cost(&search.train) - now.cost(&search.train);
     let rmse_m = lists.positions(options.seed, 0.0).augmented.rmse;
-    Ok(Assessment { gain, penalty: search.penalty(&kinds), rmse_m })
+    let gain = search.base().fit.cost(&search.train) - now.cost(&search.train);
+    Ok(Assessment { gain, penalty: search.judged(now).penalty, rmse_m })
 }

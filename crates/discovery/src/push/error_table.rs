@@ -63,7 +63,7 @@ impl Lists {
         fits: [&Fit; 2],
         seed: u64,
     ) -> Self {
-        let plain = Hypothesis::new(model, &[]);
+        let plain = Hypothesis::new(model, &data.groups, &[]);
         let nominal = plain.start();
         let [base, best] = fits;
         let models = [(&plain, &nominal), (&base.hypothesis, &base.theta), (&best.hypothesis, &best.theta)];

@@ -73,7 +73,7 @@ fn poses<S: Scalar>(
 
 /// Poses of a window at the values `theta`, in plain numbers.
 pub(crate) fn plain(h: &Hypothesis, theta: &[f64], start: [f64; 3], r: &Record, w: &Window) -> Vec<[f64; 3]> {
-    let values = h.filled(theta);
+    let values = h.filled(theta, r.group);
     poses(h, &values, Pose::new(start[0], start[1], start[2]), r, w)
         .into_iter()
         .map(|p| [p.position[0], p.position[1], p.angle])
@@ -89,7 +89,7 @@ pub(crate) fn piece(
     w: &Window,
     sd: [f64; 3],
 ) -> Piece {
-    match theta.len() + 3 {
+    match h.lane_count() + 3 {
         0..=6 => piece_of::<6>(h, theta, start, r, w, sd),
         7..=9 => piece_of::<9>(h, theta, start, r, w, sd),
         _ => piece_of::<14>(h, theta, start, r, w, sd),
@@ -107,10 +107,14 @@ fn piece_of<const N: usize>(
     w: &Window,
     sd: [f64; 3],
 ) -> Piece {
-    let p = theta.len();
-    let mut parameters: Vec<Dual<N>> = h.values.iter().map(|&v| Dual::constant(v)).collect();
-    for (lane, f) in h.free.iter().enumerate() {
-        parameters[f.index] = Dual::variable(theta[lane], lane);
+    let p = h.lane_count();
+    let filled = h.filled(theta, r.group);
+    let mut parameters: Vec<Dual<N>> = filled.iter().map(|&v| Dual::constant(v)).collect();
+    let lanes = h.lanes(r.group);
+    for (f, lane) in h.free.iter().zip(&lanes) {
+        if let (None, Some(lane)) = (f.group, lane) {
+            parameters[f.index] = Dual::variable(filled[f.index], *lane);
+        }
     }
     let lane = |c: usize| Dual::<N>::variable(start[c], p + c);
     let run = poses(h, &parameters, Pose::new(lane(0), lane(1), lane(2)), r, w);
@@ -137,7 +141,26 @@ fn piece_of<const N: usize>(
         }
     }
     if !(q.is_finite() && g.iter().all(|v| v.is_finite())) {
+        let n = theta.len() + 3;
         return Piece { q: f64::MAX.sqrt(), m: 3 * run.len(), h: Square::zero(n), g: vec![0.0; n] };
     }
-    Piece { q, m: 3 * run.len(), h: curvature, g }
+    let piece = Piece { q, m: 3 * run.len(), h: curvature, g };
+    if theta.len() == p { piece } else { spread(&piece, &lanes, p) }
+}
+
+/// A piece by lanes as one by all free parameters: those without a lane change nothing.
+fn spread(piece: &Piece, lanes: &[Option<usize>], p: usize) -> Piece {
+    let of: Vec<Option<usize>> = lanes.iter().copied().chain((p..p + 3).map(Some)).collect();
+    let n = of.len();
+    let (mut h, mut g) = (Square::zero(n), vec![0.0; n]);
+    for (i, a) in of.iter().enumerate() {
+        let Some(a) = *a else { continue };
+        g[i] = piece.g[a];
+        for (j, b) in of.iter().enumerate() {
+            if let Some(b) = *b {
+                *h.at_mut(i, j) = piece.h.at(a, b);
+            }
+        }
+    }
+    Piece { h, g, ..piece.clone() }
 }

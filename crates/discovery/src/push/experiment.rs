@@ -9,12 +9,16 @@ pub(crate) fn stands_for(kind: &str) -> &'static [&'static str] {
         "exact-surface" => &["superelliptic surface"],
         "table-anisotropy" => &["non-associated anisotropy (friction tensor)"],
         "speed-dependent-friction" => &["viscous friction"],
+        "c_m per group" => {
+            &["pressure that differs between groups", "scale of a frame that differs between groups"]
+        }
+        "contact_friction per group" => &["surfaces of rod or object that differ between groups"],
         _ => &[],
     }
 }
 
 /// Pairs whose signatures nearly coincide, with the experiment that separates them.
-const PAIRS: [(&str, &str, &str); 12] = [
+const PAIRS: [(&str, &str, &str); 14] = [
     (
         "exact-surface",
         "superelliptic-surface",
@@ -54,6 +58,16 @@ const PAIRS: [(&str, &str, &str); 12] = [
         "rod-compliance",
         "pose-latency",
         "push at several speeds and record the stop: a delay grows with the speed and vanishes at rest, a bend does not",
+    ),
+    (
+        "frame-registration",
+        "pose-latency",
+        "follow the same path at two speeds: an error of the frame stays with the place, a delay grows with the speed",
+    ),
+    (
+        "frame-registration",
+        "pose-offset",
+        "push at places far from each other: an error of scale grows with the distance, an offset of the tracked frame does not",
     ),
     (
         "inertia",
@@ -113,6 +127,12 @@ pub(crate) fn confirm(kinds: &[&str]) -> String {
         }
         Some("inertia" | "pose-latency" | "speed-dependent-friction") => {
             "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed"
+        }
+        Some("frame-registration" | "tip-offset") => {
+            "bring the rod to marks all over the table and compare them with the tracker: no push is needed"
+        }
+        Some(kind) if kind.ends_with("per group") => {
+            "repeat one push of each group in the same hour, in random order: what still differs belongs to the set-up"
         }
         Some("contact-friction-slip") => {
             "read the ratio of tangential to normal force while the rod slides: it is the friction itself"

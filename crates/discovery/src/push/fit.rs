@@ -4,7 +4,6 @@ use super::evaluate::{Piece, piece};
 use super::hypothesis::Hypothesis;
 use super::measured::{Measured, Window};
 use crate::linear::Square;
-use crate::statistics::median;
 use rayon::prelude::*;
 
 const MOST_ITERATIONS: usize = 15;
@@ -108,37 +107,6 @@ pub(crate) struct Fit {
 impl Fit {
     pub fn cost(&self, sample: &Sample<'_>) -> f64 {
         sample.total(&self.pieces)
-    }
-
-    /// How much more the windows' gradients scatter than white noise would make them (after Rotnitzky and Jewell 1990), the
-    /// factor by which gains in likelihood are too large: the mean over windows of `u' S^-1 u / tr(S^-1 S_w)`, weighted by
-    /// their information, each at most [`BEND`](super::search::BEND) times the median.
-    pub fn dispersion(&self, sample: &Sample<'_>) -> f64 {
-        let p = self.theta.len();
-        if p == 0 {
-            return 1.0;
-        }
-        let (s, u, _) = sample.normal(&self.pieces, p);
-        let n = self.pieces.len().max(1) as f64;
-        let factor = s.cholesky();
-        let inverse = factor.inverse();
-        let (mut ratios, mut shares) = (Vec::new(), Vec::new());
-        for piece in &self.pieces {
-            let weight = sample.cost(piece.q, piece.m).1;
-            let (sw, uw) = piece.reduced(p);
-            let share: f64 = weight * inverse.a.iter().zip(&sw.a).map(|(a, b)| a * b).sum::<f64>();
-            if share <= 1e-9 {
-                continue;
-            }
-            let mut x: Vec<f64> = uw.iter().zip(&u).map(|(a, b)| weight * a - b / n).collect();
-            factor.forward(&mut x);
-            ratios.push(x.iter().map(|v| v * v).sum::<f64>() / share);
-            shares.push(share);
-        }
-        let most = super::search::BEND * median(&mut ratios.clone());
-        let total: f64 = shares.iter().sum();
-        let mean = ratios.iter().zip(&shares).map(|(r, w)| r.min(most) * w).sum::<f64>() / total.max(1e-300);
-        mean.max(sample.data.noise.white_share())
     }
 
     /// Covariance of the globals: the larger, parameter by parameter, of the sandwich over windows (White 1982) and of white

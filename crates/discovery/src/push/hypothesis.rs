@@ -1,10 +1,43 @@
 //! A model with some effects added, and which of its parameters are fitted.
 
-use augsim_physics::effects::EffectSpec;
-use augsim_physics::model::PushModel;
-use augsim_physics::push::World;
+use augsim_physics::model::{Per, PushModel};
 use augsim_physics::push::effects::{index_of, spec_of};
+use augsim_physics::push::{BASE_PARAMETERS, World};
 use std::f64::consts::PI;
+
+/// Kinds of additions that are no effect: a declared parameter, in the order of [`BASE_PARAMETERS`], has its own value in each
+/// group.
+const PER_GROUP: [&str; BASE_PARAMETERS.len()] = [
+    "c_m per group",
+    "contact_friction per group",
+    "rod_radius_m per group",
+    "support_friction per group",
+    "mass_kg per group",
+];
+
+/// The kind of a base parameter with a value for each group.
+pub(crate) fn kind_per_group(base: usize) -> &'static str {
+    PER_GROUP[base]
+}
+
+/// The base parameter of a kind in which it has a value for each group.
+pub(crate) fn base_per_group(kind: &str) -> Option<usize> {
+    PER_GROUP.iter().position(|k| *k == kind)
+}
+
+/// A kind of addition by name.
+pub(crate) fn kind_of(name: &str) -> Option<&'static str> {
+    spec_of(name).map(|s| s.kind).or_else(|| base_per_group(name).map(kind_per_group))
+}
+
+/// How many parameters a kind adds, one at least.
+pub(crate) fn size_of(kind: &str, groups: usize) -> usize {
+    let own = match spec_of(kind) {
+        Some(spec) => spec.parameters.len(),
+        None => groups.saturating_sub(1),
+    };
+    own.max(1)
+}
 
 /// A fitted parameter.
 #[derive(Clone, Debug)]
@@ -15,8 +48,12 @@ pub(crate) struct Free {
     pub unit: &'static str,
     pub min: f64,
     pub max: f64,
-    /// Kind of the effect it belongs to; none for a declared parameter.
+    /// Kind of the addition it belongs to; none for a declared parameter.
     pub kind: Option<&'static str>,
+    /// Not a value, but by how much that of this group differs from that of the first, which stands before it.
+    pub group: Option<usize>,
+    /// Where fits begin.
+    pub nominal: f64,
 }
 
 /// A model with effects.
@@ -31,7 +68,8 @@ pub(crate) struct Hypothesis {
 }
 
 impl Hypothesis {
-    pub fn new(model: &PushModel, kinds: &[&'static str]) -> Self {
+    /// `groups` are those of the data.
+    pub fn new(model: &PushModel, groups: &[String], kinds: &[&'static str]) -> Self {
         let (mut world, mut values) = model.world();
         let mut free = Vec::new();
         // Scatter is no law and has no place in the vector.
@@ -42,10 +80,22 @@ impl Hypothesis {
         for (index, (p, kind)) in declared.enumerate() {
             if !p.frozen {
                 let unit = if kind.is_none() { base_unit(&p.name) } else { "" };
-                free.push(Free { index, name: p.name.clone(), unit, min: p.min, max: p.max, kind });
+                let (name, min, max) = (p.name.clone(), p.min, p.max);
+                free.push(Free { index, name, unit, min, max, kind, group: None, nominal: p.nominal });
             }
         }
+        for (index, p) in model.parameters.iter().enumerate().filter(|(_, p)| p.per == Per::Group) {
+            let of = |name: &String| p.groups.iter().find(|(n, _)| n == name).map_or(p.nominal, |(_, v)| *v);
+            let Some(at) = free.iter().position(|f| f.index == index) else { continue };
+            free[at].nominal = groups.first().map_or(p.nominal, of);
+            let first = free[at].clone();
+            free.extend(first.differences(groups.len(), None, |g| of(&groups[g]) - first.nominal));
+        }
         for kind in kinds {
+            let base = base_per_group(kind).and_then(|index| free.iter().position(|f| f.index == index));
+            if let Some(first) = base.map(|at| free[at].clone()) {
+                free.extend(first.differences(groups.len(), Some(kind), |_| 0.0));
+            }
             let (Some(index), Some(spec)) = (index_of(kind), spec_of(kind)) else { continue };
             world.add(index);
             for p in spec.parameters {
@@ -56,6 +106,8 @@ impl Hypothesis {
                     min: p.min,
                     max: p.max,
                     kind: Some(spec.kind),
+                    group: None,
+                    nominal: p.null,
                 };
                 free.push(f);
                 values.push(p.null);
@@ -66,14 +118,33 @@ impl Hypothesis {
 
     /// Nominal values of the free parameters.
     pub fn start(&self) -> Vec<f64> {
-        self.free.iter().map(|f| self.values[f.index].clamp(f.min, f.max)).collect()
+        self.free.iter().map(|f| f.nominal.clamp(f.min, f.max)).collect()
     }
 
-    /// The whole vector with `theta` filled in.
-    pub fn filled(&self, theta: &[f64]) -> Vec<f64> {
+    /// The whole vector, for a push of `group`, with `theta` filled in.
+    pub fn filled(&self, theta: &[f64], group: usize) -> Vec<f64> {
         let mut values = self.values.clone();
-        self.free.iter().zip(theta).for_each(|(f, &v)| values[f.index] = v);
+        for (f, &v) in self.free.iter().zip(theta) {
+            match f.group {
+                None => values[f.index] = v,
+                Some(of) if of == group => values[f.index] += v,
+                Some(_) => {}
+            }
+        }
         values
+    }
+
+    /// For each free parameter which of the derivatives of a push of `group` is its own: differences between groups share that
+    /// of the value that they differ from. None where the push does not know the parameter.
+    pub fn lanes(&self, group: usize) -> Vec<Option<usize>> {
+        let own: Vec<&Free> = self.free.iter().filter(|f| f.group.is_none()).collect();
+        let lane = |f: &Free| own.iter().position(|o| o.index == f.index);
+        self.free.iter().map(|f| if f.group.is_none_or(|of| of == group) { lane(f) } else { None }).collect()
+    }
+
+    /// How many derivatives a push needs.
+    pub fn lane_count(&self) -> usize {
+        self.free.iter().filter(|f| f.group.is_none()).count()
     }
 
     /// Where the parameters of an added kind stand in theta.
@@ -93,7 +164,36 @@ impl Hypothesis {
                 }
             }
         }
-        self.free.iter().zip(theta).for_each(|(f, v)| *v = v.clamp(f.min, f.max));
+        for (i, f) in self.free.iter().enumerate() {
+            theta[i] = theta[i].clamp(f.min, f.max);
+            let of = self.free[..i].iter().position(|o| f.group.is_some() && o.index == f.index);
+            if let Some(of) = of {
+                let o = &self.free[of];
+                theta[i] = theta[i].clamp(o.min - theta[of], o.max - theta[of]);
+            }
+        }
+    }
+}
+
+impl Free {
+    /// What the values of the other groups differ by from this one, which becomes that of the first.
+    fn differences(
+        &self,
+        groups: usize,
+        kind: Option<&'static str>,
+        nominal: impl Fn(usize) -> f64,
+    ) -> Vec<Free> {
+        let range = self.max - self.min;
+        (1..groups)
+            .map(|group| Free {
+                kind,
+                group: Some(group),
+                min: -range,
+                max: range,
+                nominal: nominal(group),
+                ..self.clone()
+            })
+            .collect()
     }
 }
 
@@ -155,9 +255,12 @@ impl Polar {
 }
 
 /// Values at which a kind is first tried: near its null for a law that is smooth there, at typical sizes otherwise.
-pub(crate) fn probes(spec: &EffectSpec) -> Vec<Vec<f64>> {
-    let null: Vec<f64> = spec.parameters.iter().map(|p| p.null).collect();
-    match spec.kind {
+pub(crate) fn probes(kind: &str, groups: usize) -> Vec<Vec<f64>> {
+    let null: Vec<f64> = match spec_of(kind) {
+        Some(spec) => spec.parameters.iter().map(|p| p.null).collect(),
+        None => vec![0.0; groups.saturating_sub(1)],
+    };
+    match kind {
         "table-anisotropy" | "object-anisotropy" => vec![vec![1.02, 0.0]],
         "table-tilt" => vec![vec![0.001, 0.0]],
         "speed-dependent-friction" => vec![vec![0.1, 0.02]],

@@ -1,11 +1,11 @@
 //! Measured pushes: each stream at its own fresh samples, cut into windows, with the noise of the pose.
 
+use crate::deal;
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
-use augsim_data::{Dataset, random_stream};
+use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::{Recorded, enough};
-use rand::RngExt;
 
 /// Travel of the rod in one window of a fit, m: the deviations of one effect grow with it, those of knocks stay apart.
 const WINDOW_TRAVEL_M: f64 = 0.05;
@@ -32,6 +32,8 @@ pub(crate) struct Record {
     pub time: Vec<f64>,
     /// Fresh poses: m, m, rad without jumps.
     pub pose: Vec<[f64; 3]>,
+    /// Number of its group.
+    pub group: usize,
 }
 
 impl Record {
@@ -131,9 +133,18 @@ impl Noise {
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     pub records: Vec<Record>,
+    /// Names of the groups, one at least.
+    pub groups: Vec<String>,
     pub noise: Noise,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
+}
+
+impl Measured {
+    /// The number of each push's group.
+    pub fn group_of(&self) -> Vec<usize> {
+        self.records.iter().map(|r| r.group).collect()
+    }
 }
 
 pub(crate) fn measure(
@@ -142,7 +153,8 @@ pub(crate) fn measure(
     options: &Options,
 ) -> Result<Measured, DiscoveryError> {
     let name = data.path().map_or_else(|| data.origin().to_string(), |p| p.display().to_string());
-    let mut records = records(data, &name)?;
+    let groups = group_names(data);
+    let mut records = records(data, &groups, &name)?;
     let found = records.len();
     if found < 2 {
         return Err(DiscoveryError::TooFew { data: name, found });
@@ -154,26 +166,25 @@ pub(crate) fn measure(
         r.corners = [&r.rod_time, &r.rod_x, &r.rod_y].map(|z| kept.iter().map(|&k| z[k]).collect());
     }
     let everything: Vec<usize> = (0..found).collect();
-    let (train, test) = split(&everything, options);
-    Ok(Measured { records, noise, train, test })
+    let mut measured = Measured { records, groups, noise, train: Vec::new(), test: Vec::new() };
+    (measured.train, measured.test) = split(&measured, &everything, options);
+    Ok(measured)
 }
 
 /// Pushes for training and pushes held out, of those at `chosen` (two or more).
-pub(crate) fn split(chosen: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
-    let found = chosen.len();
-    let mut rng = random_stream(options.seed, "discovery split", 0);
-    let mut order = chosen.to_vec();
-    for i in (1..found).rev() {
-        order.swap(i, rng.random_range(0..=i));
-    }
-    let take = ((options.train_share * found as f64).round() as usize).clamp(1, found - 1);
-    let (mut train, mut test) = (order[..take].to_vec(), order[take..].to_vec());
-    train.sort_unstable();
-    test.sort_unstable();
-    (train, test)
+pub(crate) fn split(data: &Measured, chosen: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
+    deal::split(&data.group_of(), chosen, options.train_share, options.seed)
 }
 
-fn records(data: &Dataset, name: &str) -> Result<Vec<Record>, DiscoveryError> {
+fn group_names(data: &Dataset) -> Vec<String> {
+    let mut names: Vec<String> =
+        data.trajectories().iter().map(|t| t.group().unwrap_or_default().to_string()).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn records(data: &Dataset, groups: &[String], name: &str) -> Result<Vec<Record>, DiscoveryError> {
     const COLUMNS: [&str; 5] = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
     let missing: Vec<&str> = COLUMNS.into_iter().filter(|c| !data.has_column(c)).collect();
     if !missing.is_empty() {
@@ -197,6 +208,7 @@ fn records(data: &Dataset, name: &str) -> Result<Vec<Record>, DiscoveryError> {
             corners: [const { Vec::new() }; 3],
             time: Vec::new(),
             pose: Vec::new(),
+            group: groups.iter().position(|g| g == t.group().unwrap_or_default()).unwrap_or(0),
         };
         for (k, &time) in t.time_s().iter().enumerate() {
             if fresh(k, rod_new, &index[..2]) {

@@ -18,7 +18,9 @@ mod fit;
 mod forecast;
 mod hypothesis;
 mod measured;
+mod numbers;
 mod report;
+mod score;
 mod search;
 
 pub use discover::{assess_push, discover_push};

@@ -3,11 +3,12 @@
 use super::decide::Decided;
 use super::experiment::{confirm, separate, stands_for};
 use super::fit::{Fit, Sample};
+use super::numbers::Numbers;
 use super::search::{Judged, Search};
 use crate::crossed::again;
 use crate::result::{
-    Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA,
-    Tests, Verdict,
+    Anatomy, Candidate, Discovery, ErrorTable, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
+    Verdict,
 };
 use augsim_physics::model::{EffectBlock, Parameter, Per, PushModel};
 use augsim_physics::push::effects::spec_of;
@@ -51,17 +52,6 @@ pub(crate) struct Parts<'a> {
     pub seconds: f64,
 }
 
-/// Estimates by name of the free parameters of one kind (none: the declared ones).
-fn estimates(fit: &Fit, ci95: &[[f64; 2]], kind: Option<&str>) -> BTreeMap<String, Estimate> {
-    let free = fit.hypothesis.free.iter().zip(&fit.theta).zip(ci95);
-    free.filter(|((f, _), _)| f.kind == kind)
-        .map(|((f, &value), &ci95)| {
-            let e = Estimate { value, ci95, unit: f.unit.into(), groups: BTreeMap::new() };
-            (f.name.clone(), e)
-        })
-        .collect()
-}
-
 /// Share of the gain in likelihood that each effect of a set is worth.
 fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
     let (base, best) = (search.base(), &search.tried[best]);
@@ -79,7 +69,7 @@ fn shares(search: &Search<'_>, best: usize) -> Vec<(&'static str, f64)> {
     kinds.iter().map(share).collect()
 }
 
-fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
+fn effects(parts: &Parts<'_>, numbers: &Numbers<'_>) -> Vec<FoundEffect> {
     let mut found: Vec<FoundEffect> = parts
         .decided
         .ranking
@@ -96,7 +86,7 @@ fn effects(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> Vec<FoundEffect> {
                 folds: (!parts.folds.is_empty()).then(|| [again(&parts.folds, kind), parts.folds.len()]),
                 kind: kind.to_string(),
                 stands_for: also,
-                parameters: estimates(parts.full, ci95, Some(kind)),
+                parameters: numbers.estimates(Some(kind)),
                 share,
                 per: None,
             }
@@ -119,8 +109,8 @@ fn alternatives(search: &Search<'_>, chosen: usize) -> Vec<Vec<String>> {
         if i == chosen || j.held.is_none() || wider || j.kinds().len() > best.kinds().len() + 1 {
             continue;
         }
-        let behind = search.total(j) - search.total(best);
-        let train = search.criterion(j) - search.criterion(best);
+        let behind = (search.total(j) - search.total(best)) / best.unit;
+        let train = (search.criterion(j) - search.criterion(best)) / best.unit;
         if !j.kinds().is_empty() && (behind < AMBIGUOUS || train < AMBIGUOUS_TRAIN) {
             list.push((behind, j.kinds().iter().map(|k| k.to_string()).collect()));
         }
@@ -131,11 +121,8 @@ fn alternatives(search: &Search<'_>, chosen: usize) -> Vec<Vec<String>> {
 
 fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec<Candidate> {
     let base = search.base();
-    let scale = search.dispersion;
-    let base_cost = base.fit.cost(&search.train) / scale;
     let best = &search.tried[answer];
-    let held = |j: &Judged| j.held.as_ref().map(|f| f.cost(&search.test) / scale);
-    let heldout_gain = |j: &Judged| held(j).zip(held(base)).map(|(a, b)| 0.5 * (b - a));
+    let heldout_gain = |j: &Judged| search.heldout_gain(j);
     // Only folds speak against a set that is better on both parts.
     let unstable =
         |j: &Judged| heldout_gain(j).is_some_and(|gain| gain > 0.0) && search.total(j) < search.total(best);
@@ -146,18 +133,18 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
         .into_iter()
         .map(|i| {
             let j = &search.tried[i];
-            let ci95 = j.fit.ci95(&search.train);
+            let numbers = Numbers::of(&search.train, &j.fit);
             let mut parameters = BTreeMap::new();
             for kind in j.kinds() {
-                for (name, e) in estimates(&j.fit, &ci95, Some(kind)) {
+                for (name, e) in numbers.estimates(Some(kind)) {
                     parameters.insert(format!("{kind}.{name}"), e);
                 }
             }
-            let gain = base_cost - j.fit.cost(&search.train) / scale;
-            let penalty = search.penalty(j.kinds());
+            let gain = (base.fit.cost(&search.train) - j.fit.cost(&search.train)) / j.unit;
+            let penalty = j.penalty / j.unit;
             let kinds: Vec<String> = j.kinds().iter().map(|k| k.to_string()).collect();
             let chosen = i == answer;
-            let behind = search.criterion(j) - search.criterion(best);
+            let behind = (search.criterion(j) - search.criterion(best)) / best.unit;
             let why = if chosen && stable {
                 "of the best explanation what most folds find again".into()
             } else if chosen {
@@ -189,7 +176,7 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
         if list.iter().any(|c| c.kinds.len() == 1 && c.kinds[0] == s.kind) {
             continue;
         }
-        let (gain, penalty) = (s.gain.max(0.0) / scale, search.penalty(&[s.kind]));
+        let (gain, penalty) = (s.evidence().max(0.0), search.penalty(s));
         list.push(Candidate {
             kinds: vec![s.kind.into()],
             parameters: BTreeMap::new(),
@@ -209,9 +196,9 @@ fn candidates(search: &Search<'_>, answer: usize, rivals: &[Vec<String>]) -> Vec
 }
 
 /// The model with the fitted numbers in it.
-fn augmented(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> PushModel {
+fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
     let mut model = parts.model.clone();
-    let (h, theta) = (&parts.full.hypothesis, &parts.full.theta);
+    let h = &parts.full.hypothesis;
     let declared = parts.model.parameters.len();
     for kind in &h.kinds {
         let Some(spec) = spec_of(kind) else { continue };
@@ -237,10 +224,15 @@ fn augmented(parts: &Parts<'_>, ci95: &[[f64; 2]]) -> PushModel {
             slots.extend(block.parameters.iter_mut());
         }
     }
-    for ((f, &value), &ci95) in h.free.iter().zip(theta).zip(ci95) {
+    for (i, f) in h.free.iter().enumerate().filter(|(_, f)| f.group.is_none()) {
         if let Some(p) = slots.get_mut(f.index) {
-            p.nominal = value;
-            p.ci95 = Some(ci95);
+            let e = numbers.estimate(i);
+            p.nominal = e.value;
+            p.ci95 = Some(e.ci95);
+            if !e.groups.is_empty() {
+                p.per = Per::Group;
+                p.groups = e.groups.into_iter().collect();
+            }
         }
     }
     for p in model.parameters.iter().take(declared) {
@@ -255,7 +247,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
     let words: Vec<String> = effects
         .iter()
         .map(|e| {
-            let p: Vec<String> = e.parameters.iter().map(|(n, v)| format!("{n} = {v}")).collect();
+            let p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
             let mut told = if p.is_empty() { Vec::new() } else { vec![p.join(", ")] };
             // What the folds did not find again is named with that said.
             if let Some([again, folds]) = e.folds.filter(|[again, folds]| 2 * again < *folds) {
@@ -288,15 +280,13 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
 }
 
 pub(crate) fn report(parts: Parts<'_>) -> Discovery {
-    let ci95 = parts.full.ci95(parts.everything);
-    let found = effects(&parts, &ci95);
+    let numbers = Numbers::of(parts.everything, parts.full);
+    let found = effects(&parts, &numbers);
     let rivals = parts.decided.ranking.alternatives.clone();
     let kinds: Vec<&str> = found.iter().map(|e| e.kind.as_str()).collect();
     let next_experiment = rivals.first().map_or_else(|| confirm(&kinds), |r| separate(&kinds, r));
-    let h = &parts.full.hypothesis;
-    let names: Vec<String> =
-        h.free.iter().map(|f| f.kind.map_or(f.name.clone(), |k| format!("{k}.{}", f.name))).collect();
-    let covariance = parts.full.covariance(parts.everything);
+    let names = numbers.names();
+    let covariance = &numbers.covariance;
     let n = names.len();
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
@@ -306,11 +296,8 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
-        calibrated: {
-            let base = &search.base().fit;
-            estimates(base, &base.ci95(&search.train), None)
-        },
-        parameters: estimates(parts.full, &ci95, None),
+        calibrated: Numbers::of(&search.train, &search.base().fit).estimates(None),
+        parameters: numbers.estimates(None),
         noise: NoiseFound {
             sd: noise.white.unwrap_or(noise.sd)[0],
             unit: "m".into(),
@@ -335,11 +322,11 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
                 "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
                 search.train.bend.sqrt()
             ),
-            dispersion: search.dispersion,
+            dispersion: parts.full.dispersion(parts.everything).factor,
             rotation: parts.rotation.clone(),
             horizons: parts.horizons.clone(),
         }),
-        model_toml: augmented(&parts, &ci95).to_toml(),
+        model_toml: augmented(&parts, &numbers).to_toml(),
         error: parts.error,
         seconds: parts.seconds,
     }

@@ -1,13 +1,12 @@
 //! Forward-backward search over sets of effects.
 
-use super::evaluate::MOST_FREE;
 use super::fit::{Fit, Sample, fit, fit_starts};
-use super::hypothesis::{Hypothesis, Polar, probes};
+use super::hypothesis::{Hypothesis, kind_per_group, probes};
+use super::score::Score;
 use crate::decide::holds;
 use crate::statistics::{chi2_quantile, median, quantile};
-use augsim_physics::effects::EffectSpec;
-use augsim_physics::model::PushModel;
-use augsim_physics::push::effects::{all, spec_of};
+use augsim_physics::model::{Per, PushModel};
+use augsim_physics::push::effects::all;
 use rayon::prelude::*;
 
 /// Probability of a false step.
@@ -27,20 +26,16 @@ const POOL: f64 = 30.0;
 /// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
 pub(crate) const BEND: f64 = 9.0;
 
-/// A kind tested at a fit, by one Gauss-Newton step from its probe.
-#[derive(Clone, Debug)]
-pub(crate) struct Score {
-    pub kind: &'static str,
-    /// Predicted gain in cost.
-    pub gain: f64,
-    /// Where a fit with it begins.
-    pub theta: Vec<f64>,
-}
+/// Most groups for which a parameter may have a value each: beyond, that is a description, not a law.
+const MOST_GROUPS: usize = 20;
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub fit: Fit,
+    /// Penalty on the cost, and what one unit of it is: the dispersion of what was added.
+    pub penalty: f64,
+    pub unit: f64,
     /// The held-out windows at its parameters.
     pub held: Option<Fit>,
 }
@@ -57,9 +52,8 @@ pub(crate) struct Search<'a> {
     pub model: &'a PushModel,
     pub train: Sample<'a>,
     pub test: Sample<'a>,
-    /// By which gains in cost are divided.
-    pub dispersion: f64,
-    pub library: Vec<&'static EffectSpec>,
+    /// Kinds that may be added.
+    pub library: Vec<&'static str>,
     /// Everything that was fitted, the calibrated model first.
     pub tried: Vec<Judged>,
     /// Scores at the calibrated model.
@@ -74,16 +68,8 @@ impl<'a> Search<'a> {
         mut test: Sample<'a>,
         from: Option<&Search<'_>>,
     ) -> Self {
-        let library = all::<f64>()
-            .into_iter()
-            .map(|e| e.spec())
-            .filter(|s| {
-                let clash = |kind: &str| s.kind == kind || s.excludes.contains(&kind);
-                let slow = s.kind == "inertia" && coasting_m(model, &train) < 3.0 * train.data.noise.sd[0];
-                !model.effects.iter().any(|b| clash(&b.kind)) && !slow
-            })
-            .collect();
-        let h = Hypothesis::new(model, &[]);
+        let library = library(model, &train);
+        let h = Hypothesis::new(model, &train.data.groups, &[]);
         let theta = from.map_or_else(|| h.start(), |s| s.base().fit.theta.clone());
         let nominal = fit_starts(&train, &h, &theta);
         train.bend = bend(&nominal);
@@ -92,9 +78,8 @@ impl<'a> Search<'a> {
         base = fit(&train, &h, &base.theta, &base.starts);
         train.bend = bend(&base);
         test.bend = train.bend;
-        let dispersion = base.dispersion(&train);
-        let tried = vec![Judged { fit: base, held: None }];
-        let mut search = Self { model, train, test, dispersion, library, tried, base_scores: Vec::new() };
+        let mut search = Self { model, train, test, library, tried: Vec::new(), base_scores: Vec::new() };
+        search.tried.push(search.judged(base));
         if let Some(from) = from {
             search.sow(from);
         }
@@ -108,7 +93,7 @@ impl<'a> Search<'a> {
         let fitted: Vec<Judged> = better
             .map(|&i| {
                 let f = &from.tried[i].fit;
-                Judged { fit: fit(&self.train, &f.hypothesis, &f.theta, &[]), held: None }
+                self.judged(fit(&self.train, &f.hypothesis, &f.theta, &[]))
             })
             .collect();
         self.tried.extend(fitted);
@@ -126,108 +111,78 @@ impl<'a> Search<'a> {
         &self.tried[0]
     }
 
-    /// Penalty of a set of kinds on the cost, in units of the dispersion.
-    pub fn penalty(&self, kinds: &[&str]) -> f64 {
-        let m = self.library.len().max(1) as f64;
-        let least = self.resolution() / self.dispersion;
-        kinds
-            .iter()
-            .map(|k| {
-                least + chi2_quantile(ALPHA / m, spec_of(k).map_or(1, |s| s.parameters.len().max(1)) as f64)
-            })
-            .sum()
+    /// A fit with its penalty: for each kind the quantile at which chance alone would let one of the library in, in units of
+    /// the dispersion that its own parameters have (so that the sum is Takeuchi's criterion with another weight: TIC; Varin and
+    /// Vidoni 2005 for composite likelihoods), and what an effect gains that is below the resolution.
+    pub fn judged(&self, fit: Fit) -> Judged {
+        let (mut penalty, mut units) = (0.0, Vec::new());
+        for kind in &fit.hypothesis.kinds {
+            let own = fit.dispersion_of(&self.train, kind);
+            penalty +=
+                self.resolution() + own.factor * own.widened(self.quantile(kind), self.size(kind) as f64);
+            units.push(own.factor);
+        }
+        let unit = match units.len() {
+            0 => fit.dispersion(&self.train).factor,
+            n => units.iter().sum::<f64>() / n as f64,
+        };
+        Judged { fit, penalty, unit, held: None }
+    }
+
+    /// What the gain by one kind under chance alone exceeds with probability [`ALPHA`] over the library, in units of its
+    /// dispersion.
+    pub fn quantile(&self, kind: &str) -> f64 {
+        chi2_quantile(ALPHA / self.library.len().max(1) as f64, self.size(kind) as f64)
+    }
+
+    /// What a score must promise, in units of its dispersion.
+    pub fn penalty(&self, s: &Score) -> f64 {
+        self.resolution() / s.dispersion.factor
+            + s.dispersion.widened(self.quantile(s.kind), self.size(s.kind) as f64)
     }
 
     pub fn criterion(&self, j: &Judged) -> f64 {
-        j.fit.cost(&self.train) / self.dispersion + self.penalty(j.kinds())
+        j.fit.cost(&self.train) + j.penalty
+    }
+
+    /// By how much the calibrated model is worse than another, on the training part, in units of the other.
+    pub fn lead(&self, j: &Judged) -> f64 {
+        (self.criterion(self.base()) - self.criterion(j)) / j.unit
+    }
+
+    /// Gain in ln likelihood on the held-out part.
+    pub fn heldout_gain(&self, j: &Judged) -> Option<f64> {
+        let cost = |j: &Judged| j.held.as_ref().map(|f| f.cost(&self.test));
+        cost(self.base()).zip(cost(j)).map(|(base, own)| 0.5 * (base - own) / j.unit)
     }
 
     /// Criterion and held-out part together.
     pub fn total(&self, j: &Judged) -> f64 {
         let held = j.held.as_ref().map_or(f64::INFINITY, |f| f.cost(&self.test));
-        self.criterion(j) + held / self.dispersion
-    }
-
-    fn may_join(&self, spec: &EffectSpec, kinds: &[&'static str]) -> bool {
-        !kinds.iter().any(|k| *k == spec.kind || spec.excludes.contains(k))
-    }
-
-    /// What the kinds that a fit lacks promise, best first.
-    pub fn scores(&self, from: &Fit) -> Vec<Score> {
-        let kinds = &from.hypothesis.kinds;
-        let candidates: Vec<(&'static EffectSpec, Vec<f64>)> = self
-            .library
-            .iter()
-            .filter(|s| self.may_join(s, kinds) && from.theta.len() + s.parameters.len() <= MOST_FREE)
-            .flat_map(|s| probes(s).into_iter().map(|p| (*s, p)))
-            .collect();
-        let mut list: Vec<Score> =
-            candidates.into_par_iter().map(|(s, probe)| self.score(from, s, &probe)).collect();
-        // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
-        let common = self.train.promise(&from.pieces, from.theta.len());
-        list.iter_mut().for_each(|s| s.gain -= common);
-        list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut seen: Vec<&str> = Vec::new();
-        list.retain(|s| {
-            let fresh = !seen.contains(&s.kind);
-            seen.push(s.kind);
-            fresh
-        });
-        list
-    }
-
-    fn score(&self, from: &Fit, spec: &'static EffectSpec, probe: &[f64]) -> Score {
-        let mut kinds = from.hypothesis.kinds.clone();
-        kinds.push(spec.kind);
-        let h = Hypothesis::new(self.model, &kinds);
-        let theta = [&from.theta[..], probe].concat();
-        let p = theta.len();
-        let pieces = self.train.pieces(&h, &theta, &from.starts);
-        let (s, u, _) = self.train.normal(&pieces, p);
-        let mut step = u.clone();
-        s.cholesky().solve(&mut step);
-        let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
-        let polar = Polar::of(spec.kind);
-        if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
-            let to = polar.step([probe[0], probe[1]], [*a, *b]);
-            next[p - 2..].copy_from_slice(&to);
-        }
-        h.admit(&mut next);
-        if polar.is_none() {
-            // A step that the bounds stop gains less.
-            step = next.iter().zip(&theta).map(|(a, b)| a - b).collect();
-        }
-        let mut gain = from.cost(&self.train) - self.train.total(&pieces);
-        gain += pieces.iter().map(|w| self.train.cost(w.q, w.m).1 * w.start_gain(p)).sum::<f64>();
-        for i in 0..p {
-            gain += 2.0 * u[i] * step[i];
-            gain -= (0..p).map(|j| step[i] * s.at(i, j) * step[j]).sum::<f64>();
-        }
-        Score { kind: spec.kind, gain, theta: next }
+        self.criterion(j) + held
     }
 
     /// Fits a set of kinds, parameters as another fit has them or as given for one kind.
     pub fn refit(&self, from: &Fit, kinds: &[&'static str], theta: Option<&[f64]>) -> Judged {
-        let h = Hypothesis::new(self.model, kinds);
+        let (groups, h) =
+            (&self.train.data.groups, Hypothesis::new(self.model, &self.train.data.groups, kinds));
         let mut start = h.start();
         if let Some(theta) = theta.filter(|t| t.len() == start.len()) {
             start.copy_from_slice(theta);
         } else {
-            let declared = start.len().min(from.theta.len()).min(Hypothesis::new(self.model, &[]).free.len());
+            let declared = self.base().fit.theta.len();
             start[..declared].copy_from_slice(&from.theta[..declared]);
             for kind in kinds {
                 let (to, of) = (h.range_of(kind), from.hypothesis.range_of(kind));
                 if to.len() == of.len() {
                     start[to].copy_from_slice(&from.theta[of]);
-                } else if let Some(spec) = spec_of(kind)
-                    && to.len() == spec.parameters.len()
-                {
-                    let first = probes(spec).into_iter().next().unwrap_or_default();
+                } else {
+                    let first = probes(kind, groups.len()).into_iter().next().unwrap_or_default();
                     start[to].copy_from_slice(&first);
                 }
             }
         }
-        Judged { fit: fit(&self.train, &h, &start, &from.starts), held: None }
+        self.judged(fit(&self.train, &h, &start, &from.starts))
     }
 
     /// The fit of a set, if it was tried.
@@ -244,7 +199,7 @@ impl<'a> Search<'a> {
         let now = self.tried[best].kinds();
         self.library
             .iter()
-            .map(|s| s.kind)
+            .copied()
             .filter(|kind| {
                 let mut with = now.to_vec();
                 with.push(kind);
@@ -260,8 +215,8 @@ impl<'a> Search<'a> {
         order
     }
 
-    /// Scale and dispersion by the closest fit so far, as of quasi-likelihood (Burnham and Anderson 2002): what it explains is
-    /// no scatter.
+    /// From where costs are bent, by the closest fit so far, as of quasi-likelihood (Burnham and Anderson 2002): what it explains
+    /// is no scatter.
     fn rescale(&mut self) {
         let cost = |j: &Judged| j.fit.cost(&self.train);
         let closest = self.tried.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
@@ -269,7 +224,8 @@ impl<'a> Search<'a> {
         let fit = &fit;
         self.train.bend = self.train.bend.min(bend(fit));
         self.test.bend = self.train.bend;
-        self.dispersion = self.dispersion.min(fit.dispersion(&self.train));
+        let tried = std::mem::take(&mut self.tried);
+        self.tried = tried.into_iter().map(|j| Judged { held: j.held, ..self.judged(j.fit) }).collect();
     }
 
     /// The search; the tried sets are judged on the held-out part where they are close to the best.
@@ -295,8 +251,8 @@ impl<'a> Search<'a> {
                     let mut kinds = self.tried[i].kinds().to_vec();
                     kinds.push(s.kind);
                     // The dispersion that a missing effect makes must not hide it: the first are fitted in any case.
-                    let sure = rank < SURE && s.gain > self.penalty(&[s.kind]);
-                    let worth = sure || s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]);
+                    let sure = rank < SURE && s.gain > self.resolution() + self.quantile(s.kind);
+                    let worth = sure || s.evidence() > 0.5 * self.penalty(&s);
                     if worth && !self.known(&kinds) && !jobs.iter().any(|j| same(&j.1, &kinds)) {
                         jobs.push((i, kinds, s.theta));
                     }
@@ -353,7 +309,7 @@ impl<'a> Search<'a> {
                     }
                 };
                 for s in scores.into_iter().filter(|s| s.kind != gone).take(2) {
-                    if s.gain > 0.5 * self.dispersion * self.penalty(&[s.kind]) {
+                    if s.evidence() > 0.5 * self.penalty(&s) {
                         let mut kinds = rest.clone();
                         kinds.push(s.kind);
                         sets.push((kinds, Some(s.theta)));
@@ -391,9 +347,12 @@ impl<'a> Search<'a> {
 
     fn judge(&mut self) {
         let order = self.ranked();
-        let least = self.criterion(&self.tried[order[0]]);
-        let mut pool: Vec<usize> =
-            order.into_iter().filter(|&i| self.criterion(&self.tried[i]) < least + POOL).take(8).collect();
+        let (least, unit) = (self.criterion(&self.tried[order[0]]), self.tried[order[0]].unit);
+        let mut pool: Vec<usize> = order
+            .into_iter()
+            .filter(|&i| self.criterion(&self.tried[i]) < least + POOL * unit)
+            .take(8)
+            .collect();
         if !pool.contains(&0) {
             pool.push(0);
         }
@@ -409,15 +368,27 @@ impl<'a> Search<'a> {
     /// The answer: the best on both parts together, of those that pay their penalty on the training part and that the
     /// held-out part confirms.
     pub fn best(&self) -> usize {
-        let held = |i: usize| self.tried[i].held.as_ref().map(|f| f.cost(&self.test));
         let confirmed = |i: &usize| {
-            let trained = self.criterion(&self.tried[0]) - self.criterion(&self.tried[*i]);
-            let gain = held(0).zip(held(*i)).map(|(base, own)| 0.5 * (base - own) / self.dispersion);
-            *i == 0 || (trained > 0.0 && gain.is_some_and(|gain| holds(trained, gain)))
+            let (lead, gain) = (self.lead(&self.tried[*i]), self.heldout_gain(&self.tried[*i]));
+            *i == 0 || (lead > 0.0 && gain.is_some_and(|gain| holds(lead, gain)))
         };
-        let judged = (0..self.tried.len()).filter(|&i| held(i).is_some()).filter(confirmed);
+        let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some()).filter(confirmed);
         judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b]))).unwrap_or(0)
     }
+}
+
+/// What the data can speak about.
+fn library(model: &PushModel, sample: &Sample<'_>) -> Vec<&'static str> {
+    let effects = all::<f64>().into_iter().map(|e| e.spec()).filter(|s| {
+        let clash = |kind: &str| s.kind == kind || s.excludes.contains(&kind);
+        let slow = s.kind == "inertia" && coasting_m(model, sample) < 3.0 * sample.data.noise.sd[0];
+        !model.effects.iter().any(|b| clash(&b.kind)) && !slow
+    });
+    let (groups, pushes) = (sample.data.groups.len(), sample.data.records.len());
+    let own = (2..=MOST_GROUPS).contains(&groups) && groups < pushes;
+    let declared = model.parameters.iter().enumerate();
+    let per_group = declared.filter(|(_, p)| own && !p.frozen && p.per == Per::All);
+    effects.map(|s| s.kind).chain(per_group.map(|(i, _)| kind_per_group(i))).collect()
 }
 
 /// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
@@ -427,10 +398,9 @@ fn coasting_m(model: &PushModel, sample: &Sample<'_>) -> f64 {
         .records
         .iter()
         .flat_map(|r| {
-            (1..r.rod_time.len()).map(move |k| {
-                (r.rod_x[k] - r.rod_x[k - 1]).hypot(r.rod_y[k] - r.rod_y[k - 1])
-                    / (r.rod_time[k] - r.rod_time[k - 1])
-            })
+            // Not the recorded positions one by one: their noise is faster than the rod.
+            let [t, x, y] = &r.corners;
+            (1..t.len()).map(move |k| (x[k] - x[k - 1]).hypot(y[k] - y[k - 1]) / (t[k] - t[k - 1]))
         })
         .collect();
     speeds.sort_by(f64::total_cmp);

@@ -76,7 +76,9 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
     let begin = first - delay.value();
     let mut pose = stepper.unreported(&push.start);
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
-    stepper.check_start(&pose, rod)?;
+    if !under_way {
+        stepper.check_start(&pose, rod)?;
+    }
     poses.push(push.start);
     let mut asked = times[1..].iter().map(|t| S::constant(*t) - delay).peekable();
     let (mut time, stop) = (begin, last - delay.value());

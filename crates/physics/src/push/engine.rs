@@ -117,10 +117,11 @@ pub fn simulate<S: Scalar, P: Path<S>>(
 }
 
 /// [`simulate`] for a push that is already under way at the first requested time: an object with inertia that the rod touches
-/// begins with the twist of quasi-static motion instead of at rest.
+/// begins with the twist of quasi-static motion instead of at rest, and an overlap, such as a knock or a late sensor makes, is
+/// resolved by moving the object along the normal.
 ///
 /// # Errors
-/// As [`simulate`].
+/// The numbers overflow.
 pub fn simulate_under_way<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
@@ -147,7 +148,9 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
     let mut state = State { pose: stepper.unreported(&push.start), twist: Twist::zero() };
     let begin = first - delay.value();
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
-    stepper.check_start(&state.pose, rod)?;
+    if !under_way {
+        stepper.check_start(&state.pose, rod)?;
+    }
     if under_way
         && stepper.scene.has_inertia()
         && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M
