@@ -101,14 +101,14 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         nets.push(NetModel::new(training.finish()?.clone())?);
     }
     let [nominal, fitted] = [&engine, &calibration.engine].map(|e| Physics(EngineSpec::Push(e.clone())));
-    let windows = train.items.len();
+    let whole = train.items.len();
     let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
         ("Zero", &Zero, 0),
         ("Still", &Still, 0),
         ("Physics", &nominal, 0),
-        ("Physics, fitted", &fitted, windows),
+        ("Physics, fitted", &fitted, whole),
     ];
-    models.extend(nets.iter().map(|n| (n.name(), n as &dyn Forecaster, windows)));
+    models.extend(nets.iter().map(|n| (n.name(), n as &dyn Forecaster, whole)));
     let mut rows = Vec::new();
     for set in &sets {
         for &(label, model, trained) in &models {
