@@ -91,7 +91,7 @@ fn what_differs_from_group_to_group_is_named_with_its_values() {
     assert_eq!(kinds(&d), ["c_m per group"], "{}", d.sentence);
     let groups = &d.effects[0].parameters["c_m"].groups;
     assert!(
-        (groups["morning"] - 0.031).abs() < 5e-4 && (groups["evening"] - 0.038).abs() < 5e-4,
+        (groups["morning"].value - 0.031).abs() < 5e-4 && (groups["evening"].value - 0.038).abs() < 5e-4,
         "{groups:?}"
     );
     // The augmented model has them, and says nothing more.
@@ -214,7 +214,10 @@ fn measured_runs_of_two_days_in_two_frames_with_knocks() {
     // The notes on the set say that the runs of the first day fit a smaller c (32 mm) than those of the second (43 mm).
     let per_day = of("c_m per group");
     let c = &per_day.parameters["c_m"].groups;
-    assert!((0.028..0.035).contains(&c["10-21"]) && (0.038..0.046).contains(&c["10-23"]), "{c:?}");
+    assert!(
+        (0.028..0.035).contains(&c["10-21"].value) && (0.038..0.046).contains(&c["10-23"].value),
+        "{c:?}"
+    );
     // While the rod presses, its distance from the object grows by 5 to 6 mm per metre of travel on the second day.
     let frames = of("frame-registration");
     let scale = &frames.parameters["scale"];

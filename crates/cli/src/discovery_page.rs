@@ -135,7 +135,11 @@ fn parameter(name: &str, e: &Estimate) -> page::Parameter {
 }
 
 fn parameters(all: &BTreeMap<String, Estimate>) -> Vec<page::Parameter> {
-    all.iter().map(|(name, e)| parameter(name, e)).collect()
+    let each = |(name, e): (&String, &Estimate)| {
+        let groups = e.groups.iter().map(|(group, of)| parameter(&format!("{name} of {group}"), of));
+        [parameter(name, e)].into_iter().chain(groups).collect::<Vec<_>>()
+    };
+    all.iter().flat_map(each).collect()
 }
 
 /// Unit and words of a feature that residuals are binned by.

@@ -102,8 +102,12 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
                 let half = 1.96 * variance.max(0.0).sqrt() / n;
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
-                e.groups =
-                    parts.search.train.data.groups.iter().cloned().zip(values.iter().copied()).collect();
+                let names = parts.search.train.data.groups.iter();
+                let each = (at..at + width).map(|i| {
+                    let (unit, groups) = (e.unit.clone(), BTreeMap::new());
+                    Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
+                });
+                e.groups = names.cloned().zip(each).collect();
             }
             out.insert(name, e);
         }

@@ -29,9 +29,9 @@ pub struct Estimate {
     pub ci95: [f64; 2],
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// Values by group.
+    /// The estimate of each group.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub groups: BTreeMap<String, f64>,
+    pub groups: BTreeMap<String, Estimate>,
 }
 
 impl Estimate {
@@ -52,7 +52,7 @@ impl Estimate {
         let (low, high) = self
             .groups
             .values()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
         format!("{name} from {low:.4} to {high:.4}, its own for each group")
     }
 }

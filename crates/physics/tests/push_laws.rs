@@ -301,7 +301,7 @@ fn every_effect_vanishes_at_its_null_value_and_acts_at_its_typical_one() {
         };
         assert!(null < 1e-6, "{}: {null:e} m at its null value", spec.kind);
     }
-    assert_eq!(seen.len(), 15);
+    assert_eq!(seen.len(), 16);
 }
 
 #[test]
@@ -324,7 +324,8 @@ fn duals_agree_with_differences_for_every_parameter_of_every_effect() {
         let name = kind.map_or("plain", |i| effects::all::<f64>()[i].spec().kind);
         let p = world.nominal();
         let steps = Steps { travel_m: 2.5e-4, inertial_s: 5e-3, ..Steps::default() };
-        let duals: Vec<Dual<8>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
+        // Five parameters of the model, and at most four of an effect.
+        let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
         let exact = end(&world, &duals, home, &path, &travel, steps).poses[1];
         for lane in 0..p.len() {
             let h = 1e-6 * p[lane].abs().max(1e-2);

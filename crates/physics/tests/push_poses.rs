@@ -54,7 +54,8 @@ fn interpolated_poses_and_their_derivatives_are_those_of_the_stepped_simulation(
             world.add(index).expect("listed");
         }
         let p = world.nominal();
-        let duals: Vec<Dual<8>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
+        // Five parameters of the model, and at most four of an effect.
+        let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
         for (fraction, angle) in [(0.65, 0.5), (0.3, -0.9), (0.5, 0.1)] {
             let path = path(world.object(), fraction, angle);
             let [stepped, arcs] = both(&world, &duals, &path);

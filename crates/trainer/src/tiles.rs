@@ -36,52 +36,45 @@ pub(crate) struct Workspace {
     pub results: Vec<TileResult>,
 }
 
-/// Which noise a tile draws: one stream per (seed, iteration, place in the batch).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct NoiseKey {
+/// What the tiles of an iteration share.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared<'a> {
+    pub net: &'a Net,
+    pub params: &'a Params<f32>,
+    /// The training set.
+    pub all: &'a [Prepared],
+    /// Factor of the gradients.
+    pub scale: f64,
     pub seed: u64,
-    pub first: u64,
 }
 
 impl Workspace {
-    /// Works on all of its tiles, of which `items` lists the trajectories (indices into `all`), the first of
-    /// them number `noise.first` of all ever drawn.
-    pub fn run_all(
-        &mut self,
-        net: &Net,
-        params: &Params<f32>,
-        all: &[Prepared],
-        items: &[usize],
-        noise: NoiseKey,
-        scale: f64,
-    ) -> Result<(), TrainerError> {
+    /// Works on all of its tiles, of which `items` lists the trajectories (indices into the training set), the first of
+    /// them number `first` of all ever drawn: that number is the stream of its noise.
+    pub fn run_all(&mut self, shared: Shared<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
         let mut results = std::mem::take(&mut self.results);
         results.resize_with(items.len().div_ceil(TILE), TileResult::default);
-        let mut outcome = Ok(());
-        for (i, (result, items)) in results.iter_mut().zip(items.chunks(TILE)).enumerate() {
-            let noise = NoiseKey { first: noise.first + (i * TILE) as u64, ..noise };
-            outcome = outcome.and_then(|()| self.run(net, params, all, items, noise, scale, result));
-        }
+        let mut tiles = results.iter_mut().zip(items.chunks(TILE)).enumerate();
+        let outcome = tiles
+            .try_for_each(|(i, (result, items))| self.run(shared, items, first + (i * TILE) as u64, result));
         self.results = results;
         outcome
     }
 
-    /// Loss and gradient of `scale` times the sum over the trajectories `items` of `all`.
-    #[expect(clippy::too_many_arguments, reason = "what a tile is made of, and where its result goes")]
+    /// Loss and gradient (this times `scale`) of the sum over the trajectories `items`.
     fn run(
         &mut self,
-        net: &Net,
-        params: &Params<f32>,
-        all: &[Prepared],
+        shared: Shared<'_>,
         items: &[usize],
-        noise: NoiseKey,
-        scale: f64,
+        first: u64,
         result: &mut TileResult,
     ) -> Result<(), TrainerError> {
+        let Shared { net, params, all, scale, seed } = shared;
         let lanes = items.len();
         debug_assert!(lanes <= TILE);
         let time = items.iter().map(|&i| all[i].time).max().unwrap_or(0);
-        self.fill(net, all, items, time, noise);
+        self.fill(net, all, items, time);
+        normals(seed, "noise", first, lanes).fill(&mut self.eps);
         result.grads.resize(params.values().len(), 0.0);
         self.tape.reset();
         params.bind(&mut self.tape, &mut self.bound)?;
@@ -94,7 +87,8 @@ impl Workspace {
         Ok(())
     }
 
-    fn fill(&mut self, net: &Net, all: &[Prepared], items: &[usize], time: usize, noise: NoiseKey) {
+    /// Makes room for a tile, and fills in all but the noise.
+    fn fill(&mut self, net: &Net, all: &[Prepared], items: &[usize], time: usize) {
         let lanes = items.len();
         let (x_width, u_width) = items.first().map_or((0, 0), |&i| (all[i].x_width, all[i].u_width));
         let (rows, latent) = net.noise_rows(time);
@@ -108,7 +102,6 @@ impl Workspace {
             buffer.clear();
             buffer.resize(n * lanes, 0.0);
         }
-        normals(noise.seed, "noise", noise.first, lanes).fill(&mut self.eps);
         for (lane, &i) in items.iter().enumerate() {
             let item = &all[i];
             for (to, from) in [(&mut self.x, &item.x), (&mut self.u, &item.u)] {

@@ -5,7 +5,7 @@ use crate::nets::Net;
 use crate::prepare::{Fitted, Prepared};
 use crate::sequences::Sequences;
 use crate::settings::Settings;
-use crate::tiles::{NoiseKey, Workspace};
+use crate::tiles::{Shared, Workspace};
 use crate::{Engine, TILE, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{AdamState, Params};
@@ -198,8 +198,9 @@ impl Training {
         self.chosen.clear();
         self.chosen.extend(self.batch.iter().map(|&(_, _, item)| item));
         let chosen = &self.chosen;
-        let (net, params, prepared, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
+        let (net, params, all, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
+        let shared = Shared { net, params, all, scale, seed };
         // Neighbouring tiles share a workspace. Which one works on a tile does not change its result.
         // The last tile may be a narrow one, so the last shares are the longer ones.
         let tiles = batch.div_ceil(TILE);
@@ -207,8 +208,7 @@ impl Training {
         self.workspaces.resize_with(shares, Workspace::default);
         self.workspaces.par_iter_mut().enumerate().try_for_each(|(i, workspace)| {
             let [first, end] = [i, i + 1].map(|i| (i * tiles / shares * TILE).min(batch));
-            let noise = NoiseKey { seed, first: iteration * batch as u64 + first as u64 };
-            workspace.run_all(net, params, prepared, &chosen[first..end], noise, scale)
+            workspace.run_all(shared, &chosen[first..end], iteration * batch as u64 + first as u64)
         })?;
         self.grads.fill(0.0);
         let (mut kl, mut misfit) = (0.0, 0.0);

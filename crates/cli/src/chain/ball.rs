@@ -1,6 +1,6 @@
 //! The whole chain on the ball: from a model that is almost right to the net on the augmented model.
 
-use super::nets::Nets;
+use super::nets::{Nets, Runs};
 use crate::ball::{Row, load, paper_engine};
 use crate::output::Output;
 use crate::run_dir::DataSource;
@@ -16,16 +16,10 @@ use std::path::Path;
 pub struct Chain<'a> {
     /// Folder with `train.csv.gz` and `test_1000.csv.gz`.
     pub data: &'a Path,
-    /// Directory for the runs.
-    pub out: &'a Path,
     /// What the loop found in training drops.
     pub found: &'a Discovery,
-    /// Iterations of each net.
-    pub iterations: u64,
-    /// Seed.
-    pub seed: u64,
-    /// Go on with runs that are there.
-    pub resume: bool,
+    /// How it is run.
+    pub runs: Runs<'a>,
 }
 
 impl Chain<'_> {
@@ -41,10 +35,7 @@ impl Chain<'_> {
             augmented: EngineSpec::PybulletBall(augmented.ball),
             source: &train,
             train: &train_data,
-            out: self.out,
-            iterations: self.iterations,
-            seed: self.seed,
-            resume: self.resume,
+            runs: self.runs,
         };
         let Some(nets) = nets.train(output)? else { return Ok(None) };
         let physics = |ball: BulletBall| Physics(EngineSpec::PybulletBall(ball));
@@ -80,7 +71,7 @@ impl Chain<'_> {
             _ => ScatterPer::Trajectory,
         };
         let sd = scatter.and_then(|e| e.parameters.get("sd")).map_or(0.0, |e| e.value);
-        ScatteredBall { ball, sd, per, seed: self.seed }
+        ScatteredBall { ball, sd, per, seed: self.runs.seed }
     }
 
     fn with(&self, value: impl Fn(&str) -> Option<f64>) -> BulletBall {

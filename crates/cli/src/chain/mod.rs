@@ -14,6 +14,7 @@ use crate::output::Output;
 use crate::push::{Plan, sets as push_table};
 use crate::run_dir::RunDir;
 use augsim_data::atomic_write;
+use nets::Runs;
 use push::Pushing;
 use serde::Serialize;
 use sets::{PYBULLET, SetRow};
@@ -41,21 +42,21 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
     };
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
+    let runs = Runs { out: &out_dir, iterations, seed, resume: args.resume };
     let sets = sets::run(data, &out_dir, seed, output)?;
     let chain = match sets.iter().find(|s| s.set == PYBULLET) {
         None => Vec::new(),
         Some(row) => {
             let (folder, out) = (data.join(PYBULLET), out_dir.join("chain-ball"));
-            let (found, resume) = (&row.found, args.resume);
-            match (ball::Chain { data: &folder, out: &out, found, iterations, seed, resume }).run(output)? {
+            let runs = Runs { out: &out, ..runs };
+            match (ball::Chain { data: &folder, found: &row.found, runs }).run(output)? {
                 Some(rows) => rows,
                 None => return Ok(Outcome::Interrupted),
             }
         }
     };
     let plan = if args.quick { Plan::quick() } else { Plan::full() };
-    let pushing = push::Chain { out: &out_dir, plan, iterations, seed, resume: args.resume };
-    let Some(pushing) = pushing.run(output)? else { return Ok(Outcome::Interrupted) };
+    let Some(pushing) = (push::Chain { plan, runs }).run(output)? else { return Ok(Outcome::Interrupted) };
     let result =
         ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
     let dir = RunDir::create(&out_dir)?;

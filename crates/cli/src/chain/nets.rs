@@ -6,6 +6,19 @@ use crate::session;
 use augsim_trainer::{EngineSpec, NetModel, Recipe, Sequences, Settings};
 use std::path::Path;
 
+/// How a chain is run.
+#[derive(Debug, Clone, Copy)]
+pub struct Runs<'a> {
+    /// Directory for what comes of it.
+    pub out: &'a Path,
+    /// Iterations of each net.
+    pub iterations: u64,
+    /// Seed.
+    pub seed: u64,
+    /// Go on with runs that are there.
+    pub resume: bool,
+}
+
 /// What all nets of a chain share.
 pub struct Nets<'a> {
     /// The declared model.
@@ -16,19 +29,14 @@ pub struct Nets<'a> {
     pub source: &'a DataSource,
     /// Training data.
     pub train: &'a Sequences,
-    /// Directory for the runs.
-    pub out: &'a Path,
-    /// Iterations of each net.
-    pub iterations: u64,
-    /// Seed.
-    pub seed: u64,
-    /// Go on with runs that are there.
-    pub resume: bool,
+    /// How and where they are trained.
+    pub runs: Runs<'a>,
 }
 
 impl Nets<'_> {
     /// The trained nets with their names in the table; `None` if the user stopped it.
     pub fn train(&self, output: &Output) -> anyhow::Result<Option<Vec<(&'static str, NetModel)>>> {
+        let Runs { out, iterations, seed, resume } = self.runs;
         let plans = [
             ("Neural", "neural", Recipe::Neural, &self.declared),
             ("Hybrid", "hybrid", Recipe::Hybrid, &self.declared),
@@ -38,10 +46,10 @@ impl Nets<'_> {
         ];
         let mut nets = Vec::new();
         for (label, folder, recipe, engine) in plans {
-            output.note(format!("training {label} ({} iterations)", self.iterations));
-            let settings = Settings::new(recipe, self.iterations, self.seed, engine.clone());
+            output.note(format!("training {label} ({iterations} iterations)"));
+            let settings = Settings::new(recipe, iterations, seed, engine.clone());
             let config = Config { checkpoint_every: 500, data: self.source.clone(), settings };
-            match session::train_again(&self.out.join(folder), &config, self.train, self.resume, output)? {
+            match session::train_again(&out.join(folder), &config, self.train, resume, output)? {
                 Some(trained) => nets.push((label, trained.model)),
                 None => return Ok(None),
             }

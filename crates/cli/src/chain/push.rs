@@ -1,6 +1,6 @@
 //! The whole chain on pushing: pushes of the virtual laboratory, whose friction is not what the textbook model declares.
 
-use super::nets::Nets;
+use super::nets::{Nets, Runs};
 use super::sets::{self, SetRow};
 use crate::output::Output;
 use crate::push::{Laboratory, Plan, Row};
@@ -12,7 +12,6 @@ use augsim_trainer::push::PushEngine;
 use augsim_trainer::push::score::evaluate_pushes;
 use augsim_trainer::{EngineSpec, Forecaster};
 use serde::Serialize;
-use std::path::Path;
 
 /// Name of the set, and of the folder of its report.
 pub const LABORATORY: &str = "push-laboratory";
@@ -21,16 +20,10 @@ const LOOP_PUSHES: usize = 120;
 
 /// What is run.
 pub struct Chain<'a> {
-    /// Directory for everything.
-    pub out: &'a Path,
     /// Numbers of pushes, and their thinning.
     pub plan: Plan,
-    /// Iterations of each net.
-    pub iterations: u64,
-    /// Seed.
-    pub seed: u64,
-    /// Go on with runs that are there.
-    pub resume: bool,
+    /// How it is run.
+    pub runs: Runs<'a>,
 }
 
 /// What came of it.
@@ -46,11 +39,12 @@ pub struct Pushing {
 impl Chain<'_> {
     /// Closes the loop and makes the table; `None` if the user stopped it.
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Pushing>> {
-        let lab = Laboratory::new(&self.plan, self.seed)?;
+        let Runs { out, seed, resume, .. } = self.runs;
+        let lab = Laboratory::new(&self.plan, seed)?;
         let some: Vec<usize> = (0..LOOP_PUSHES.min(self.plan.train)).collect();
         let some = lab.data.select(&some);
         let declared = lab.declared.to_toml();
-        let set = sets::one(LABORATORY, &some, &declared, self.out, self.seed, self.resume, output)?;
+        let set = sets::one(LABORATORY, &some, &declared, out, seed, resume, output)?;
         let textbook = PushEngine::of(&lab.declared).context("the laboratory's objects are built in")?;
         let calibrated = calibrated(&textbook, &set.found);
         let model = PushModel::parse(&set.found.model_toml, "the augmented model")?;
@@ -61,10 +55,7 @@ impl Chain<'_> {
             augmented: EngineSpec::Push(augmented.clone()),
             source: &lab.source,
             train: &lab.train,
-            out: &self.out.join("chain-push"),
-            iterations: self.iterations,
-            seed: self.seed,
-            resume: self.resume,
+            runs: Runs { out: &out.join("chain-push"), ..self.runs },
         };
         let Some(nets) = nets.train(output)? else { return Ok(None) };
         let (read, whole) = (some.trajectories().len(), lab.train.items.len());
@@ -122,7 +113,8 @@ mod tests {
         let dir = tempfile::tempdir().expect("a temporary directory");
         let plan = Plan { train: 16, test: 5, ..Plan::quick() };
         let run = |resume: bool| {
-            let chain = Chain { out: dir.path(), plan: plan.clone(), iterations: 3, seed: 2, resume };
+            let runs = Runs { out: dir.path(), iterations: 3, seed: 2, resume };
+            let chain = Chain { plan: plan.clone(), runs };
             let done = chain.run(&Output::new(false, true, false)).expect("it runs");
             done.expect("nobody stopped it")
         };

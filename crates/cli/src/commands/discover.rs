@@ -80,8 +80,8 @@ fn text(args: &Discover, d: &Discovery) -> String {
                 e.unit,
                 if e.groups.is_empty() { "" } else { ", the mean over groups:" }
             );
-            for (group, value) in &e.groups {
-                let _ = writeln!(out, "    {group}: {value:.4} {}", e.unit);
+            for (group, e) in &e.groups {
+                let _ = writeln!(out, "    {group}: {e} {}", e.unit);
             }
         }
     }

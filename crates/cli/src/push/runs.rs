@@ -39,25 +39,6 @@ pub struct Measured {
     pub interrupted: bool,
 }
 
-/// Physics under another name.
-struct Named<'a>(&'a str, Physics);
-
-impl Forecaster for Named<'_> {
-    fn name(&self) -> &str {
-        self.0
-    }
-    fn is_deterministic(&self) -> bool {
-        true
-    }
-    fn forecast(
-        &self,
-        task: augsim_trainer::Task<'_>,
-        samples: usize,
-    ) -> Result<augsim_trainer::Samples, augsim_trainer::TrainerError> {
-        self.1.forecast(task, samples)
-    }
-}
-
 /// The folder of the runs below `data`, or `data` itself, if it is there.
 pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
     let below = data.join(DATA);
@@ -100,8 +81,6 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     if !calm.is_empty() {
         sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
     }
-    let nominal = Named("Physics", Physics(EngineSpec::Push(engine.clone())));
-    let calibrated = Named("Physics, fitted", Physics(EngineSpec::Push(calibration.engine.clone())));
     let mut nets = Vec::new();
     let mut interrupted = false;
     for (recipe, engine) in [
@@ -121,14 +100,20 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         }
         nets.push(NetModel::new(training.finish()?.clone())?);
     }
-    let mut models: Vec<(&dyn Forecaster, usize)> =
-        vec![(&Zero, 0), (&Still, 0), (&nominal, 0), (&calibrated, train.items.len())];
-    models.extend(nets.iter().map(|n| (n as &dyn Forecaster, train.items.len())));
+    let [nominal, fitted] = [&engine, &calibration.engine].map(|e| Physics(EngineSpec::Push(e.clone())));
+    let whole = train.items.len();
+    let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
+        ("Zero", &Zero, 0),
+        ("Still", &Still, 0),
+        ("Physics", &nominal, 0),
+        ("Physics, fitted", &fitted, whole),
+    ];
+    models.extend(nets.iter().map(|n| (n.name(), n as &dyn Forecaster, whole)));
     let mut rows = Vec::new();
     for set in &sets {
-        for (model, trained) in &models {
-            let score = evaluate_pushes(*model, &set.pushes)?;
-            rows.push(Row::new(DATA, model.name(), set, *trained, &score));
+        for &(label, model, trained) in &models {
+            let score = evaluate_pushes(model, &set.pushes)?;
+            rows.push(Row::new(DATA, label, set, trained, &score));
         }
     }
     let name = |i: &usize| data.trajectories()[*i].id().to_owned();

@@ -8,7 +8,7 @@ use super::Converted;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::push::union_clock::{Source, union};
-use crate::push::{PlanarPose, PushError};
+use crate::push::{PlanarPose, PushError, TRIAL_COLUMNS};
 use crate::trajectory::Trajectory;
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fs;
@@ -51,19 +51,7 @@ pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
             trajectories.push(trajectory.with_group(group.clone())?);
         }
     }
-    let names = [
-        "pusher_x_m",
-        "pusher_y_m",
-        "x_m",
-        "y_m",
-        "theta_rad",
-        "force_x_N",
-        "force_y_N",
-        "pusher_new",
-        "object_new",
-        "force_new",
-    ];
-    let data = Dataset::from_names(&names, trajectories)?.with_path(path);
+    let data = Dataset::from_names(&TRIAL_COLUMNS, trajectories)?.with_path(path);
     Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
 }
 

@@ -11,7 +11,7 @@ use crate::error::DataError;
 use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 
-/// Columns of a data set made from trials; force is the one on the rod.
+/// Columns of a data set of pushes whose force (on the rod) was measured.
 pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
     "pusher_x_m",
     "pusher_y_m",

@@ -39,19 +39,24 @@ impl<'a> Numbers<'a> {
         if others.is_empty() {
             return Estimate { value: theta[i], ci95: self.ci95[i], unit, groups: BTreeMap::new() };
         }
-        let mut values = vec![theta[i]; self.groups.len()];
-        for &j in &others {
-            values[free[j].group.unwrap_or(0)] += theta[j];
-        }
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let weight = |j: usize| if j == i { 1.0 } else { 1.0 / n };
-        let all = || others.iter().copied().chain([i]);
-        let variance: f64 =
-            all().flat_map(|a| all().map(move |b| weight(a) * weight(b) * self.covariance.at(a, b))).sum();
-        let half = 1.96 * variance.max(0.0).sqrt();
-        let groups = self.groups.iter().cloned().zip(values).collect();
-        Estimate { value: mean, ci95: [mean - half, mean + half], unit, groups }
+        let n = self.groups.len() as f64;
+        let mean: Vec<(usize, f64)> = others.iter().map(|&j| (j, 1.0 / n)).chain([(i, 1.0)]).collect();
+        let of_group = |group: usize| {
+            let own = others.iter().filter(|&&j| free[j].group == Some(group)).map(|&j| (j, 1.0));
+            self.sum(&own.chain([(i, 1.0)]).collect::<Vec<_>>(), &unit)
+        };
+        let groups = self.groups.iter().enumerate().map(|(g, name)| (name.clone(), of_group(g))).collect();
+        Estimate { groups, ..self.sum(&mean, &unit) }
+    }
+
+    /// A weighted sum of entries of theta.
+    fn sum(&self, terms: &[(usize, f64)], unit: &str) -> Estimate {
+        let value: f64 = terms.iter().map(|&(i, w)| w * self.fit.theta[i]).sum();
+        let of = |&(i, w): &(usize, f64)| -> f64 {
+            terms.iter().map(|&(j, v)| w * v * self.covariance.at(i, j)).sum()
+        };
+        let half = 1.96 * terms.iter().map(of).sum::<f64>().max(0.0).sqrt();
+        Estimate { value, ci95: [value - half, value + half], unit: unit.into(), groups: BTreeMap::new() }
     }
 
     /// Names of all fitted numbers.

@@ -259,7 +259,7 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
             p.ci95 = Some(e.ci95);
             if !e.groups.is_empty() {
                 p.per = Per::Group;
-                p.groups = e.groups.into_iter().collect();
+                p.groups = e.groups.into_iter().map(|(name, e)| (name, e.value)).collect();
             }
         }
     }

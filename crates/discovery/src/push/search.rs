@@ -19,7 +19,9 @@ const MOST_EFFECTS: usize = 4;
 const SURE: usize = 3;
 /// Sets that a search on fewer pushes hands on.
 const SEEDS: usize = 3;
-/// Root mean square displacement, m, that is no effect: rods, outlines and integrators are not better.
+/// Root mean square displacement that is no effect, in units of the noise of a pose: no forecast would be better by it, and the
+/// first moments by which laws are approximated leave as much. At least, m: rods, outlines and integrators are not better.
+const RESOLUTION: f64 = 0.1;
 const RESOLUTION_M: f64 = 1e-5;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
@@ -117,7 +119,7 @@ impl<'a> Search<'a> {
     /// is below it.
     pub fn resolution(&self) -> f64 {
         let samples: usize = self.train.windows.iter().map(|w| w.last - w.first + 1).sum();
-        samples as f64 * (RESOLUTION_M / self.train.data.noise.sd[0]).powi(2)
+        samples as f64 * RESOLUTION.max(RESOLUTION_M / self.train.data.noise.sd[0]).powi(2)
     }
 
     pub fn base(&self) -> &Judged {

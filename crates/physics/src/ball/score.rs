@@ -1,4 +1,4 @@
-//! Errors of predicted ball trajectories, as the bouncing-ball table defines them.
+//! Errors of the predictors of the [`floor`](super::floor), as the bouncing-ball table defines them.
 //!
 //! Position and velocity: mean absolute error over all samples (the start included) and
 //! trajectories. Trans %: the mean over trajectories of sum |height error| / sum |height|, so that
@@ -14,23 +14,6 @@ pub enum ScoreError {
     /// A column is missing.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// The two data sets do not describe the same trajectories.
-    #[error(
-        "trajectory {index}: prediction `{predicted}` with {predicted_samples} samples stands \
-         against `{truth}` with {truth_samples}; predict the same trajectories in the same order"
-    )]
-    Mismatch {
-        /// Position in the data sets.
-        index: usize,
-        /// Identifier in the prediction; empty where it has no such trajectory.
-        predicted: String,
-        /// Samples in the prediction.
-        predicted_samples: usize,
-        /// Identifier in the truth.
-        truth: String,
-        /// Samples in the truth.
-        truth_samples: usize,
-    },
     /// Gaps in what is scored.
     #[error("trajectory `{trajectory}`: has gaps; score trajectories without missing cells")]
     Gap {
@@ -101,42 +84,6 @@ pub struct BallScore {
 }
 
 impl BallScore {
-    /// Of `predicted` against `truth`, both with `height_m` and `velocity_m_s` and the same
-    /// trajectories in the same order.
-    ///
-    /// # Errors
-    /// Missing columns, other trajectories, gaps, or heights that are all 0.
-    pub fn of(truth: &Dataset, predicted: &Dataset) -> Result<BallScore, ScoreError> {
-        let observed = observations(truth)?;
-        let (height, velocity) = columns(predicted)?;
-        let mut errors = Vec::with_capacity(observed.len());
-        for (index, (o, t)) in observed.iter().zip(truth.trajectories()).enumerate() {
-            let p = predicted.trajectories().get(index);
-            let p =
-                p.filter(|p| p.id() == t.id() && p.len() == t.len()).ok_or_else(|| ScoreError::Mismatch {
-                    index,
-                    predicted: p.map(|p| p.id().to_owned()).unwrap_or_default(),
-                    predicted_samples: p.map_or(0, |p| p.len()),
-                    truth: t.id().to_owned(),
-                    truth_samples: t.len(),
-                })?;
-            let (h, v) = (p.column(height), p.column(velocity));
-            errors.push(o.error_of(h.iter().copied(), v.iter().copied()));
-        }
-        Ok(BallScore::from_errors(&errors))
-    }
-
-    /// Of predicting 0 m and 0 m/s always, the table's "Zero".
-    ///
-    /// # Errors
-    /// As [`of`](Self::of).
-    pub fn of_zero(truth: &Dataset) -> Result<BallScore, ScoreError> {
-        let zero = || std::iter::repeat(0.0);
-        let errors: Vec<TrajectoryError> =
-            observations(truth)?.iter().map(|o| o.error_of(zero(), zero())).collect();
-        Ok(BallScore::from_errors(&errors))
-    }
-
     /// Mean over trajectories.
     pub(crate) fn from_errors(errors: &[TrajectoryError]) -> BallScore {
         BallScore {
@@ -172,30 +119,11 @@ impl Observation<'_> {
             trans_percent: 100.0 * height / self.height_sum,
         }
     }
-
-    fn error_of(
-        &self,
-        height: impl Iterator<Item = f64>,
-        velocity: impl Iterator<Item = f64>,
-    ) -> TrajectoryError {
-        self.error_from_sums(
-            absolute_difference(self.height_m, height),
-            absolute_difference(self.velocity_m_s, velocity),
-        )
-    }
-}
-
-fn absolute_difference(truth: &[f64], predicted: impl Iterator<Item = f64>) -> f64 {
-    truth.iter().zip(predicted).map(|(t, p)| (t - p).abs()).sum()
-}
-
-fn columns(dataset: &Dataset) -> Result<(usize, usize), ScoreError> {
-    Ok((dataset.column_index("height_m")?, dataset.column_index("velocity_m_s")?))
 }
 
 /// The trajectories of `truth`, checked to be free of gaps and not all zero.
 pub(crate) fn observations(truth: &Dataset) -> Result<Vec<Observation<'_>>, ScoreError> {
-    let (height, velocity) = columns(truth)?;
+    let (height, velocity) = (truth.column_index("height_m")?, truth.column_index("velocity_m_s")?);
     if truth.trajectories().is_empty() {
         return Err(ScoreError::Nothing);
     }

@@ -1,7 +1,7 @@
 //! A camera turned about its line of sight.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
 
 /// x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)
 pub struct CameraRoll;
@@ -9,9 +9,14 @@ pub struct CameraRoll;
 static SPEC: EffectSpec = EffectSpec {
     kind: "camera-roll",
     location: Location::Sensor,
-    parameters: &[
-        ParameterSpec { name: "phi_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.005, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "phi_rad",
+        unit: "rad",
+        min: -0.5,
+        max: 0.5,
+        typical: 0.005,
+        null: 0.0,
+    }],
     needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &[],

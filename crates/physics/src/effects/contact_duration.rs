@@ -1,7 +1,7 @@
 //! Contact that lasts: a damped spring, with gravity acting during contact.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e
 pub struct ContactDuration;
@@ -9,9 +9,7 @@ pub struct ContactDuration;
 static SPEC: EffectSpec = EffectSpec {
     kind: "contact-duration",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003, null: 0.0 }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

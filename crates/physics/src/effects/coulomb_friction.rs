@@ -1,9 +1,9 @@
 //! Sliding friction at the impact, up to sticking.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
-use crate::scalar::{axpy, dot};
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::scalar::{axpy, dot};
 
 /// dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio
 pub struct CoulombFriction;
@@ -11,9 +11,7 @@ pub struct CoulombFriction;
 static SPEC: EffectSpec = EffectSpec {
     kind: "coulomb-friction",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &["grip-friction"],
@@ -27,11 +25,8 @@ impl<S: Scalar> Law<S> for CoulombFriction {
         let stick = impact.inertia_ratio / (impact.inertia_ratio + 1.0);
         let slide = p[0] * (impact.restitution + 1.0) * impact.normal_speed;
         // Below a nanometre per second the direction of the slip is rounding: the ball sticks.
-        let share = if slip.value() < 1e-9 || slide.value() >= (slip * stick).value() {
-            stick
-        } else {
-            slide / slip
-        };
+        let share =
+            if slip.value() < 1e-9 || slide.value() >= (slip * stick).value() { stick } else { slide / slip };
         *j = axpy(j, &impact.slip, -share);
     }
 }

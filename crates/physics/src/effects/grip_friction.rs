@@ -1,9 +1,9 @@
 //! A fixed share of the slip is taken at each impact.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
-use crate::scalar::{axpy};
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::scalar::axpy;
 
 /// dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks
 pub struct GripFriction;
@@ -11,9 +11,7 @@ pub struct GripFriction;
 static SPEC: EffectSpec = EffectSpec {
     kind: "grip-friction",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &["coulomb-friction"],

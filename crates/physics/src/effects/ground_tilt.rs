@@ -1,7 +1,7 @@
 //! A ground that is not level along x.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// ground plane z = x tan(alpha)
 pub struct GroundTilt;
@@ -9,9 +9,14 @@ pub struct GroundTilt;
 static SPEC: EffectSpec = EffectSpec {
     kind: "ground-tilt",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "alpha_rad", unit: "rad", min: -0.5, max: 0.5, typical: 0.01, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "alpha_rad",
+        unit: "rad",
+        min: -0.5,
+        max: 0.5,
+        typical: 0.01,
+        null: 0.0,
+    }],
     needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &[],

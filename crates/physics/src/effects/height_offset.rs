@@ -1,7 +1,7 @@
 //! A constant error of the measured height.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
 
 /// z' = z + b
 pub struct HeightOffset;
@@ -9,9 +9,7 @@ pub struct HeightOffset;
 static SPEC: EffectSpec = EffectSpec {
     kind: "height-offset",
     location: Location::Sensor,
-    parameters: &[
-        ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003, null: 0.0 }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

@@ -1,7 +1,7 @@
 //! The measurement is late, or the release was not at time zero.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// z'(t) = z(t - delay)
 pub struct Latency;
@@ -9,9 +9,14 @@ pub struct Latency;
 static SPEC: EffectSpec = EffectSpec {
     kind: "latency",
     location: Location::Sensor,
-    parameters: &[
-        ParameterSpec { name: "delay_s", unit: "s", min: -0.5, max: 0.5, typical: 0.004, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "delay_s",
+        unit: "s",
+        min: -0.5,
+        max: 0.5,
+        typical: 0.004,
+        null: 0.0,
+    }],
     needs: Needs::ReleaseAtRest,
     stands_for: &["late clock", "release before or after t = 0"],
     excludes: &[],

@@ -1,7 +1,7 @@
 //! A constant horizontal acceleration along y (data in space).
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// a_y = a
 pub struct LateralAcceleration;
@@ -9,9 +9,14 @@ pub struct LateralAcceleration;
 static SPEC: EffectSpec = EffectSpec {
     kind: "lateral-acceleration",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "a_m_s2",
+        unit: "m/s²",
+        min: -9.0,
+        max: 9.0,
+        typical: 0.1,
+        null: 0.0,
+    }],
     needs: Needs::Lateral,
     stands_for: &["steady side force", "apparatus out of level"],
     excludes: &[],

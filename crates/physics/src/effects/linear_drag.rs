@@ -1,8 +1,8 @@
 //! Viscous drag: proportional to the velocity.
 
-use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
-use crate::scalar::{axpy};
+use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
+use crate::scalar::axpy;
 
 /// a = -c (v - w), w the velocity of the air
 pub struct LinearDrag;
@@ -10,9 +10,14 @@ pub struct LinearDrag;
 static SPEC: EffectSpec = EffectSpec {
     kind: "linear-drag",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "c_per_s", unit: "1/s", min: 0.0, max: 20.0, typical: 0.05, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "c_per_s",
+        unit: "1/s",
+        min: 0.0,
+        max: 20.0,
+        typical: 0.05,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

@@ -1,7 +1,7 @@
 //! Lift on a spinning ball.
 
-use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::{axpy, cross};
 
 /// a = s (spin x v); in the plane a = s w (v_z, -v_x)
@@ -10,9 +10,7 @@ pub struct Magnus;
 static SPEC: EffectSpec = EffectSpec {
     kind: "magnus",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "s", unit: "", min: -1.0, max: 1.0, typical: 0.005, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "s", unit: "", min: -1.0, max: 1.0, typical: 0.005, null: 0.0 }],
     needs: Needs::Spin,
     stands_for: &[],
     excludes: &[],

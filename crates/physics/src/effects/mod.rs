@@ -1,17 +1,62 @@
 //! The library of effects: one file per effect, registered here by name.
 //!
 //! To add one: write `effects/my_effect.rs` on the pattern of its neighbours (a unit struct, a `static SPEC`, the hooks of
-//! [`Law`] that it needs), then add one line to the registry below. Everything else (model files, search, reports, the
-//! tests that run over the registry) finds it there.
+//! [`Law`] that it needs), then name the file and add one line to the registry below. Everything else (model files, search,
+//! reports, the tests that run over the registry) finds it there.
 
 mod law;
-mod registry;
+pub(crate) mod registry;
 mod scatter;
 mod spec;
 mod table;
 
+mod camera_roll;
+mod contact_duration;
+mod coulomb_friction;
+mod drag_coefficient;
+mod grip_friction;
+mod ground_tilt;
+mod height_offset;
+mod horizontal_acceleration;
+mod latency;
+mod lateral_acceleration;
+mod linear_drag;
+mod magnus;
+mod quadratic_drag;
+mod restitution_drift;
+mod restitution_position;
+mod restitution_speed_linear;
+mod restitution_speed_power;
+mod spin_misalignment;
+mod vertical_acceleration;
+mod wind;
+
 pub use law::{Effect, Flight, Law, Sight};
-pub use registry::{all, index_of, nearest_kind, spec_of};
 pub use scatter::{SCATTER_KIND, SCATTER_SPEC, ScatterPer};
 pub use spec::{EffectSpec, Location, Needs, ParameterSpec};
 pub use table::{Against, TABLE_KIND, Table, Target};
+
+// Laws of restitution act in this order: additive ones first, then multiplicative ones; scatter is added last by the engine.
+registry::registry! {
+    unlisted SCATTER_KIND, TABLE_KIND;
+    quadratic_drag::QuadraticDrag,
+    drag_coefficient::DragCoefficient,
+    linear_drag::LinearDrag,
+    vertical_acceleration::VerticalAcceleration,
+    horizontal_acceleration::HorizontalAcceleration,
+    lateral_acceleration::LateralAcceleration,
+    magnus::Magnus,
+    wind::Wind,
+    restitution_speed_linear::RestitutionSpeedLinear,
+    restitution_drift::RestitutionDrift,
+    restitution_position::RestitutionPosition,
+    restitution_speed_power::RestitutionSpeedPower,
+    coulomb_friction::CoulombFriction,
+    grip_friction::GripFriction,
+    ground_tilt::GroundTilt,
+    contact_duration::ContactDuration,
+    spin_misalignment::SpinMisalignment,
+    camera_roll::CameraRoll,
+    height_offset::HeightOffset,
+    latency::Latency,
+}

@@ -1,7 +1,7 @@
 //! Air drag at high Reynolds number: grows with the square of the speed.
 
-use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::{axpy, dot};
 
 /// a = -k |v - w| (v - w), w the velocity of the air
@@ -10,9 +10,14 @@ pub struct QuadraticDrag;
 static SPEC: EffectSpec = EffectSpec {
     kind: "quadratic-drag",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "k_per_m", unit: "1/m", min: 0.0, max: 5.0, typical: 0.02, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "k_per_m",
+        unit: "1/m",
+        min: 0.0,
+        max: 5.0,
+        typical: 0.02,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &["drag-coefficient"],

@@ -1,8 +1,8 @@
 //! Restitution that drifts with the session clock: wear, warming, deflation.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// e = e0 + d (T - T_ref), T the session time of the impact
 pub struct RestitutionDrift;
@@ -10,9 +10,14 @@ pub struct RestitutionDrift;
 static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-drift",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "d_per_s", unit: "1/s", min: -0.1, max: 0.1, typical: 0.0001, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "d_per_s",
+        unit: "1/s",
+        min: -0.1,
+        max: 0.1,
+        typical: 0.0001,
+        null: 0.0,
+    }],
     needs: Needs::StartTime,
     stands_for: &[],
     excludes: &[],

@@ -1,8 +1,8 @@
 //! Restitution that depends on where the ball lands along x.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// e = e0 + q x
 pub struct RestitutionPosition;
@@ -10,9 +10,14 @@ pub struct RestitutionPosition;
 static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-position",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "q_per_m", unit: "1/m", min: -1.0, max: 1.0, typical: 0.02, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "q_per_m",
+        unit: "1/m",
+        min: -1.0,
+        max: 1.0,
+        typical: 0.02,
+        null: 0.0,
+    }],
     needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &[],

@@ -1,8 +1,8 @@
 //! Restitution that falls linearly with the impact speed.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// e = e0 - b (v_n - 3 m/s)
 pub struct RestitutionSpeedLinear;
@@ -10,9 +10,14 @@ pub struct RestitutionSpeedLinear;
 static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-speed-linear",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "b_s_per_m", unit: "s/m", min: -0.3, max: 0.3, typical: 0.01, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "b_s_per_m",
+        unit: "s/m",
+        min: -0.3,
+        max: 0.3,
+        typical: 0.01,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &["restitution-speed-power"],

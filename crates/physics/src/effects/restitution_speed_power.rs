@@ -1,8 +1,8 @@
 //! Restitution that falls as a power of the impact speed.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
 use crate::ball::Impact;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// e = e0 (v_n / 3 m/s)^-p
 pub struct RestitutionSpeedPower;
@@ -10,9 +10,7 @@ pub struct RestitutionSpeedPower;
 static SPEC: EffectSpec = EffectSpec {
     kind: "restitution-speed-power",
     location: Location::Impact,
-    parameters: &[
-        ParameterSpec { name: "p", unit: "", min: -1.0, max: 1.0, typical: 0.05, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "p", unit: "", min: -1.0, max: 1.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &["restitution-speed-linear"],

@@ -1,7 +1,7 @@
 //! A constant vertical acceleration beside the declared gravity.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// a_z = a
 pub struct VerticalAcceleration;
@@ -9,11 +9,22 @@ pub struct VerticalAcceleration;
 static SPEC: EffectSpec = EffectSpec {
     kind: "vertical-acceleration",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "a_m_s2", unit: "m/s²", min: -9.0, max: 9.0, typical: 0.1, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "a_m_s2",
+        unit: "m/s²",
+        min: -9.0,
+        max: 9.0,
+        typical: 0.1,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
-    stands_for: &["wrong gravity", "buoyancy or added mass", "steady updraught", "clock rate error", "length scale error"],
+    stands_for: &[
+        "wrong gravity",
+        "buoyancy or added mass",
+        "steady updraught",
+        "clock rate error",
+        "length scale error",
+    ],
     excludes: &[],
     formula: "a_z = a",
     source: "Pantaleone and Messer 2011, Am. J. Phys. (buoyancy and added mass)",

@@ -1,7 +1,7 @@
 //! A steady horizontal wind along x; acts through the drag.
 
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
 /// the air moves with w along x; drag acts on v - w
 pub struct Wind;
@@ -9,9 +9,14 @@ pub struct Wind;
 static SPEC: EffectSpec = EffectSpec {
     kind: "wind",
     location: Location::Flight,
-    parameters: &[
-        ParameterSpec { name: "w_m_s", unit: "m/s", min: -30.0, max: 30.0, typical: 1.0, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "w_m_s",
+        unit: "m/s",
+        min: -30.0,
+        max: 30.0,
+        typical: 1.0,
+        null: 0.0,
+    }],
     needs: Needs::Effect("quadratic-drag"),
     stands_for: &[],
     excludes: &[],

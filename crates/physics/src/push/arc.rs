@@ -86,8 +86,10 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
         let piece = push.path.piece(time);
         let until = push.path.end_of_piece(time).min(stop);
         let count = stepper.count(&piece, time, until);
-        let h = (until - time) / count.max(1) as f64;
-        for i in 0..count.max(1) {
+        // At rest there is nothing to step through: one sub-step, in which nothing moves.
+        let steps = count.max(1);
+        let h = (until - time) / steps as f64;
+        for i in 0..steps {
             let start = time + i as f64 * h;
             let arc = if count == 0 {
                 Arc::still(pose, S::constant(start), S::constant(h))
@@ -96,7 +98,7 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
                 stepper.quasi_static(&piece, start, h, pose)
             };
             // The last sub-step has whatever rounding left over.
-            let ends = if until >= stop && i + 1 == count.max(1) { f64::INFINITY } else { start + h };
+            let ends = if until >= stop && i + 1 == steps { f64::INFINITY } else { start + h };
             while let Some(at) = asked.next_if(|t| t.value() <= ends) {
                 let reported = stepper.reported(&arc.at(at));
                 if !(reported.position[0].value() + reported.position[1].value() + reported.angle.value())

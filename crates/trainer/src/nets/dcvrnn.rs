@@ -13,7 +13,7 @@
 
 use super::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
-use augsim_tensor::{Mark, Scalar, Tape, TensorError, Var};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
 /// How the decoder's standard deviation is had.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -194,14 +194,23 @@ impl Dcvrnn {
         let q = self.posterior(tape, p, [x, u, eps])?;
 
         let mark = tape.mark();
+        // The sum of a term of the loss, whose gradient times `scale` is taken back to the mark.
+        let differentiate = |tape: &mut Tape<T>, term: Var| -> Result<T, TensorError> {
+            let sum = masked_sum(tape, term, mask)?;
+            let value = tape.value(sum)[0];
+            let scaled = tape.scale(sum, scale)?;
+            tape.backward_to(mark, scaled)?;
+            Ok(value)
+        };
+
         let prior = self.prior(tape, p, u, eps)?;
         let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
-        let kl = differentiate_term(tape, mark, kl, mask, scale)?;
+        let kl = differentiate(tape, kl)?;
 
         let z = draw(tape, q, eps)?;
         let decoded = self.decode(tape, p, z)?;
         let misfit = misfit(tape, x, decoded)?;
-        let misfit = differentiate_term(tape, mark, misfit, mask, scale)?;
+        let misfit = differentiate(tape, misfit)?;
 
         tape.finish_backward();
         Ok(Losses { kl, misfit })
@@ -310,19 +319,4 @@ fn misfit<T: Scalar>(tape: &mut Tape<T>, x: Var, (mean, sd): (Var, Option<Var>))
         None => tape.squared_error(x, mean),
         Some(sd) => tape.gaussian_nll(x, mean, sd),
     }
-}
-
-/// The sum of a term of the loss, whose gradient times `scale` is taken back to `mark`.
-fn differentiate_term<T: Scalar>(
-    tape: &mut Tape<T>,
-    mark: Mark,
-    term: Var,
-    mask: Option<Var>,
-    scale: f64,
-) -> Result<T, TensorError> {
-    let sum = masked_sum(tape, term, mask)?;
-    let value = tape.value(sum)[0];
-    let scaled = tape.scale(sum, scale)?;
-    tape.backward_to(mark, scaled)?;
-    Ok(value)
 }

@@ -117,9 +117,7 @@ impl Net {
             Net::Stepwise(net) => net.loss(tape, p, tile),
         }
     }
-}
 
-impl Net {
     /// Loss of a tile, and `scale` times its gradient at the variables of `p`.
     ///
     /// # Errors

@@ -11,9 +11,14 @@ pub struct ContactFrictionSlip;
 static SPEC: EffectSpec = EffectSpec {
     kind: "contact-friction-slip",
     location: Location::Contact,
-    parameters: &[
-        ParameterSpec { name: "k_s_per_m", unit: "s/m", min: -20.0, max: 200.0, typical: 20.0, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "k_s_per_m",
+        unit: "s/m",
+        min: -20.0,
+        max: 200.0,
+        typical: 20.0,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

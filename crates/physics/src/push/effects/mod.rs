@@ -1,14 +1,32 @@
 //! The library of effects of pushing: one file per effect, registered here by name.
 //!
 //! To add one: write `effects/my_effect.rs` on the pattern of its neighbours (a unit struct, a `static SPEC`, the field of
-//! [`Setting`] that it fills in), then add one line to the registry below. Model files and the tests that run over the registry
-//! find it there.
+//! [`Setting`] that it fills in), then name the file and add one line to the registry below. Model files and the tests that
+//! run over the registry find it there.
 
 mod scatter;
+
+mod contact_friction_slip;
+mod exact_surface;
+mod frame_registration;
+mod friction_gradient;
+mod inertia;
+mod object_anisotropy;
+mod pose_latency;
+mod pose_offset;
+mod pressure_offset;
+mod push_height;
+mod rod_compliance;
+mod speed_dependent_friction;
+mod superelliptic_surface;
+mod table_anisotropy;
+mod table_tilt;
+mod tip_offset;
 
 use super::setting::Setting;
 use crate::Scalar;
 use crate::effects::EffectSpec;
+use crate::effects::registry::registry;
 
 pub use scatter::{SCATTER_KIND, SCATTER_SPEC};
 
@@ -20,56 +38,22 @@ pub trait Effect<S: Scalar>: Send + Sync {
     fn apply(&self, p: &[S], setting: &mut Setting<S>);
 }
 
-macro_rules! registry {
-    ($($module:ident $effect:ident)*) => {
-        $(mod $module;)*
-        const COUNT: usize = [$(stringify!($effect)),*].len();
-
-        /// All effects.
-        pub fn all<S: Scalar>() -> [&'static dyn Effect<S>; COUNT] {
-            [$(&$module::$effect),*]
-        }
-    };
-}
-
 registry! {
-    superelliptic_surface SuperellipticSurface
-    exact_surface ExactSurface
-    pressure_offset PressureOffset
-    push_height PushHeight
-    table_anisotropy TableAnisotropy
-    object_anisotropy ObjectAnisotropy
-    friction_gradient FrictionGradient
-    speed_dependent_friction SpeedDependentFriction
-    contact_friction_slip ContactFrictionSlip
-    tip_offset TipOffset
-    frame_registration FrameRegistration
-    rod_compliance RodCompliance
-    pose_offset PoseOffset
-    pose_latency PoseLatency
-    table_tilt TableTilt
-    inertia Inertia
-}
-
-/// Position of a kind in [`all`].
-pub fn index_of(kind: &str) -> Option<usize> {
-    all::<f64>().iter().position(|e| e.spec().kind == kind)
-}
-
-/// The description of a kind, the scatter of friction included.
-pub fn spec_of(kind: &str) -> Option<&'static EffectSpec> {
-    if kind == SCATTER_KIND {
-        return Some(&SCATTER_SPEC);
-    }
-    all::<f64>().into_iter().map(|e| e.spec()).find(|s| s.kind == kind)
-}
-
-/// The known kind that is spelt most like `kind`.
-pub fn nearest_kind(kind: &str) -> &'static str {
-    all::<f64>()
-        .into_iter()
-        .map(|e| e.spec().kind)
-        .chain([SCATTER_KIND])
-        .min_by_key(|known| crate::model::edit_distance(kind, known))
-        .unwrap_or(SCATTER_KIND)
+    unlisted SCATTER_KIND;
+    superelliptic_surface::SuperellipticSurface,
+    exact_surface::ExactSurface,
+    pressure_offset::PressureOffset,
+    push_height::PushHeight,
+    table_anisotropy::TableAnisotropy,
+    object_anisotropy::ObjectAnisotropy,
+    friction_gradient::FrictionGradient,
+    speed_dependent_friction::SpeedDependentFriction,
+    contact_friction_slip::ContactFrictionSlip,
+    tip_offset::TipOffset,
+    frame_registration::FrameRegistration,
+    rod_compliance::RodCompliance,
+    pose_offset::PoseOffset,
+    pose_latency::PoseLatency,
+    table_tilt::TableTilt,
+    inertia::Inertia,
 }

@@ -11,9 +11,14 @@ pub struct PoseLatency;
 static SPEC: EffectSpec = EffectSpec {
     kind: "pose-latency",
     location: Location::Sensor,
-    parameters: &[
-        ParameterSpec { name: "delay_s", unit: "s", min: -0.1, max: 0.2, typical: 0.02, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "delay_s",
+        unit: "s",
+        min: -0.1,
+        max: 0.2,
+        typical: 0.02,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

@@ -11,9 +11,7 @@ pub struct PushHeight;
 static SPEC: EffectSpec = EffectSpec {
     kind: "push-height",
     location: Location::Support,
-    parameters: &[
-        ParameterSpec { name: "z_m", unit: "m", min: 0.0, max: 0.1, typical: 0.01, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec { name: "z_m", unit: "m", min: 0.0, max: 0.1, typical: 0.01, null: 0.0 }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

@@ -11,9 +11,14 @@ pub struct RodCompliance;
 static SPEC: EffectSpec = EffectSpec {
     kind: "rod-compliance",
     location: Location::Rod,
-    parameters: &[
-        ParameterSpec { name: "c_m_per_N", unit: "m/N", min: 0.0, max: 0.002, typical: 0.000125, null: 0.0 },
-    ],
+    parameters: &[ParameterSpec {
+        name: "c_m_per_N",
+        unit: "m/N",
+        min: 0.0,
+        max: 0.002,
+        typical: 0.000125,
+        null: 0.0,
+    }],
     needs: Needs::Nothing,
     stands_for: &[],
     excludes: &[],

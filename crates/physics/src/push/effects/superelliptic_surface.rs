@@ -11,9 +11,7 @@ pub struct SuperellipticSurface;
 static SPEC: EffectSpec = EffectSpec {
     kind: "superelliptic-surface",
     location: Location::Support,
-    parameters: &[
-        ParameterSpec { name: "p", unit: "", min: 1.2, max: 6.0, typical: 1.7, null: 2.0 },
-    ],
+    parameters: &[ParameterSpec { name: "p", unit: "", min: 1.2, max: 6.0, typical: 1.7, null: 2.0 }],
     needs: Needs::Nothing,
     stands_for: &["pressure concentration"],
     excludes: &["exact-surface", "speed-dependent-friction"],
