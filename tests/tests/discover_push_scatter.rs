@@ -34,10 +34,13 @@ fn a_centre_of_its_own_in_each_push_is_named_with_its_spread() {
     assert!(found.per.as_deref() == Some("push") && found.share == 1.0, "{found:?}");
     // No forecast is nearer for it.
     assert_eq!(d.error.augmented, d.error.calibrated);
+    // What the pushes differ by is accounted for.
+    assert!(d.tests.heterogeneity > 1e-4, "{:?}", d.tests);
     // The augmented model has it, and says nothing more.
     let augmented = PushModel::parse(&d.model_toml, "augmented.toml").expect("a model");
     assert_eq!(augmented.effects[0].kind, "friction-scatter");
-    let again = answer(&augmented, &set);
+    let (few, _) = self::set(Some(PushKind::FrictionScatter(2e-3, [0.0; 2])), 16);
+    let again = answer(&augmented, &few);
     assert_eq!(again.verdict, Verdict::NothingToAdd, "{} {:?}", again.sentence, again.tests);
 }
 
@@ -50,7 +53,7 @@ fn a_common_centre_off_the_centroid_is_no_scatter() {
 
 #[test]
 fn a_centre_off_the_centroid_that_scatters_is_both() {
-    let (set, model) = set(Some(PushKind::FrictionScatter(1.5e-3, [4e-3, -3e-3])), 40);
+    let (set, model) = set(Some(PushKind::FrictionScatter(1.5e-3, [4e-3, -3e-3])), 30);
     let d = answer(&model, &set);
     assert_eq!(kinds(&d), ["friction-scatter", "pressure-offset"], "{}", d.sentence);
     let of = |kind: &str, name: &str| {

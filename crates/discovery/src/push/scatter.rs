@@ -67,6 +67,8 @@ struct Common {
 /// Where the pushes are.
 #[derive(Clone)]
 struct State {
+    /// What all share.
+    theta: Vec<f64>,
     /// The centre of each push less the common one, m.
     centres: Vec<[f64; 2]>,
     starts: Vec<[f64; 3]>,
@@ -82,6 +84,13 @@ struct Normal {
     within: [f64; 2],
     /// The same of the residuals at the push's own centre.
     left: [f64; 2],
+}
+
+/// -2 ln likelihood at the best of what all share, the restricted one, and the step there.
+struct Profile {
+    profiled: f64,
+    restricted: f64,
+    step: Vec<f64>,
 }
 
 /// An estimate from some pushes.
@@ -231,9 +240,10 @@ impl Common {
     }
 
     /// All pushes about the common centre.
-    fn together(&self, sample: &Sample<'_>) -> State {
-        let fitted = fit_starts(sample, &self.hypothesis, &self.theta);
+    fn together(&self, sample: &Sample<'_>, theta: &[f64]) -> State {
+        let fitted = fit_starts(sample, &self.hypothesis, theta);
         State {
+            theta: theta.to_vec(),
             centres: vec![[0.0; 2]; Self::pushes(sample).len()],
             starts: fitted.starts,
             pieces: fitted.pieces,
@@ -243,13 +253,14 @@ impl Common {
     /// At a level of what is no scatter, or at that of these pushes.
     fn estimate(&self, sample: &Sample<'_>, phi_given: Option<f64>) -> Option<Found> {
         let mut sample = sample.clone();
-        let base = self.together(&sample);
+        let base = self.together(&sample, &self.theta);
         let mut state = base.clone();
         for _ in 0..STEPS {
             let normals = self.normals(&sample, &state);
             let phi = phi_given.unwrap_or(level(&normals, sample.data.noise.white_share()).0);
             let sd = most_likely(|sd| self.likelihood(&normals, sd, phi)[1])?;
-            state = self.step(&sample, &state, &normals, sd, phi);
+            let shared = self.profile(&normals, sd, phi).step;
+            state = self.step(&sample, &state, &normals, &shared, [sd, phi]);
             let mut squares: Vec<f64> = state.pieces.iter().map(|p| p.q / p.m.max(1) as f64).collect();
             if phi_given.is_none() {
                 sample.bend = sample.bend.min(BEND * median(&mut squares).max(1.0));
@@ -278,17 +289,18 @@ impl Common {
     fn value(&self, sample: &Sample<'_>, phi: f64) -> f64 {
         match self.estimate(sample, Some(phi)) {
             Some(found) => found.value,
-            None => self.likelihood(&self.normals(sample, &self.together(sample)), 0.0, phi)[0],
+            None => self.likelihood(&self.normals(sample, &self.together(sample, &self.theta)), 0.0, phi)[0],
         }
     }
 
     /// The pushes of another sample at their centres, and the gain there in -2 ln likelihood.
     fn judge(&self, sample: &Sample<'_>, found: &Found) -> (State, f64) {
-        let mut state = self.together(sample);
-        let none = sample.total(&state.pieces) / found.phi;
+        let none = sample.total(&self.together(sample, &self.theta).pieces) / found.phi;
+        let mut state = self.together(sample, &found.state.theta);
+        let still = vec![0.0; self.theta.len()];
         for _ in 0..STEPS {
             let normals = self.normals(sample, &state);
-            state = self.step(sample, &state, &normals, found.sd, found.phi);
+            state = self.step(sample, &state, &normals, &still, [found.sd, found.phi]);
         }
         let own: f64 = self.normals(sample, &state).iter().map(|n| self.own(n, found.sd, found.phi)).sum();
         (state, none - own)
@@ -345,6 +357,11 @@ impl Common {
 
     /// -2 ln likelihood, and the restricted one.
     fn likelihood(&self, normals: &[Normal], sd: f64, phi: f64) -> [f64; 2] {
+        let Profile { profiled, restricted, .. } = self.profile(normals, sd, phi);
+        [profiled, restricted]
+    }
+
+    fn profile(&self, normals: &[Normal], sd: f64, phi: f64) -> Profile {
         let p = self.theta.len();
         let b = [self.at, self.at + 1];
         let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
@@ -370,50 +387,89 @@ impl Common {
             }
         }
         let factor = t.cholesky();
+        let mut step = v.clone();
+        factor.solve(&mut step);
         factor.forward(&mut v);
         let profiled = sum - v.iter().map(|x| x * x).sum::<f64>() / phi;
-        [profiled, profiled + factor.log_det]
+        Profile { profiled, restricted: profiled + factor.log_det, step }
     }
 
-    /// Every push at its most probable centre, as far as that lowers its cost.
-    fn step(&self, sample: &Sample<'_>, state: &State, normals: &[Normal], sd: f64, phi: f64) -> State {
+    /// What all share a step on, and every push at its most probable centre there; without the step, where that costs more.
+    fn step(
+        &self,
+        sample: &Sample<'_>,
+        state: &State,
+        normals: &[Normal],
+        shared: &[f64],
+        of: [f64; 2],
+    ) -> State {
+        let cost = |s: &State| {
+            let squares = s.centres.iter().flatten().map(|c| c * c).sum::<f64>();
+            sample.total(&s.pieces) + of[1] * squares / (of[0] * of[0])
+        };
+        let moved = self.centres(sample, state, normals, shared, of);
+        if cost(&moved) <= cost(state) || shared.iter().all(|d| *d == 0.0) {
+            return moved;
+        }
+        self.centres(sample, state, normals, &vec![0.0; shared.len()], of)
+    }
+
+    fn centres(
+        &self,
+        sample: &Sample<'_>,
+        state: &State,
+        normals: &[Normal],
+        shared: &[f64],
+        [sd, phi]: [f64; 2],
+    ) -> State {
         let p = self.theta.len();
+        let mut theta: Vec<f64> = state.theta.iter().zip(shared).map(|(a, b)| a + b).collect();
+        self.hypothesis.admit(&mut theta);
+        let shared: Vec<f64> = theta.iter().zip(&state.theta).map(|(a, b)| a - b).collect();
+        // The windows of a push at a centre, their starts moved along.
+        let at = |range: &Range<usize>, old: &[f64; 2], centre: [f64; 2]| -> (Vec<_>, Vec<_>) {
+            let (mut step, mut own) = (shared.clone(), theta.clone());
+            for k in 0..2 {
+                step[self.at + k] += centre[k] - old[k];
+                own[self.at + k] += centre[k];
+            }
+            let windows = range.clone().map(|w| {
+                let d = state.pieces[w].start_step(&step);
+                let start = [0, 1, 2].map(|c| state.starts[w][c] + d[c]);
+                let r = &sample.data.records[sample.windows[w].record];
+                let sd = sample.data.noise.sd;
+                (start, piece(&self.hypothesis, &own, start, r, &sample.windows[w], sd))
+            });
+            windows.unzip()
+        };
+        let still = shared.iter().all(|d| *d == 0.0);
         let each: Vec<_> = Self::pushes(sample).into_iter().zip(&state.centres).zip(normals).collect();
         let moved: Vec<_> = each
             .into_par_iter()
-            .map(|((range, &old), n)| {
-                let mut new = [n.v[self.at], n.v[self.at + 1]];
+            .map(|((range, old), n)| {
+                let mut new = [0, 1].map(|k| {
+                    let row = self.at + k;
+                    n.v[row] - (0..p).map(|j| n.s.at(row, j) * shared[j]).sum::<f64>()
+                });
                 self.precision(n, sd, phi).cholesky().solve(&mut new);
                 let prior = |c: [f64; 2]| phi * (c[0] * c[0] + c[1] * c[1]) / (sd * sd);
-                let before = sample.total(&state.pieces[range.clone()]) + prior(old);
-                let mut share = 1.0;
-                for _ in 0..3 {
+                let stay = if still {
+                    (state.starts[range.clone()].to_vec(), state.pieces[range.clone()].to_vec())
+                } else {
+                    at(&range, old, *old)
+                };
+                let before = sample.total(&stay.1) + prior(*old);
+                for share in [1.0, 0.4, 0.16] {
                     let centre = [0, 1].map(|k| old[k] + share * (new[k] - old[k]));
-                    let mut step = vec![0.0; p];
-                    let mut theta = self.theta.clone();
-                    for k in 0..2 {
-                        step[self.at + k] = centre[k] - old[k];
-                        theta[self.at + k] += centre[k];
-                    }
-                    let (starts, pieces): (Vec<_>, Vec<_>) = range
-                        .clone()
-                        .map(|w| {
-                            let d = state.pieces[w].start_step(&step);
-                            let start = [0, 1, 2].map(|c| state.starts[w][c] + d[c]);
-                            let window = &sample.windows[w];
-                            let r = &sample.data.records[window.record];
-                            (start, piece(&self.hypothesis, &theta, start, r, window, sample.data.noise.sd))
-                        })
-                        .unzip();
+                    let (starts, pieces) = at(&range, old, centre);
                     if sample.total(&pieces) + prior(centre) < before {
                         return (centre, starts, pieces);
                     }
-                    share *= 0.4;
                 }
-                (old, state.starts[range.clone()].to_vec(), state.pieces[range].to_vec())
+                (*old, stay.0, stay.1)
             })
             .collect();
-        let mut out = State { centres: Vec::new(), starts: Vec::new(), pieces: Vec::new() };
+        let mut out = State { theta, centres: Vec::new(), starts: Vec::new(), pieces: Vec::new() };
         for (centre, starts, pieces) in moved {
             out.centres.push(centre);
             out.starts.extend(starts);
