@@ -39,21 +39,20 @@ impl Lists {
     pub fn table(&self, seed: u64, heldout_gain: f64) -> ErrorTable {
         let row =
             |e: &Errors| Rmse { rmse: forecast::rmse(e), ci95: forecast::bootstrap(&[e], seed, |r| r[0]) };
-        let squares = [&self.calibrated, &self.augmented, &self.floor].map(|e| forecast::rmse(e).powi(2));
-        let removable = squares[0] - squares[2];
+        let [calibrated, augmented, noise_floor] = [&self.calibrated, &self.augmented, &self.floor].map(row);
         ErrorTable {
             unit: "m".into(),
             heldout_trajectories: self.declared.len(),
             folds: None,
             declared: row(&self.declared),
-            calibrated: row(&self.calibrated),
-            augmented: row(&self.augmented),
-            noise_floor: row(&self.floor),
+            calibrated,
+            augmented,
+            noise_floor,
             reduction: Rmse {
-                rmse: squares[0].sqrt() - squares[1].sqrt(),
+                rmse: calibrated.rmse - augmented.rmse,
                 ci95: forecast::bootstrap(&[&self.calibrated, &self.augmented], seed, |r| r[0] - r[1]),
             },
-            explained_share: (removable > 0.02 * squares[2]).then(|| (squares[0] - squares[1]) / removable),
+            explained_share: ErrorTable::explained(calibrated.rmse, augmented.rmse, noise_floor.rmse),
             heldout_gain,
         }
     }

@@ -169,10 +169,20 @@ pub struct ErrorTable {
     pub noise_floor: Rmse,
     /// Calibrated minus augmented: an interval above 0 is a gain that is no accident.
     pub reduction: Rmse,
-    /// Share of the removable squared error that was removed; absent where there was hardly any.
+    /// Share of the removable squared error that was removed; absent where there was hardly any, at most 1 (where less noise was
+    /// in the data than the floor has).
     pub explained_share: Option<f64>,
     /// Gain in ln likelihood on the held-out part.
     pub heldout_gain: f64,
+}
+
+impl ErrorTable {
+    /// The share that [`explained_share`](Self::explained_share) has, of root mean squares.
+    pub(crate) fn explained(calibrated: f64, augmented: f64, floor: f64) -> Option<f64> {
+        let [calibrated, augmented, floor] = [calibrated, augmented, floor].map(|e| e * e);
+        let removable = calibrated - floor;
+        (removable > 0.02 * floor).then(|| f64::min((calibrated - augmented) / removable, 1.0))
+    }
 }
 
 /// One bin of the residuals against a feature.

@@ -103,19 +103,18 @@ impl Lists {
         seed: u64,
         heldout_gain: f64,
     ) -> ErrorTable {
-        let [_, calibrated, augmented] = &self.whole.models;
-        let squares = [calibrated, augmented, &self.floor].map(|l| forecast::rmse(l, of).powi(2));
-        let removable = squares[0] - squares[2];
+        let [declared, calibrated, augmented] = [0, 1, 2].map(|i| self.whole.row(i, of, scale, seed));
+        let noise_floor = forecast::row(&self.whole.windows, &self.floor, of, scale, seed);
         ErrorTable {
             unit: unit.into(),
             heldout_trajectories: self.records,
             folds: None,
-            declared: self.whole.row(0, of, scale, seed),
-            calibrated: self.whole.row(1, of, scale, seed),
-            augmented: self.whole.row(2, of, scale, seed),
-            noise_floor: forecast::row(&self.whole.windows, &self.floor, of, scale, seed),
+            declared,
+            calibrated,
+            augmented,
+            noise_floor,
             reduction: self.whole.reduction(of, scale, seed),
-            explained_share: (removable > 0.02 * squares[2]).then(|| (squares[0] - squares[1]) / removable),
+            explained_share: ErrorTable::explained(calibrated.rmse, augmented.rmse, noise_floor.rmse),
             heldout_gain,
         }
     }

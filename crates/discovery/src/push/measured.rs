@@ -19,6 +19,9 @@ const CONTACT_M: f64 = 5e-3;
 const PATH: f64 = 0.1;
 const PATH_M: f64 = 1e-5;
 
+/// Longest window of a horizon, in units of it: poses are a sample apart, unless some are missing.
+const LONGEST: f64 = 1.2;
+
 /// One recorded push.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
@@ -89,13 +92,16 @@ impl Record {
         self.cut(record, &self.travel(), WINDOW_TRAVEL_M)
     }
 
-    /// Windows for forecasts over `horizon_s`; whole pieces only.
+    /// Windows for forecasts over `horizon_s`; whole pieces only, none over a gap that makes it much longer.
     pub fn horizons(&self, record: usize, horizon_s: f64) -> Vec<Window> {
         let mut windows = Vec::new();
         let mut first = 0;
         for k in 1..self.time.len() {
-            if self.time[k] - self.time[first] >= horizon_s {
-                windows.push(Window { record, first, last: k });
+            let length = self.time[k] - self.time[first];
+            if length >= horizon_s {
+                if length < LONGEST * horizon_s {
+                    windows.push(Window { record, first, last: k });
+                }
                 first = k;
             }
         }

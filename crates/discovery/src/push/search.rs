@@ -179,8 +179,8 @@ impl<'a> Search<'a> {
 
     /// Fits a set of kinds, parameters as another fit has them or as given for one kind.
     pub fn refit(&self, from: &Fit, kinds: &[&'static str], theta: Option<&[f64]>) -> Judged {
-        let (groups, h) =
-            (&self.train.data.groups, Hypothesis::new(self.model, &self.train.data.groups, kinds));
+        let groups = &self.train.data.groups;
+        let h = Hypothesis::new(self.model, groups, kinds);
         let mut start = h.start();
         if let Some(theta) = theta.filter(|t| t.len() == start.len()) {
             start.copy_from_slice(theta);
@@ -202,11 +202,15 @@ impl<'a> Search<'a> {
 
     /// The fit of a set, if it was tried.
     pub fn fitted(&self, kinds: &[&str]) -> Option<&Judged> {
-        self.tried.iter().find(|j| same(j.kinds(), kinds))
+        self.position(kinds).map(|i| &self.tried[i])
+    }
+
+    fn position(&self, kinds: &[&str]) -> Option<usize> {
+        self.tried.iter().position(|j| same(j.kinds(), kinds))
     }
 
     fn known(&self, kinds: &[&str]) -> bool {
-        self.fitted(kinds).is_some()
+        self.position(kinds).is_some()
     }
 
     /// Kinds that were fitted beside the best set and did not pay.
@@ -365,8 +369,7 @@ impl<'a> Search<'a> {
 
     /// The place of a set in what was tried, fitted and judged from the set at `from` if it was not.
     pub fn place_of(&mut self, kinds: &[&'static str], from: usize) -> usize {
-        let known = (0..self.tried.len()).find(|&i| same(self.tried[i].kinds(), kinds));
-        let place = known.unwrap_or_else(|| {
+        let place = self.position(kinds).unwrap_or_else(|| {
             let fitted = self.refit(&self.tried[from].fit, kinds, None);
             self.tried.push(fitted);
             self.tried.len() - 1

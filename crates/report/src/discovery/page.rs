@@ -119,7 +119,7 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         footnotes: vec![match e.folds {
             None => "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
             Some(n) => format!(
-                "One split left the gain open, so the whole loop, search included, was repeated without each of {n} folds; \
+                "One split left the answer open, so the whole loop, search included, was repeated without each of {n} folds; \
                  every trajectory is forecast by the model that has not seen it. Intervals by bootstrap over trajectories."
             ),
         }],
