@@ -53,7 +53,7 @@ fn a_common_centre_off_the_centroid_is_no_scatter() {
 
 #[test]
 fn a_centre_off_the_centroid_that_scatters_is_both() {
-    let (set, model) = set(Some(PushKind::FrictionScatter(1.5e-3, [4e-3, -3e-3])), 30);
+    let (set, model) = set(Some(PushKind::FrictionScatter(1.5e-3, [4e-3, -3e-3])), 24);
     let d = answer(&model, &set);
     assert_eq!(kinds(&d), ["friction-scatter", "pressure-offset"], "{}", d.sentence);
     let of = |kind: &str, name: &str| {

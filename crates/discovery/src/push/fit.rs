@@ -14,6 +14,9 @@ const FLAT: f64 = 1e-9;
 /// Component of such a direction from which a parameter takes part in it.
 const TAKES_PART: f64 = 0.05;
 
+/// Curvature and gradient.
+type Quadratic = (Square, Vec<f64>);
+
 /// Windows that a fit sees.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample<'a> {
@@ -96,7 +99,7 @@ impl Sample<'_> {
     }
 
     /// Curvature and gradient of the globals, and those of every cluster of windows.
-    pub fn normal(&self, pieces: &[Piece], p: usize) -> (Square, Vec<f64>, Vec<(Square, Vec<f64>)>) {
+    pub fn normal(&self, pieces: &[Piece], p: usize) -> (Square, Vec<f64>, Vec<Quadratic>) {
         let (mut s, mut u, mut each) = (Square::zero(p), vec![0.0; p], Vec::new());
         for cluster in self.clusters() {
             let (mut sc, mut uc) = (Square::zero(p), vec![0.0; p]);

@@ -24,5 +24,6 @@ mod report;
 mod scatter;
 mod score;
 mod search;
+mod spread;
 
 pub use discover::{assess_push, discover_push};

@@ -24,10 +24,11 @@ use super::fit::{Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
 use super::score::Dispersion;
 use super::search::{BEND, Search};
+use super::spread::{interval, most_likely};
 use crate::decide::holds;
 use crate::linear::Square;
 use crate::result::Estimate;
-use crate::statistics::{chi2_quantile, median};
+use crate::statistics::median;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::{SCATTER_KIND, SCATTER_SPEC};
 use rayon::prelude::*;
@@ -38,11 +39,6 @@ use std::ops::Range;
 const CENTRE_KIND: &str = "pressure-offset";
 /// Steps of the pushes' centres.
 const STEPS: usize = 4;
-/// Least standard deviation that is looked for, m: engines and outlines are not better.
-const LEAST_M: f64 = 2e-5;
-/// Values of the standard deviation that are tried, evenly in its logarithm.
-const GRID: usize = 60;
-
 /// A scatter that the pushes confirm.
 #[derive(Clone, Debug)]
 pub(crate) struct Scatter {
@@ -371,9 +367,9 @@ impl Common {
             v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
             if sd > 0.0 {
                 let m = self.precision(n, sd, phi).cholesky().inverse();
-                for i in 0..p {
+                for (i, v) in v.iter_mut().enumerate() {
                     let along = [0, 1].map(|k| (0..2).map(|l| n.s.at(i, b[l]) * m.at(l, k)).sum::<f64>());
-                    v[i] -= (0..2).map(|k| along[k] * n.v[b[k]]).sum::<f64>();
+                    *v -= (0..2).map(|k| along[k] * n.v[b[k]]).sum::<f64>();
                     for j in 0..p {
                         *t.at_mut(i, j) -= (0..2).map(|k| along[k] * n.s.at(b[k], j)).sum::<f64>();
                     }
@@ -497,41 +493,4 @@ fn level(normals: &[Normal], least: f64) -> (f64, f64) {
         normals.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
     let within = if freedom > 0.0 { between / freedom } else { 0.0 };
     (within.max(median(&mut left)).max(least), freedom)
-}
-
-/// Where a function of the standard deviation is least; none where that is at no scatter.
-fn most_likely(of: impl Fn(f64) -> f64) -> Option<f64> {
-    let values: Vec<(f64, f64)> = grid().map(|sd| (of(sd), sd)).collect();
-    let best = (0..values.len()).min_by(|&a, &b| values[a].0.total_cmp(&values[b].0))?;
-    if best == 0 {
-        return None;
-    }
-    let (mut low, mut high) = (values[best - 1].1.ln(), values[(best + 1).min(GRID)].1.ln());
-    for _ in 0..30 {
-        let [a, b] = [(2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0];
-        if of(a.exp()) < of(b.exp()) { high = b } else { low = a }
-    }
-    Some((0.5 * (low + high)).exp())
-}
-
-fn grid() -> impl Iterator<Item = f64> {
-    let span = (SCATTER_SPEC.parameters[0].max / LEAST_M).ln();
-    (0..=GRID).map(move |i| LEAST_M * (span * i as f64 / GRID as f64).exp())
-}
-
-/// 95 % interval by the profile.
-fn interval(of: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
-    let edge = of(best) + chi2_quantile(0.05, 1.0);
-    let ends = [(LEAST_M, 0.0), (SCATTER_SPEC.parameters[0].max, SCATTER_SPEC.parameters[0].max)];
-    ends.map(|(end, bound)| {
-        if of(end) < edge {
-            return bound;
-        }
-        let (mut inside, mut outside) = (best.ln(), end.ln());
-        for _ in 0..40 {
-            let middle = 0.5 * (inside + outside);
-            if of(middle.exp()) < edge { inside = middle } else { outside = middle }
-        }
-        inside.exp()
-    })
 }
