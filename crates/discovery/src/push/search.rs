@@ -134,7 +134,7 @@ impl<'a> Search<'a> {
         for kind in &fit.hypothesis.kinds {
             let own = fit.dispersion_of(&self.train, kind);
             penalty +=
-                self.resolution() + own.factor * own.widened(self.quantile(kind), self.size(kind) as f64);
+                self.floor(kind) + own.factor * own.widened(self.quantile(kind), self.size(kind) as f64);
             units.push(own.factor);
         }
         let unit = match units.len() {
@@ -147,12 +147,21 @@ impl<'a> Search<'a> {
     /// What the gain by one kind under chance alone exceeds with probability [`ALPHA`] over the library, in units of its
     /// dispersion.
     pub fn quantile(&self, kind: &str) -> f64 {
-        chi2_quantile(ALPHA / self.library.len().max(1) as f64, self.size(kind) as f64)
+        let of = |k: usize| chi2_quantile(ALPHA / self.library.len().max(1) as f64, k as f64);
+        // A kind that contains another is that and a further step.
+        contained(kind)
+            .map_or(of(self.size(kind)), |less| self.quantile(less) + of(self.size(kind) - self.size(less)))
+    }
+
+    /// What a kind gains at most that is below the resolution.
+    fn floor(&self, kind: &str) -> f64 {
+        let steps = if contained(kind).is_some() { 2.0 } else { 1.0 };
+        steps * self.resolution()
     }
 
     /// What a score must promise, in units of its dispersion.
     pub fn penalty(&self, s: &Score) -> f64 {
-        self.resolution() / s.dispersion.factor
+        self.floor(s.kind) / s.dispersion.factor
             + s.dispersion.widened(self.quantile(s.kind), self.size(s.kind) as f64)
     }
 
@@ -288,7 +297,7 @@ impl<'a> Search<'a> {
                     let mut kinds = self.tried[i].kinds().to_vec();
                     kinds.push(s.kind);
                     // The dispersion that a missing effect makes must not hide it: the first are fitted in any case.
-                    let sure = rank < SURE && s.gain > self.resolution() + self.quantile(s.kind);
+                    let sure = rank < SURE && s.gain > self.floor(s.kind) + self.quantile(s.kind);
                     let worth = sure || s.evidence() > 0.5 * self.penalty(&s);
                     if worth && !self.known(&kinds) && !jobs.iter().any(|j| same(&j.1, &kinds)) {
                         jobs.push((i, kinds, s.theta));
@@ -430,6 +439,11 @@ fn library(model: &PushModel, sample: &Sample<'_>) -> Vec<&'static str> {
     let declared = model.parameters.iter().enumerate();
     let per_group = declared.filter(|(_, p)| own && !p.frozen && p.per == Per::All);
     effects.map(|s| s.kind).chain(per_group.map(|(i, _)| kind_per_group(i))).collect()
+}
+
+/// The kind that another turns into where some of its parameters are at their null.
+fn contained(kind: &str) -> Option<&'static str> {
+    (kind == "frame-registration").then_some("tip-offset")
 }
 
 /// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
