@@ -39,6 +39,9 @@ use std::ops::Range;
 const CENTRE_KIND: &str = "pressure-offset";
 /// Steps of the pushes' centres.
 const STEPS: usize = 4;
+/// Fewest pushes for training: a few knocks by hand look like the spread of a few pushes.
+const FEWEST: usize = 20;
+
 /// A scatter that the pushes confirm.
 #[derive(Clone, Debug)]
 pub(crate) struct Scatter {
@@ -184,13 +187,16 @@ pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<
 }
 
 impl Common {
-    /// At the best fit with a common centre; none where there is no room for it.
+    /// At the best fit with a common centre; none where there is no room for it, or the pushes are few.
     fn of(model: &PushModel, sample: &Sample<'_>, from: &Fit) -> Option<Self> {
         Self::with(model, sample, from, &from.hypothesis.kinds)
     }
 
     /// With only some of the kinds.
     fn with(model: &PushModel, sample: &Sample<'_>, from: &Fit, kinds: &[&'static str]) -> Option<Self> {
+        if Self::pushes(sample).len() < FEWEST {
+            return None;
+        }
         let mut model = model.clone();
         let mut kinds = kinds.to_vec();
         match model.effects.iter_mut().find(|b| b.kind == CENTRE_KIND) {

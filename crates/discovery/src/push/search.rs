@@ -134,7 +134,7 @@ impl<'a> Search<'a> {
         for kind in &fit.hypothesis.kinds {
             let own = fit.dispersion_of(&self.train, kind);
             penalty +=
-                self.floor(kind) + own.factor * own.widened(self.quantile(kind), self.size(kind) as f64);
+                self.resolution() + own.factor * own.widened(self.quantile(kind), self.size(kind) as f64);
             units.push(own.factor);
         }
         let unit = match units.len() {
@@ -147,21 +147,17 @@ impl<'a> Search<'a> {
     /// What the gain by one kind under chance alone exceeds with probability [`ALPHA`] over the library, in units of its
     /// dispersion.
     pub fn quantile(&self, kind: &str) -> f64 {
-        let of = |k: usize| chi2_quantile(ALPHA / self.library.len().max(1) as f64, k as f64);
-        // A kind that contains another is that and a further step.
-        contained(kind)
-            .map_or(of(self.size(kind)), |less| self.quantile(less) + of(self.size(kind) - self.size(less)))
+        self.step(self.size(kind))
     }
 
-    /// What a kind gains at most that is below the resolution.
-    fn floor(&self, kind: &str) -> f64 {
-        let steps = if contained(kind).is_some() { 2.0 } else { 1.0 };
-        steps * self.resolution()
+    /// The same for a number of parameters.
+    fn step(&self, parameters: usize) -> f64 {
+        chi2_quantile(ALPHA / self.library.len().max(1) as f64, parameters as f64)
     }
 
     /// What a score must promise, in units of its dispersion.
     pub fn penalty(&self, s: &Score) -> f64 {
-        self.floor(s.kind) / s.dispersion.factor
+        self.resolution() / s.dispersion.factor
             + s.dispersion.widened(self.quantile(s.kind), self.size(s.kind) as f64)
     }
 
@@ -297,7 +293,7 @@ impl<'a> Search<'a> {
                     let mut kinds = self.tried[i].kinds().to_vec();
                     kinds.push(s.kind);
                     // The dispersion that a missing effect makes must not hide it: the first are fitted in any case.
-                    let sure = rank < SURE && s.gain > self.floor(s.kind) + self.quantile(s.kind);
+                    let sure = rank < SURE && s.gain > self.resolution() + self.quantile(s.kind);
                     let worth = sure || s.evidence() > 0.5 * self.penalty(&s);
                     if worth && !self.known(&kinds) && !jobs.iter().any(|j| same(&j.1, &kinds)) {
                         jobs.push((i, kinds, s.theta));
@@ -345,6 +341,9 @@ impl<'a> Search<'a> {
                 let gone = rest.remove(i);
                 if !rest.is_empty() {
                     sets.push((rest.clone(), None));
+                }
+                if let Some(less) = contained(gone) {
+                    sets.push(([&rest[..], &[less]].concat(), None));
                 }
                 let scores = if rest.is_empty() {
                     self.base_scores.clone()
@@ -398,8 +397,12 @@ impl<'a> Search<'a> {
             .filter(|&i| self.criterion(&self.tried[i]) < least + POOL * unit)
             .take(8)
             .collect();
-        if !pool.contains(&0) {
-            pool.push(0);
+        let simpler: Vec<usize> =
+            pool.iter().filter_map(|&i| self.position(&less(self.tried[i].kinds()))).chain([0]).collect();
+        for i in simpler {
+            if !pool.contains(&i) {
+                pool.push(i);
+            }
         }
         let held: Vec<Fit> = pool
             .par_iter()
@@ -423,7 +426,19 @@ impl<'a> Search<'a> {
         }
         let judged = (0..self.tried.len()).filter(|&i| self.tried[i].held.is_some());
         let judged = judged.filter(|&i| self.confirmed(i));
-        judged.min_by(|&a, &b| self.total(&self.tried[a]).total_cmp(&self.total(&self.tried[b]))).unwrap_or(0)
+        let total = |i: usize| self.total(&self.tried[i]);
+        let best = judged.min_by(|&a, &b| total(a).total_cmp(&total(b))).unwrap_or(0);
+        // What a kind has beyond one that it contains is a further step.
+        let kinds = self.tried[best].kinds();
+        let simple = self.position(&less(kinds)).filter(|&i| i != best && self.confirmed(i));
+        let beyond: f64 = kinds
+            .iter()
+            .filter_map(|k| Some(self.size(k) - self.size(contained(k)?)))
+            .map(|k| self.step(k))
+            .sum();
+        simple
+            .filter(|&i| total(i) < total(best) + self.resolution() + beyond * self.tried[best].unit)
+            .unwrap_or(best)
     }
 }
 
@@ -444,6 +459,11 @@ fn library(model: &PushModel, sample: &Sample<'_>) -> Vec<&'static str> {
 /// The kind that another turns into where some of its parameters are at their null.
 fn contained(kind: &str) -> Option<&'static str> {
     (kind == "frame-registration").then_some("tip-offset")
+}
+
+/// A set with the kinds that its own contain.
+fn less(kinds: &[&'static str]) -> Vec<&'static str> {
+    kinds.iter().map(|k| contained(k).unwrap_or(k)).collect()
 }
 
 /// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
