@@ -147,12 +147,7 @@ impl<'a> Search<'a> {
     /// What the gain by one kind under chance alone exceeds with probability [`ALPHA`] over the library, in units of its
     /// dispersion.
     pub fn quantile(&self, kind: &str) -> f64 {
-        self.step(self.size(kind))
-    }
-
-    /// The same for a number of parameters.
-    fn step(&self, parameters: usize) -> f64 {
-        chi2_quantile(ALPHA / self.library.len().max(1) as f64, parameters as f64)
+        chi2_quantile(ALPHA / self.library.len().max(1) as f64, self.size(kind) as f64)
     }
 
     /// What a score must promise, in units of its dispersion.
@@ -428,13 +423,13 @@ impl<'a> Search<'a> {
         let judged = judged.filter(|&i| self.confirmed(i));
         let total = |i: usize| self.total(&self.tried[i]);
         let best = judged.min_by(|&a, &b| total(a).total_cmp(&total(b))).unwrap_or(0);
-        // What a kind has beyond one that it contains is a further step.
+        // What a kind has beyond one that it contains is a further step, tested once.
         let kinds = self.tried[best].kinds();
         let simple = self.position(&less(kinds)).filter(|&i| i != best && self.confirmed(i));
         let beyond: f64 = kinds
             .iter()
             .filter_map(|k| Some(self.size(k) - self.size(contained(k)?)))
-            .map(|k| self.step(k))
+            .map(|k| chi2_quantile(ALPHA, k as f64))
             .sum();
         simple
             .filter(|&i| total(i) < total(best) + self.resolution() + beyond * self.tried[best].unit)
