@@ -16,8 +16,7 @@
 //! has its own, whichever is more. A misfit that changes along the push, or that no centre removes, thus counts as noise.
 //!
 //! Not told apart: anything else that stays for one push and changes to the next with the same signature (a marker glued on
-//! anew, the place of contact, dirt, wear), and a law that the library lacks and that acts by start orientation or place of
-//! contact alone.
+//! anew, the place of contact, dirt, wear), and a law not in the library that acts by start orientation or contact place alone.
 
 use super::evaluate::{MOST_FREE, Piece, piece};
 use super::fit::{Fit, Sample, fit, fit_starts};
@@ -41,6 +40,8 @@ const CENTRE_KIND: &str = "pressure-offset";
 const STEPS: usize = 4;
 /// Fewest pushes for training: a few knocks by hand look like the spread of a few pushes.
 const FEWEST: usize = 20;
+/// Fewest windows of a push, on average: a push of one can be explained by a centre of its own whatever the model lacks.
+const WINDOWS: usize = 2;
 
 /// A scatter that the pushes confirm.
 #[derive(Clone, Debug)]
@@ -187,14 +188,15 @@ pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<
 }
 
 impl Common {
-    /// At the best fit with a common centre; none where there is no room for it, or the pushes are few.
+    /// At the best fit with a common centre; none where there is no room for it, or the pushes are few or short.
     fn of(model: &PushModel, sample: &Sample<'_>, from: &Fit) -> Option<Self> {
         Self::with(model, sample, from, &from.hypothesis.kinds)
     }
 
     /// With only some of the kinds.
     fn with(model: &PushModel, sample: &Sample<'_>, from: &Fit, kinds: &[&'static str]) -> Option<Self> {
-        if Self::pushes(sample).len() < FEWEST {
+        let pushes = Self::pushes(sample).len();
+        if pushes < FEWEST || sample.windows.len() < WINDOWS * pushes {
             return None;
         }
         let mut model = model.clone();
