@@ -39,7 +39,7 @@ const CENTRE_KIND: &str = "pressure-offset";
 /// Steps of the pushes' centres.
 const STEPS: usize = 4;
 /// Fewest pushes for training: a few knocks by hand look like the spread of a few pushes.
-const FEWEST: usize = 20;
+const FEWEST: usize = 15;
 /// Fewest windows of a push, on average: a push of one can be explained by a centre of its own whatever the model lacks.
 const WINDOWS: usize = 2;
 
@@ -112,7 +112,7 @@ pub(crate) fn scatter(search: &Search<'_>, place: usize) -> Option<Scatter> {
     let common = Common::of(search.model, &search.train, &search.tried[place].fit)?;
     let found = common.estimate(&search.train, None)?;
     let (gain, penalty) = (found.gain, found.penalty(search, SCATTER_KIND));
-    let declared = search.model.effects.iter().any(|b| b.kind == SCATTER_KIND);
+    let declared = declared(search.model);
     if gain <= penalty && !declared {
         return None;
     }
@@ -120,6 +120,10 @@ pub(crate) fn scatter(search: &Search<'_>, place: usize) -> Option<Scatter> {
     let (held, gain_held) = common.judge(&test, &found);
     let confirmed = declared || holds(gain - penalty, 0.5 * gain_held);
     confirmed.then_some(Scatter { gain, declared, pieces: [found.state.pieces, held.pieces] })
+}
+
+fn declared(model: &PushModel) -> bool {
+    model.effects.iter().any(|b| b.kind == SCATTER_KIND)
 }
 
 /// Gain in cost on the training part of who is told to look for scatter, and what it has to exceed.
@@ -196,7 +200,8 @@ impl Common {
     /// With only some of the kinds.
     fn with(model: &PushModel, sample: &Sample<'_>, from: &Fit, kinds: &[&'static str]) -> Option<Self> {
         let pushes = Self::pushes(sample).len();
-        if pushes < FEWEST || sample.windows.len() < WINDOWS * pushes {
+        let enough = pushes >= FEWEST && sample.windows.len() >= WINDOWS * pushes;
+        if !enough && !declared(model) {
             return None;
         }
         let mut model = model.clone();
