@@ -1,9 +1,10 @@
 //! Calibration: bounded Levenberg-Marquardt over windows with their starts eliminated and their weights robust.
 
 use super::evaluate::{Piece, piece};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, amounts};
 use super::measured::{Measured, Window};
 use crate::linear::Square;
+use crate::statistics::chi2_quantile;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -154,6 +155,23 @@ impl Fit {
             }
         }
         cov
+    }
+
+    /// Whether every added kind is away from its null by more than chance: a gain that comes of corners, where a start meets the
+    /// rod, leaves the parameters where they were (Wald test with the covariance of the sandwich).
+    pub fn clear(&self, sample: &Sample<'_>) -> bool {
+        let (cov, open) = (self.covariance(sample), self.undetermined(sample));
+        self.hypothesis.kinds.iter().all(|kind| {
+            let range = self.hypothesis.range_of(kind);
+            // A direction or a scale has no null of its own.
+            let own: Vec<usize> = range.take(amounts(kind)).collect();
+            let mut x: Vec<f64> = own.iter().map(|&i| self.theta[i] - self.hypothesis.free[i].null).collect();
+            cov.sub(&own).cholesky().forward(&mut x);
+            // What poses tell only together with others is not zero for that.
+            own.is_empty()
+                || own.iter().any(|&i| open[i])
+                || x.iter().map(|v| v * v).sum::<f64>() > chi2_quantile(0.05, own.len() as f64)
+        })
     }
 
     /// 95 % intervals of the globals; the bounds where the data say nothing about a parameter but together with others.

@@ -57,6 +57,13 @@ pub(crate) struct Free {
     pub group: Option<usize>,
     /// Where fits begin.
     pub nominal: f64,
+    /// Where an added parameter changes nothing.
+    pub null: f64,
+}
+
+/// How many of a kind's parameters say how much of it there is: the others are its direction or its scale.
+pub(crate) fn amounts(kind: &str) -> usize {
+    if kind == "speed-dependent-friction" || Polar::of(kind).is_some() { 1 } else { usize::MAX }
 }
 
 /// A model with effects.
@@ -84,7 +91,17 @@ impl Hypothesis {
             if !p.frozen {
                 let unit = if kind.is_none() { base_unit(&p.name) } else { "" };
                 let (name, min, max) = (p.name.clone(), p.min, p.max);
-                free.push(Free { index, name, unit, min, max, kind, group: None, nominal: p.nominal });
+                free.push(Free {
+                    index,
+                    name,
+                    unit,
+                    min,
+                    max,
+                    kind,
+                    group: None,
+                    nominal: p.nominal,
+                    null: 0.0,
+                });
             }
         }
         for (index, p) in model.parameters.iter().enumerate().filter(|(_, p)| p.per == Per::Group) {
@@ -111,6 +128,7 @@ impl Hypothesis {
                     kind: Some(spec.kind),
                     group: None,
                     nominal: p.null,
+                    null: p.null,
                 };
                 free.push(f);
                 values.push(p.null);
@@ -194,6 +212,7 @@ impl Free {
                 min: -range,
                 max: range,
                 nominal: nominal(group),
+                null: 0.0,
                 ..self.clone()
             })
             .collect()

@@ -38,6 +38,8 @@ pub(crate) struct Judged {
     /// Penalty on the cost, and what one unit of it is: the dispersion of what was added.
     pub penalty: f64,
     pub unit: f64,
+    /// No kind whose 95 % region holds its null.
+    pub clear: bool,
     /// The held-out windows at its parameters.
     pub held: Option<Fit>,
 }
@@ -141,7 +143,8 @@ impl<'a> Search<'a> {
             0 => fit.dispersion(&self.train).factor,
             n => units.iter().sum::<f64>() / n as f64,
         };
-        Judged { fit, penalty, unit, held: None }
+        let clear = fit.clear(&self.train);
+        Judged { fit, penalty, unit, clear, held: None }
     }
 
     /// What the gain by one kind under chance alone exceeds with probability [`ALPHA`] over the library, in units of its
@@ -410,7 +413,7 @@ impl<'a> Search<'a> {
 
     fn confirmed(&self, i: usize) -> bool {
         let (lead, gain) = (self.lead(&self.tried[i]), self.heldout_gain(&self.tried[i]));
-        i == 0 || (lead > 0.0 && gain.is_some_and(|gain| holds(lead, gain)))
+        i == 0 || (self.tried[i].clear && lead > 0.0 && gain.is_some_and(|gain| holds(lead, gain)))
     }
 
     /// The answer: the best on both parts together, of those that pay their penalty on the training part and that the
