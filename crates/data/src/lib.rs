@@ -41,4 +41,4 @@ pub use split::{Split, SplitSize};
 pub use stream_summary::{PushSummary, StreamSummary};
 pub use summary::{ColumnSummary, LengthSummary, SamplingSummary, Statistics, Summary};
 pub use trajectory::Trajectory;
-pub use unit::Unit;
+pub use unit::{Dimensions, Unit};

@@ -151,7 +151,7 @@ fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
         let values = dataset.trajectories().iter().flat_map(move |t| t.column(i)).copied();
         ColumnSummary {
             name: column.name().to_owned(),
-            unit: column.unit().symbol().to_owned(),
+            unit: column.unit().symbol(),
             covariate: covariates.contains(&column.name()),
             missing: values.clone().filter(|v| v.is_nan()).count(),
             statistics: Statistics::of(values),

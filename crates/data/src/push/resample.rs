@@ -34,7 +34,7 @@ pub fn resample(data: &Dataset, rate_hz: f64) -> Result<Dataset, DataError> {
         let time_s: Vec<f64> =
             (0..=steps).map(|k| (clock[0] + k as f64 / rate_hz).min(clock[last])).collect();
         let values = kept.iter().map(|&(i, column)| {
-            let (samples, angle) = (t.column(i), column.unit() == Unit::Radian);
+            let (samples, angle) = (t.column(i), column.unit() == Unit::RADIAN);
             time_s.iter().map(|&at| value_at(clock, samples, at, angle)).collect()
         });
         t.with_samples(time_s.clone(), values.collect())
