@@ -2,6 +2,7 @@
 
 use crate::push::PushEngine;
 use crate::{EngineSpec, TrainerError};
+use augsim_data::Limit;
 use augsim_nn::{Adam, StepDecay};
 use serde::{Deserialize, Serialize};
 
@@ -136,6 +137,15 @@ impl Settings {
         }
     }
 
+    /// Bound from above on the parameters of the net, in floating point, where no product overflows: 16 matrices a
+    /// layer between everything that is side by side (three gates, two directions each, of encoder, prior and
+    /// decoder are fewer; extractors have at most 32 units, states and conditions together fewer than 32).
+    fn most_parameters(&self) -> f64 {
+        let NetSettings { hidden, layers, latent, .. } = self.net;
+        let width = hidden as f64 + latent as f64 + 64.0;
+        16.0 * layers as f64 * width * width
+    }
+
     /// Checks every range.
     ///
     /// # Errors
@@ -167,6 +177,12 @@ impl Settings {
                     rule: "must be at least 1",
                 });
             }
+        }
+        if Limit::Parameters.check(self.most_parameters() as u64).is_err() {
+            let NetSettings { hidden, layers, latent, .. } = self.net;
+            let value = format!("{hidden} units, {layers} layers, latent {latent}");
+            let rule = "too many parameters; lower these sizes, or set AUGSIM_LIMIT_PARAMETERS to allow more";
+            return Err(TrainerError::Setting { key: "net", value, rule });
         }
         let positive = [
             ("learning_rate.initial", self.learning_rate.initial),
