@@ -88,8 +88,8 @@ fn columns_that_are_missing_repeated_or_without_unit() {
     );
     assert_eq!(
         refusal("trajectory,t_s,height (m)\na,0,1\n"),
-        "F: line 1: column `height (m)`: a name is made of ASCII letters, digits and underscores \
-         and starts with a letter; rename it"
+        "F: line 1: column `height (m)`: a name is made of ASCII letters, digits and underscores, \
+         at most 256, and starts with a letter; rename it"
     );
 }
 
@@ -177,8 +177,8 @@ fn groups_that_change_and_labels_that_cannot_be_kept() {
     );
     assert_eq!(
         refusal(&format!("{HEADER}\"a\nb\",0,1,0\n")),
-        "F: line 2, column `trajectory`: \"a\\nb\" begins or ends with a blank or contains a \
-         control character; rename it"
+        "F: line 2, column `trajectory`: \"a\\nb\" begins or ends with a blank, contains a \
+         control character or is longer than 256 bytes; rename it"
     );
 }
 
@@ -263,8 +263,8 @@ fn data_sets_built_by_code_are_checked_too() {
     );
     assert_eq!(
         text(trajectory(" a")),
-        "trajectory \" a\": identifiers and groups must not be empty, begin or end with a blank or \
-         contain control characters; rename it"
+        "trajectory \" a\": identifiers and groups must not be empty, begin or end with a blank, \
+         contain control characters or be longer than 256 bytes; rename it"
     );
 
     let text = |result: Result<Dataset, DataError>| result.unwrap_err().to_string();
