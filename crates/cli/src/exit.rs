@@ -1,6 +1,8 @@
 //! Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical
 //! failure, 130 interrupted.
 
+use augsim_data::push::PushError;
+use augsim_data::{DataError, Source, printable};
 use augsim_trainer::TrainerError;
 use std::io::Write;
 use std::process::ExitCode;
@@ -42,13 +44,18 @@ impl std::error::Error for Usage {}
 /// Prints the error in one paragraph and gives its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "augsim: error: {error:#}");
+    let _ = writeln!(std::io::stderr(), "augsim: error: {}", printable(&format!("{error:#}")));
     ExitCode::from(code(error))
 }
 
 fn code(error: &anyhow::Error) -> u8 {
     for cause in error.chain() {
         if cause.is::<Usage>() {
+            return 2;
+        }
+        if let Some(e) = cause.downcast_ref::<DataError>()
+            && asked_for(e)
+        {
             return 2;
         }
         if let Some(e) = cause.downcast_ref::<TrainerError>() {
@@ -60,4 +67,14 @@ fn code(error: &anyhow::Error) -> u8 {
         }
     }
     3
+}
+
+/// Whether data are refused for what an option asked for, not for what a file holds: a set in memory is as large as the
+/// options make it.
+fn asked_for(error: &DataError) -> bool {
+    matches!(
+        error,
+        DataError::Limit { origin: Source::Memory, .. }
+            | DataError::Push(PushError::Rate { .. } | PushError::RateTooHigh { .. })
+    )
 }

@@ -73,6 +73,7 @@ pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result
     };
     let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
         augsim_physics::push::laboratory::LaboratoryError::Setting { .. } => Usage(e.to_string()).into(),
+        augsim_physics::push::laboratory::LaboratoryError::Data(e) => e.into(),
         other => anyhow::Error::from(other),
     })?;
     let out = prepared(args.out.as_deref(), "out/push.csv")?;
