@@ -27,7 +27,9 @@ mod summary;
 mod trajectory;
 mod unit;
 
-pub use atomic_file::{AtomicWriteError, WriteStep, atomic_write};
+pub use atomic_file::{
+    AtomicWriteError, WriteStep, abandon_writes, atomic_write, check_writable, remove_stale,
+};
 pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use dataset::Dataset;
