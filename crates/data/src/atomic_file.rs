@@ -272,7 +272,8 @@ mod tests {
         let own = std::process::id();
         // No system gives a process this number.
         let dead = u32::MAX;
-        let stale = [format!(".result.json.{dead}-0.tmp"), format!(".a.b.csv.{own}-18446744073709551615.tmp")];
+        let stale =
+            [format!(".result.json.{dead}-0.tmp"), format!(".a.b.csv.{own}-18446744073709551615.tmp")];
         let kept = [
             ".result.json.1-0.tmp".to_owned(),
             format!("result.json.{dead}-0.tmp"),
