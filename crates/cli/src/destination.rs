@@ -8,7 +8,7 @@ use crate::folders;
 use crate::record::{RECORD, Record};
 use crate::run_dir;
 use crate::run_lock::RunLock;
-use augsim_data::{atomic_write, check_writable};
+use augsim_data::{atomic_write, check_writable, remove_stale};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -33,8 +33,13 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
         );
         return Err(Usage(text).into());
     }
-    folders::make(folders::around(file))?;
+    let folder = folders::around(file);
+    folders::make(folder)?;
     check_writable(file)?;
+    // Others may write to other files of the folder, so only temporary files of these are looked at.
+    let names: Vec<_> =
+        beside.iter().map(PathBuf::as_path).chain([file]).filter_map(Path::file_name).collect();
+    remove_stale(folder, |target| names.iter().any(|name| *name == target));
     Ok(())
 }
 

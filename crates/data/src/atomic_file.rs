@@ -115,32 +115,34 @@ pub fn abandon_writes() -> impl Sized {
     in_flight
 }
 
-/// Removes the temporary files of `folder` that processes left behind that were killed: those of this module's names whose
+/// Removes temporary files from `folder` that killed processes left behind: those whose target's name is `wanted` and whose
 /// process is gone, or that are older than a day. Files that cannot be removed stay.
-pub fn remove_stale(folder: &Path) {
+pub fn remove_stale(folder: &Path, wanted: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let in_flight = in_flight();
     for entry in entries.flatten() {
-        let Some(process) = entry.file_name().to_str().and_then(maker) else { continue };
+        let name = entry.file_name();
+        let Some((target, process)) = name.to_str().and_then(maker) else { continue };
         let old = || {
             let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|m| m.elapsed().ok());
             age.is_some_and(|age| age > STALE)
         };
         // Inside a container the next process often has the number of the one before it.
-        let ours = process == std::process::id() && !in_flight.contains(&entry.path());
-        if ours || is_gone(process) || old() {
+        let ours = || !in_flight.iter().any(|path| path.file_name() == Some(&*name));
+        let abandoned = if process == std::process::id() { ours() } else { is_gone(process) || old() };
+        if abandoned && wanted(target) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// The process that made a temporary file of this name; `None` for any other name.
-fn maker(name: &str) -> Option<u32> {
+/// Target and process of a temporary file of this name; `None` for any other name.
+fn maker(name: &str) -> Option<(&str, u32)> {
     let middle = name.strip_prefix('.')?.strip_suffix(".tmp")?;
-    let (_, numbers) = middle.rsplit_once('.')?;
+    let (target, numbers) = middle.rsplit_once('.')?;
     let (process, count) = numbers.split_once('-')?;
     count.parse::<u64>().ok()?;
-    process.parse().ok()
+    Some((target, process.parse().ok()?))
 }
 
 /// Whether no process has this number, where the system tells.
@@ -284,7 +286,9 @@ mod tests {
         for name in stale.iter().chain(&kept) {
             fs::write(folder.path().join(name), "x").unwrap();
         }
-        remove_stale(folder.path());
+        remove_stale(folder.path(), |target| target == "other.json");
+        assert_eq!(names(folder.path()).len(), stale.len() + kept.len());
+        remove_stale(folder.path(), |_| true);
         let mut expected = kept.to_vec();
         // Process 1 is alive wherever processes are listed; elsewhere a young file stays as well.
         expected.sort();

@@ -16,7 +16,7 @@ use std::io::Write;
 /// A measured set with an effect that its model file does not declare, and that model file.
 const SEALED: [(&str, &[u8]); 2] = [
     ("bounces.csv", include_bytes!("../../../../fixtures/sealed/bounces.csv")),
-    ("model.toml", include_bytes!("../../../../fixtures/sealed/model.toml")),
+    ("declared.toml", include_bytes!("../../../../fixtures/sealed/model.toml")),
 ];
 
 /// Runs the subcommand.
@@ -25,16 +25,16 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
     let claim =
         Results { folder: &args.out, files: &[RESULT, REPORT], inputs: &[], record, force }.claim()?;
     claim.begin()?;
-    let sealed = args.out.join("sealed");
-    folders::make(&sealed)?;
+    let out = args.out.join("discover");
+    folders::make(&out)?;
     for (name, bytes) in SEALED {
-        atomic_write(&sealed.join(name), |w| w.write_all(bytes))?;
+        atomic_write(&out.join(name), |w| w.write_all(bytes))?;
     }
     output.note("First, throws of a ball whose model file misses something, and nobody says what:");
     let discover = Discover {
-        model: sealed.join("model.toml"),
-        data: sealed.join("bounces.csv"),
-        out: args.out.join("discover"),
+        model: out.join("declared.toml"),
+        data: out.join("bounces.csv"),
+        out,
         train_share: 0.7,
         group: Vec::new(),
     };
