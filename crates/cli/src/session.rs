@@ -128,6 +128,11 @@ pub fn train(
         progress.update(&losses);
     }
     progress.finish();
+    // What follows looks at all training data once more, which may take longer than a signal leaves.
+    run.write_checkpoint(training.state())?;
+    if keeper.must_stop() {
+        return Ok(Ended::Interrupted { iteration: training.iteration() });
+    }
     let seconds = started.elapsed().as_secs_f64();
     let done = total - first;
     let state = training.finish()?.clone();
