@@ -81,8 +81,10 @@ fn columns_that_are_missing_repeated_or_without_unit() {
     assert_eq!(
         refusal("trajectory,t_s,height_cm\na,0,1\n"),
         "F: line 1: column `height_cm`: its name ends in no known unit; convert to SI and end the \
-         name in one of _m _m2 _m_s _m_s2 _rad _rad_s _rad_s2 _s _per_s _per_m _Hz _kg _N _N_m _Pa \
-         _K; pure numbers end in new, flag, count, index, ratio, fraction, restitution, friction; a \
+         name in one of _m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz _kg _kg_m2 _N _N_m _Pa _K _V \
+         _A _W _J _C _Ohm _mol, or a quotient of these with _per_, such as _per_s, _N_per_m or \
+         _N_s_per_m; pure numbers end in new, flag, count, index, ratio, fraction, restitution, \
+         friction; a \
          text label goes into a column called `group`"
     );
     assert_eq!(
