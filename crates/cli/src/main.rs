@@ -3,16 +3,21 @@
 mod args;
 mod ball;
 mod chain;
+mod command_line;
 mod commands;
+mod destination;
 mod discovery_page;
 mod exit;
+mod folders;
 mod interrupt;
 mod output;
 mod progress;
 mod push;
+mod record;
 mod residual;
 mod run_data;
 mod run_dir;
+mod run_lock;
 mod session;
 
 use args::Args;
@@ -27,6 +32,7 @@ fn main() -> ExitCode {
         .and_then(|()| instruction_set())
         .and_then(|()| threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
+    folders::remove_empty();
     match result {
         Ok(outcome) => outcome.code(),
         Err(error) => exit::report(&error),

@@ -1,5 +1,6 @@
 //! Results on standard output, notes on standard error.
 
+use anyhow::Context;
 use serde::Serialize;
 use std::io::Write;
 
@@ -28,7 +29,7 @@ impl Output {
         match writeln!(std::io::stdout(), "{}", out.trim_end()) {
             // The reader (`head`, say) has had enough.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            other => Ok(other?),
+            other => other.context("standard output: cannot write the result"),
         }
     }
 
@@ -38,6 +39,12 @@ impl Output {
             // Nothing can be done when standard error is closed.
             let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
         }
+    }
+
+    /// A sentence that must not be missed: `--quiet` shows it too.
+    pub fn notice(&self, text: impl AsRef<str>) {
+        // Nothing can be done when standard error is closed.
+        let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
     }
 
     /// A note that only `--verbose` shows.

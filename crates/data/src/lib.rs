@@ -31,7 +31,9 @@ mod trajectory;
 mod unit;
 mod whole_file;
 
-pub use atomic_file::{AtomicWriteError, WriteStep, atomic_write};
+pub use atomic_file::{
+    AtomicWriteError, WriteStep, abandon_writes, atomic_write, check_writable, remove_stale,
+};
 pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use dataset::Dataset;
