@@ -1,6 +1,6 @@
 //! One disturbance of one command, and what must hold afterwards.
 
-use crate::outputs::{Files, damage, difference, files, is_kept};
+use crate::outputs::{Files, damage, difference, files, is_temporary};
 use crate::run::{CHANGING, Ended, injected, run};
 use crate::scene::Scene;
 use crate::tiny_disk::TinyDisk;
@@ -83,14 +83,13 @@ impl Target<'_> {
         if let Some(defect) = damage(&folder.join(OUT), &self.undisturbed)? {
             return Ok(Some(defect));
         }
-        let left =
-            files(&folder.join(OUT))?.into_keys().find(|path| path.extension().is_some_and(|e| e == "tmp"));
+        let left = files(&folder.join(OUT))?.into_keys().find(|path| is_temporary(path));
         Ok(left.map(|path| format!("the temporary file {} is left", path.display())))
     }
 
     fn goes_on(&self, folder: &Path) -> anyhow::Result<Option<String>> {
         // A command that was killed before it wrote anything has nothing to resume: it is begun again.
-        let begun = files(&folder.join(OUT))?.keys().any(|path| is_kept(path));
+        let begun = files(&folder.join(OUT))?.keys().any(|path| !is_temporary(path));
         let arguments = if begun { &self.scene.again } else { &self.scene.arguments };
         let ended = run(self.augsim, arguments, folder)?;
         if ended.code != Some(0) {

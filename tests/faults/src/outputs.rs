@@ -41,19 +41,9 @@ fn gather(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Result<()> {
 }
 
 /// Whether a file is a temporary one, which a killed process may leave: hidden, and ending in `.tmp`.
-fn is_temporary(path: &Path) -> bool {
+pub fn is_temporary(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with('.') && name.ends_with(".tmp")
-}
-
-/// Whether a file only guards its folder (a lock is empty, or names a process).
-fn is_lock(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "lock")
-}
-
-/// Whether a file is a result or a step towards one.
-pub fn is_kept(path: &Path) -> bool {
-    !is_temporary(path) && !is_lock(path)
 }
 
 /// The first file below `folder` that is neither whole nor temporary: a file is whole if it equals that of an
@@ -63,7 +53,7 @@ pub fn is_kept(path: &Path) -> bool {
 /// Something cannot be read at all.
 pub fn damage(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<String>> {
     for (path, content) in files(folder)? {
-        if !is_kept(&path) || undisturbed.get(&path) == Some(&content) {
+        if is_temporary(&path) || undisturbed.get(&path) == Some(&content) {
             continue;
         }
         if let Err(fault) = readable(&folder.join(&path), &content) {
@@ -115,4 +105,60 @@ pub fn difference(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<S
     }
     let absent = undisturbed.keys().find(|path| !found.contains_key(*path));
     Ok(absent.map(|path| format!("{} is missing", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a file that was cut, a left-over and other bytes are noticed; a file of another moment that is whole,
+    //! and the temporary file of a killed process, are none. A harness that accepts everything would pass for ever.
+    use super::*;
+
+    fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in files {
+            fs::write(folder.path().join(name), content).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn a_cut_file_is_noticed_in_every_format() {
+        for (name, content) in [
+            ("result.json", b"{\"schema\": ".as_slice()),
+            ("model.toml", b"scenario = \"ba"),
+            ("weights.safetensors", b""),
+            ("checkpoint.bin", b"augsim"),
+            ("metrics.jsonl", b"{}\n{\"loss\": "),
+            ("forecast.csv", b"trajectory,t_s,height_m\na,0,4."),
+            ("report.html", b"<html><body>"),
+            ("strange", b"anything"),
+        ] {
+            let folder = folder(&[(name, content)]);
+            let found = damage(folder.path(), &Files::new()).unwrap();
+            assert!(found.is_some_and(|text| text.contains(name)), "{name}");
+        }
+    }
+
+    #[test]
+    fn whole_files_and_temporary_ones_are_no_damage() {
+        let folder =
+            folder(&[("result.json", b"{}"), (".result.json.17-0.tmp", b"{\"half"), ("strange", b"same")]);
+        let undisturbed = Files::from([("strange".into(), b"same".to_vec())]);
+        assert_eq!(damage(folder.path(), &undisturbed).unwrap(), None);
+    }
+
+    #[test]
+    fn other_bytes_a_left_over_and_a_missing_file_are_differences_and_times_are_none() {
+        let undisturbed =
+            Files::from([("result.json".into(), b"{}".to_vec()), (TIMES.into(), b"1".to_vec())]);
+        let difference = |files: &[(&str, &[u8])]| difference(folder(files).path(), &undisturbed).unwrap();
+        assert_eq!(difference(&[("result.json", b"{}"), (TIMES, b"2")]), None);
+        for (files, text) in [
+            ([("result.json", b"[]".as_slice()), (TIMES, b"1")], "other bytes"),
+            ([("result.json", b"{}"), (".x.tmp", b"")], "left over"),
+        ] {
+            assert!(difference(&files).is_some_and(|found| found.contains(text)), "{text}");
+        }
+        assert!(difference(&[(TIMES, b"1")]).is_some_and(|found| found.contains("missing")));
+    }
 }

@@ -2,9 +2,12 @@
 
 use std::time::Duration;
 
-/// Memory that reading one file of at most [`LARGEST_INPUT`] may take at once, bytes. Gzip cannot expand by more than
-/// 1032, and numbers take up to four times their text, so honest readers stay below by far.
+/// Memory that reading one file may take at once, bytes: eight times what may be unpacked.
 pub const MEMORY: usize = 512 << 20;
+
+/// Limit on unpacked bytes that the children run under, so that a file at the limit is read in a moment: the variable of
+/// `augsim_data`'s limits, and its value.
+pub const UNPACKED: (&str, &str) = ("AUGSIM_LIMIT_BYTES", "64000000");
 
 /// Wall-clock time for one input. The slowest harmless ones take 30 ms on an idle core; the rest is for busy machines.
 pub const TIME: Duration = Duration::from_secs(10);

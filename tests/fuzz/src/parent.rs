@@ -1,7 +1,7 @@
 //! Starts the children, survives their deaths, and gathers what they say.
 
 use crate::child::{self, Counts, HANG};
-use crate::limits::TIME;
+use crate::limits::{TIME, UNPACKED};
 use crate::reader::Files;
 use crate::verdict::{Class, Finding, kind, shortened};
 use anyhow::Context;
@@ -79,6 +79,7 @@ pub fn case(program: &Path, reader: &str, folder: &Path, limit: Duration) -> any
         .args(["child-case", reader])
         .arg(folder)
         .args(["--limit-s", &limit.as_secs_f64().to_string()])
+        .env(UNPACKED.0, UNPACKED.1)
         .output()
         .with_context(|| program.display().to_string())?;
     let mut report = Report::default();
@@ -111,7 +112,10 @@ fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
         if let Some(reader) = &plan.reader {
             command.args(["--reader", reader]);
         }
-        let output = command.output().with_context(|| plan.program.display().to_string())?;
+        let output = command
+            .env(UNPACKED.0, UNPACKED.1)
+            .output()
+            .with_context(|| plan.program.display().to_string())?;
         parse(&output, &mut report);
         if output.status.success() {
             break;

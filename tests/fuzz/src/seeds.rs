@@ -115,16 +115,11 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             Files::one("model.toml", PUSH_MODEL),
             Files::one("model.toml", fixture("steel-square.model.toml")?),
         ],
-        "checkpoint" => vec![Files::one(
-            "checkpoint.bin",
-            through_a_file(|path| {
-                Ok(checkpoint::save(path, Training::new(small(), short_drops())?.state())?)
-            })?,
-        )],
-        "safetensors" => vec![Files::one(
-            "weights.safetensors",
-            through_a_file(|path| Ok(weights::export(path, &small_net())?))?,
-        )],
+        "checkpoint" => {
+            let state = Training::new(small(), short_drops())?.state().clone();
+            vec![Files::one("checkpoint.bin", checkpoint::encode(&state)?)]
+        }
+        "safetensors" => vec![Files::one("weights.safetensors", weights::encode(&small_net())?)],
         "config" => vec![Files::one("config.resolved.toml", config()?)],
         "cmu-mlab" => vec![Files::one("wood_10_90__exp.txt", PUSH_LOG)],
         "mit-pusher-slider" => vec![Files::one("1021_run.csv", SLIDER)],
