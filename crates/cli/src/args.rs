@@ -3,9 +3,14 @@
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+const LIMITS: &str = "\
+Environment:
+  AUGSIM_LIMIT_BYTES, _CELLS, _COLUMNS, _TRAJECTORIES, _SAMPLES, _PARAMETERS and others bound what a file or an option
+  may ask of the machine; the message that refuses something names its variable, such as AUGSIM_LIMIT_CELLS=1e9.";
+
 /// Hybrid simulation: an analytical model, the effect it lacks, and a stochastic net for what remains.
 #[derive(Debug, Parser)]
-#[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true, after_long_help = LIMITS)]
 pub struct Args {
     /// Options of every subcommand.
     #[command(flatten)]

@@ -2,6 +2,8 @@
 //! failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
 
 use crate::interrupt;
+use augsim_data::push::PushError;
+use augsim_data::{DataError, Source, printable};
 use augsim_trainer::TrainerError;
 use std::io::Write;
 use std::process::ExitCode;
@@ -43,7 +45,7 @@ impl std::error::Error for Usage {}
 /// Prints the error in one paragraph and gives its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "augsim: error: {}", sentence(error));
+    let _ = writeln!(std::io::stderr(), "augsim: error: {}", printable(&sentence(error)));
     ExitCode::from(code(error))
 }
 
@@ -64,6 +66,11 @@ fn code(error: &anyhow::Error) -> u8 {
         if cause.is::<Usage>() {
             return 2;
         }
+        if let Some(e) = cause.downcast_ref::<DataError>()
+            && asked_for(e)
+        {
+            return 2;
+        }
         if let Some(e) = cause.downcast_ref::<TrainerError>() {
             return match e {
                 TrainerError::Setting { .. } => 2,
@@ -73,6 +80,16 @@ fn code(error: &anyhow::Error) -> u8 {
         }
     }
     3
+}
+
+/// Whether data are refused for what an option asked for, not for what a file holds: a set in memory is as large as the
+/// options make it.
+fn asked_for(error: &DataError) -> bool {
+    matches!(
+        error,
+        DataError::Limit { origin: Source::Memory, .. }
+            | DataError::Push(PushError::Rate { .. } | PushError::RateTooHigh { .. })
+    )
 }
 
 #[cfg(test)]

@@ -90,6 +90,8 @@ pub fn train(
     resume: bool,
     output: &Output,
 ) -> anyhow::Result<Ended> {
+    // From the first file that is written on, the user who stops the run finds a checkpoint.
+    let keeper = Keeper::new();
     let state = if resume { run.read_checkpoint()? } else { None };
     let mut training = match state {
         Some(state) => {
@@ -110,7 +112,6 @@ pub fn train(
     let mut metrics = run.metrics_after(first)?;
     let progress = TrainingProgress::new(output, config.settings.recipe.label(), first, total);
     let started = Instant::now();
-    let keeper = Keeper::new();
     while training.iteration() < total {
         if keeper.must_stop() {
             progress.finish();

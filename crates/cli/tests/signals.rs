@@ -126,7 +126,7 @@ fn training_writes_a_checkpoint_for_every_signal_and_resumes_bit_for_bit() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "20", "--samples", "40", "--out", "d.csv"], d);
-    let train = ["train", "--data", "d.csv", "--recipe", "hybrid", "--iterations", "400", "--out"];
+    let train = ["train", "--data", "d.csv", "--recipe", "hybrid", "--iterations", "1500", "--out"];
     run(&[&train[..], &["whole"]].concat(), d);
     for (signal, code) in SIGNALS {
         let args = [&train[..], &[signal]].concat();

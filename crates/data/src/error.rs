@@ -33,8 +33,8 @@ impl fmt::Display for Source {
 pub enum ColumnError {
     /// Characters outside `[A-Za-z0-9_]`, or not starting with a letter.
     #[error(
-        "column `{}`: a name is made of ASCII letters, digits and underscores and starts with \
-         a letter; rename it",
+        "column `{}`: a name is made of ASCII letters, digits and underscores, at most 256, and \
+         starts with a letter; rename it",
         shown(name)
     )]
     Malformed {
@@ -325,8 +325,8 @@ pub enum DataError {
     },
     /// Identifier or label in a file that could not be written and read back.
     #[error(
-        "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a blank or contains a \
-         control character; rename it", path.display(), label = shown(label))]
+        "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a blank, contains a \
+         control character or is longer than 256 bytes; rename it", path.display(), label = shown(label))]
     BadLabelInFile {
         /// File.
         path: PathBuf,
@@ -340,7 +340,7 @@ pub enum DataError {
     /// Identifier or group, given by code, that could not be written and read back.
     #[error(
         "trajectory \"{trajectory}\": identifiers and groups must not be empty, begin or end with a \
-         blank or contain control characters; rename it", trajectory = shown(trajectory))]
+         blank, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
     BadLabel {
         /// Trajectory, as given.
         trajectory: String,

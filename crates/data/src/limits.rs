@@ -162,10 +162,10 @@ impl Limit {
                 "holds too many bytes once it is unpacked; split it, or convert it to fewer columns"
             }
             Limit::TextBytes => "is too long for a text file of settings; check that it is the right file",
-            Limit::Cells => "has too many values (samples times columns); leave columns out, or split it",
+            Limit::Cells => "has too many values (samples times columns); take fewer of either",
             Limit::Columns => "has too many columns; leave out those that no model names",
-            Limit::Trajectories => "has too many trajectories; split it",
-            Limit::Samples => "has too many samples in one trajectory; lower the rate, or split it",
+            Limit::Trajectories => "has too many trajectories; take fewer",
+            Limit::Samples => "has too many samples in one trajectory; take fewer, or a lower rate",
             Limit::HeaderBytes => {
                 "has a header that is too long for an array of numbers; save the array again"
             }

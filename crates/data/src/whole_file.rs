@@ -73,14 +73,16 @@ pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
         let mut member = GzDecoder::new(rest);
         let room = most.saturating_add(1).saturating_sub(content.len() as u64);
         let outcome = member.by_ref().take(room).read_to_end(&mut content);
-        let (path_of, line) = (|| path.to_owned(), lines(&content));
         match outcome {
             Ok(_) if content.len() as u64 > most => return Err(too_large(path)),
             Ok(_) => {}
             Err(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
-                return Err(DataError::TruncatedGzip { path: path_of(), line });
+                return Err(DataError::TruncatedGzip { path: path.to_owned(), line: line(&content) });
             }
-            Err(cause) => return Err(DataError::DamagedGzip { path: path_of(), line, cause }),
+            Err(cause) => {
+                let (path, line) = (path.to_owned(), line(&content));
+                return Err(DataError::DamagedGzip { path, line, cause });
+            }
         }
         rest = member.into_inner();
     }
@@ -91,7 +93,7 @@ pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
 }
 
 /// Line, from 1, on which reading `content` stopped.
-fn lines(content: &[u8]) -> u64 {
+fn line(content: &[u8]) -> u64 {
     content.iter().filter(|&&byte| byte == b'\n').count() as u64 + 1
 }
 

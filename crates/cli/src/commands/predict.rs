@@ -2,11 +2,11 @@
 
 use crate::args::Predict;
 use crate::destination::data_file;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::run_data;
 use crate::run_dir::{DataSource, FILES, RunDir};
-use augsim_data::{Column, Dataset, Trajectory, write_dataset};
+use augsim_data::{Column, Dataset, Limit, Trajectory, write_dataset};
 use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Task};
 use rayon::prelude::*;
@@ -30,6 +30,9 @@ pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
     let source = DataSource::File(args.data.clone());
     let (starts, times) = run_data::load_timed(&source, &model.state().settings.engine)?;
     let samples = args.samples as usize;
+    let longest = starts.items.iter().map(|q| q.time).max().unwrap_or(0) as u64;
+    let cells = u64::from(args.samples).saturating_mul(longest).saturating_mul(starts.columns.len() as u64);
+    Limit::Cells.check(cells).map_err(|e| Usage(format!("--samples {samples}: each forecast {e}")))?;
     let rows = starts
         .items
         .par_iter()

@@ -190,4 +190,12 @@ pub enum PushError {
         /// Rate asked for, Hz.
         rate_hz: f64,
     },
+    /// A sampling rate that makes more samples than [`Limit`](crate::Limit)s allow.
+    #[error("on a common clock of {rate_hz} Hz the set {cause}")]
+    RateTooHigh {
+        /// Rate asked for, Hz.
+        rate_hz: f64,
+        /// Which limit.
+        cause: LimitExceeded,
+    },
 }

@@ -38,7 +38,7 @@ pub fn resample(data: &Dataset, rate_hz: f64) -> Result<Dataset, DataError> {
     Limit::Samples
         .check((longest + 1.0) as u64)
         .and_then(|()| Limit::Cells.check((samples * kept.len() as f64) as u64))
-        .map_err(|cause| DataError::Limit { origin: data.origin().clone(), cause })?;
+        .map_err(|cause| PushError::RateTooHigh { rate_hz, cause })?;
     let on_grid = |t: &Trajectory| {
         let (clock, last) = (t.time_s(), t.len() - 1);
         let steps = steps(t) as usize;

@@ -76,6 +76,7 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
     };
     let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
         augsim_physics::push::laboratory::LaboratoryError::Setting { .. } => Usage(e.to_string()).into(),
+        augsim_physics::push::laboratory::LaboratoryError::Data(e) => e.into(),
         other => anyhow::Error::from(other),
     })?;
     let declared_toml = declared.to_toml();
