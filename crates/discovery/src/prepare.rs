@@ -4,7 +4,7 @@ use crate::deal;
 use crate::discover::calibrate;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::segment::{rough_noise, segment};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
@@ -30,7 +30,7 @@ impl Prepared {
 
 /// Held-out trajectories below which half of all is held out.
 const FEWEST_HELD_OUT: f64 = 8.0;
-/// Fewest samples of a trajectory that is used.
+/// Fewest measured heights of a trajectory that is used.
 const FEWEST: usize = 8;
 
 pub(crate) fn prepare(
@@ -46,7 +46,8 @@ pub(crate) fn prepare(
     // A model that declares no restitution is one of flight.
     let bounces = model.declared.iter().any(|p| p == "restitution");
     data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma, bounces));
-    data.records.retain(|r| r.times.len() >= FEWEST && !r.arcs.is_empty());
+    let heights = |r: &Record| r.y[vertical].iter().filter(|y| y.is_finite()).count();
+    data.records.retain(|r| heights(r) >= FEWEST && !r.arcs.is_empty());
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
