@@ -279,9 +279,9 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         d.alternatives,
         d.tests.lack_of_fit,
         d.tests.library,
-        d.tests.laws,
+        d.tests.laws.unwrap_or(1.0),
         d.tests.heterogeneity,
-        d.tests.periodicity,
+        d.tests.periodicity.unwrap_or(1.0),
     );
     Row { line, right }
 }

@@ -1,6 +1,7 @@
 //! Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical
 //! failure, 130 interrupted.
 
+use augsim_discovery::DiscoveryError;
 use augsim_trainer::TrainerError;
 use std::io::Write;
 use std::process::ExitCode;
@@ -50,6 +51,9 @@ fn code(error: &anyhow::Error) -> u8 {
     for cause in error.chain() {
         if cause.is::<Usage>() {
             return 2;
+        }
+        if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
+            return 4;
         }
         if let Some(e) = cause.downcast_ref::<TrainerError>() {
             return match e {

@@ -71,7 +71,7 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    Ok(report(Parts {
+    report(Parts {
         model,
         search: &search,
         noise,
@@ -86,7 +86,7 @@ pub fn discover(
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
         seconds: begun.elapsed().as_secs_f64(),
-    }))
+    })
 }
 
 /// The declared model fitted.
@@ -163,9 +163,9 @@ pub(crate) fn passes(a: &Adequacy) -> crate::result::Tests {
     crate::result::Tests {
         lack_of_fit: a.lack_of_fit,
         library: a.library,
-        laws: a.laws,
+        laws: Some(a.laws),
         heterogeneity: a.heterogeneity,
-        periodicity: a.periodicity,
+        periodicity: Some(a.periodicity),
         pass: a.ok(),
     }
 }

@@ -113,7 +113,7 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values.clone();
+        let mut values = h.values_of(record.group);
         values.resize(world.parameter_count(), 0.0);
         let mut at = 0;
         for f in &h.free {

@@ -39,6 +39,9 @@ pub(crate) fn prepare(
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
     let mut data = Measured::from_dataset(dataset, model.clock_reference_s)?;
+    if let Some(unknown) = model.unknown_group(&data.groups.iter().map(String::as_str).collect::<Vec<_>>()) {
+        return Err(DiscoveryError::unknown_group(&model.file, &data.name, unknown, &data.groups));
+    }
     let vertical = data.axes.count() - 1;
     let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
     let sigma = median(&mut rough);

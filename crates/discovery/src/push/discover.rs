@@ -78,7 +78,7 @@ pub fn discover_push(
     let [calibrated, last] = decided.refitted(&everything);
     let sd_m = scatter.as_ref().and_then(|_| scatter::size(model, &everything, &last));
     let residual_anatomy = anatomy(&everything, &calibrated, &last);
-    Ok(report(Parts {
+    report(Parts {
         model,
         decided: &decided,
         everything: &everything,
@@ -92,7 +92,7 @@ pub fn discover_push(
         folds,
         anatomy: residual_anatomy,
         seconds: begun.elapsed().as_secs_f64(),
-    }))
+    })
 }
 
 /// Fits the calibrated model with the effects `kinds` (unknown kinds are left out): what someone would gain who is told what
