@@ -199,9 +199,15 @@ fn bins(all: &[Bin]) -> page::Bins {
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
-        "noise-autocorrelated" => format!("neighbouring samples correlate with {:.2}", n.correlation),
-        "timing-jitter" => format!("time stamps scatter by {:.2} ms", 1e3 * n.jitter_s),
-        "outliers" => format!("{} samples lie too far off and were left out", n.outliers),
+        "noise-autocorrelated" => {
+            n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
+        }
+        "timing-jitter" => {
+            n.jitter_s.map_or(String::new(), |s| format!("time stamps scatter by {:.2} ms", 1e3 * s))
+        }
+        "outliers" => n
+            .outliers
+            .map_or(String::new(), |count| format!("{count} samples lie too far off and were left out")),
         "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
         _ => String::new(),
     }

@@ -4,6 +4,7 @@
 use crate::interrupt;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source, printable};
+use augsim_discovery::DiscoveryError;
 use augsim_trainer::TrainerError;
 use std::io::Write;
 use std::process::ExitCode;
@@ -70,6 +71,9 @@ fn code(error: &anyhow::Error) -> u8 {
             && asked_for(e)
         {
             return 2;
+        }
+        if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
+            return 4;
         }
         if let Some(e) = cause.downcast_ref::<TrainerError>() {
             return match e {

@@ -69,7 +69,7 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    Ok(report(Parts {
+    report(Parts {
         model,
         search: &search,
         noise,
@@ -83,7 +83,7 @@ pub fn discover(
         error,
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
-    }))
+    })
 }
 
 /// The declared model fitted.
@@ -160,9 +160,9 @@ pub(crate) fn passes(a: &Adequacy) -> crate::result::Tests {
     crate::result::Tests {
         lack_of_fit: a.lack_of_fit,
         library: a.library,
-        laws: a.laws,
+        laws: Some(a.laws),
         heterogeneity: a.heterogeneity,
-        periodicity: a.periodicity,
+        periodicity: Some(a.periodicity),
         pass: a.ok(),
     }
 }

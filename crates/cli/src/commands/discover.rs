@@ -30,8 +30,12 @@ const MODEL: &str = "model.toml";
 /// left in the folder.
 pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
-    let model = ModelFile::read(&args.model)?;
+    let mut model = ModelFile::read(&args.model)?;
     let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
+    if !args.group.is_empty() {
+        // The model may have values for groups that were not asked for.
+        model.keep_groups(&args.group);
+    }
     let options = Options { seed, train_share: args.train_share };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());

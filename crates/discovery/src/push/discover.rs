@@ -75,7 +75,7 @@ pub fn discover_push(
     let [calibrated, last] = decided.refitted(&everything);
     let sd_m = scatter.as_ref().and_then(|_| scatter::size(model, &everything, &last));
     let residual_anatomy = anatomy(&everything, &calibrated, &last);
-    Ok(report(Parts {
+    report(Parts {
         model,
         decided: &decided,
         everything: &everything,
@@ -88,7 +88,7 @@ pub fn discover_push(
         horizons: lists.horizons(seed),
         folds,
         anatomy: residual_anatomy,
-    }))
+    })
 }
 
 /// Fits the calibrated model with the effects `kinds` (unknown kinds are left out): what someone would gain who is told what

@@ -1,6 +1,7 @@
 //! Model files: what is declared about a system, and what `discover` adds to it.
 
 mod error;
+mod groups;
 mod parse;
 mod push;
 mod scenario;
@@ -11,6 +12,7 @@ use crate::effects::{ScatterPer, Table, index_of};
 use std::path::Path;
 
 pub use error::ModelError;
+pub use groups::UnknownGroup;
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use scenario::ModelFile;
