@@ -1,0 +1,17 @@
+//! Simulates windows of records, many at once, with their sensitivities.
+
+mod block;
+mod diagnose;
+mod failure;
+mod implicit;
+mod lane;
+mod reference;
+mod schedule;
+mod signal;
+mod simulate;
+mod task;
+
+pub use failure::SimulationError;
+pub use signal::Signal;
+pub use simulate::Method;
+pub use task::{EventSeen, Options, Record, Seed, Simulated, Window};
