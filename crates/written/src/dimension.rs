@@ -170,8 +170,7 @@ fn quotient(before: &[&str], after: &[&str]) -> Option<String> {
 
 fn factors(text: &[char], at: &mut usize) -> Option<Dimension> {
     let mut total = Dimension::NONE;
-    let mut divides = false;
-    let mut pending = false;
+    let (mut divides, mut pending, mut any) = (false, false, false);
     loop {
         while text.get(*at) == Some(&' ') {
             *at += 1;
@@ -179,7 +178,7 @@ fn factors(text: &[char], at: &mut usize) -> Option<Dimension> {
         match text.get(*at) {
             None | Some(')') => return (!pending).then_some(total),
             Some(sign @ ('*' | '·' | '/')) => {
-                if pending {
+                if pending || !any {
                     return None;
                 }
                 (divides, pending) = (*sign == '/', true);
@@ -190,7 +189,7 @@ fn factors(text: &[char], at: &mut usize) -> Option<Dimension> {
         }
         let one = factor(text, at)?;
         total = if divides { total.over(one) } else { total.times(one) };
-        (divides, pending) = (false, false);
+        (divides, pending, any) = (false, false, true);
     }
 }
 

@@ -96,7 +96,7 @@ pub enum Fault {
     TooMany { of: &'static str, found: usize, allowed: usize },
     #[error("`{state}` has no rate; add it under [rates]")]
     NoRate { state: String },
-    #[error("no state is called `{state}`{}; declare it under [states]", suggest(.nearest))]
+    #[error("no state is called `{state}`; declare it under [states]{}", suggest(.nearest))]
     NoSuchState { state: String, nearest: Option<String> },
     #[error("nominal {nominal:?} is outside [{min:?}, {max:?}]; change it or widen min and max")]
     OutsideBounds { nominal: f64, min: f64, max: f64 },

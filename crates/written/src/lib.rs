@@ -5,6 +5,7 @@ mod compile;
 mod dimension;
 pub mod engine;
 mod error;
+mod example;
 pub mod limits;
 mod machine;
 mod math;
@@ -15,5 +16,6 @@ pub mod text;
 
 pub use dimension::Dimension;
 pub use error::{Excerpt, Fault, ModelError, Place};
+pub use example::{EXAMPLES, example};
 pub use model::Model;
 pub use system::System;

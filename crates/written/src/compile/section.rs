@@ -8,7 +8,6 @@ pub(crate) struct Layout {
     pub(crate) states: usize,
     pub(crate) inputs: usize,
     pub(crate) parameters: usize,
-    pub(crate) widths: usize,
     /// Register of every operation that some section needs.
     register_of: Vec<Option<u32>>,
     /// Constants and their registers.
@@ -65,7 +64,7 @@ impl Layout {
         wanted: &[Vec<Id>],
     ) -> (Layout, Section, Vec<Section>) {
         let operations = graph.operations();
-        let mut layout = Layout { states, inputs, parameters, widths, ..Layout::default() };
+        let mut layout = Layout { states, inputs, parameters, ..Layout::default() };
         layout.registers = layout.width(widths);
         let needed: Vec<Vec<bool>> = wanted.iter().map(|results| reachable(operations, results)).collect();
         let mut moves = vec![false; operations.len()];

@@ -402,13 +402,28 @@ impl Lane {
         (mut low, mut high): (f64, f64),
     ) -> Result<f64, Trouble> {
         let tolerance = 1e-12_f64.min(1e-9 * high);
-        let mut value = |lane: &mut Lane, at: f64| -> Result<f64, Trouble> {
+        let value = |lane: &mut Lane, at: f64| -> Result<f64, Trouble> {
             lane.block.x.copy_from_slice(begin);
             lane.advance(system, method, (now, at), None)?;
             Ok(lane.watch(system, now + at).get(index).copied().unwrap_or(0.0))
         };
         let mut below = value(self, low)?;
         let mut above = value(self, high)?;
+        // Just behind an impact the condition stands at 0 within rounding, on either side: the next passage lies behind
+        // some later time at which it is clear.
+        let mut clear = high;
+        for _ in 0..40 {
+            if below < 0.0 {
+                break;
+            }
+            clear *= 0.5;
+            let found = value(self, clear)?;
+            if found < 0.0 {
+                (low, below) = (clear, found);
+            } else {
+                (high, above) = (clear, found);
+            }
+        }
         if below >= 0.0 {
             return Ok(low);
         }

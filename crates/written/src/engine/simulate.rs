@@ -79,6 +79,32 @@ impl System {
     }
 }
 
+/// Root mean square of the argument of each smoothed jump over the samples of `windows`.
+///
+/// # Errors
+/// The first error of the simulation.
+pub(crate) fn jump_sizes(
+    system: &System,
+    windows: &[Window<'_>],
+    options: &Options,
+) -> Result<Vec<f64>, SimulationError> {
+    let columns = Columns::new(system, &[]);
+    let mut sums = vec![0.0; system.widths.len()];
+    let mut samples = 0;
+    for window in windows {
+        let mut run = Run::<1>::new(system, std::slice::from_ref(window), &columns, options);
+        run.jumps = Some((vec![0.0; sums.len()], 0));
+        let measured = run.advance_all();
+        if let Some(failure) = run.failures.into_iter().flatten().next() {
+            return Err(failure);
+        }
+        let (squares, count) = measured.unwrap_or_default();
+        sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+        samples += count;
+    }
+    Ok(sums.into_iter().map(|sum: f64| (sum / f64::from(samples.max(1))).sqrt()).collect())
+}
+
 /// A block of windows on its way.
 struct Run<'r, const L: usize> {
     system: &'r System,
@@ -93,6 +119,8 @@ struct Run<'r, const L: usize> {
     lanes: Vec<Lane>,
     failures: Vec<Option<SimulationError>>,
     results: Vec<Simulated>,
+    /// Sums of squares of what jumps, and their number, while they are measured.
+    jumps: Option<(Vec<f64>, u32)>,
     /// Scratch: state and sensitivities at the begin of a step.
     before: (Vec<[f64; L]>, Vec<[f64; L]>),
 }
@@ -123,6 +151,7 @@ impl<'r, const L: usize> Run<'r, L> {
             lanes: Vec::new(),
             failures,
             results: vec![Simulated::default(); windows.len()],
+            jumps: None,
             before: (vec![[0.0; L]; n], vec![[0.0; L]; n * seeds]),
         };
         run.begin();
@@ -156,7 +185,8 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    fn run(mut self) -> Vec<Result<Simulated, SimulationError>> {
+    /// Simulates to the last sample; returns what was measured of jumps.
+    fn advance_all(&mut self) -> Option<(Vec<f64>, u32)> {
         let intervals = self.windows.iter().map(|w| w.last - w.first).max().unwrap_or(0);
         if !self.windows.is_empty() {
             self.record(0);
@@ -168,6 +198,11 @@ impl<'r, const L: usize> Run<'r, L> {
                 }
             }
         }
+        self.jumps.take()
+    }
+
+    fn run(mut self) -> Vec<Result<Simulated, SimulationError>> {
+        self.advance_all();
         let n = self.system.states();
         for (lane, result) in self.results.iter_mut().enumerate() {
             result.end = self.block.x.iter().map(|x| x[lane]).collect();
@@ -342,7 +377,7 @@ impl<'r, const L: usize> Run<'r, L> {
                 continue;
             }
             let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
-            self.take_out(index, &mut lane, true);
+            self.take_out(index, &mut lane, false);
             copy_drive(&self.drive, index, &mut lane.drive);
             if let Err(trouble) = lane.adaptive(self.system, (*begin, *end), tolerance) {
                 self.failures[index] = Some(trouble.of(self.system, &self.windows[index].record.name));
@@ -427,6 +462,12 @@ impl<'r, const L: usize> Run<'r, L> {
                 let state = self.block.x.iter().position(|x| !x[lane].is_finite()).unwrap_or(0);
                 self.failures[lane] = Some(not_finite(system, window, index, state, self.options));
             }
+        }
+        if let Some((squares, count)) = &mut self.jumps {
+            self.block.evaluate(system, &system.jumps, &self.drive, &time);
+            let arguments = system.jumps.results.iter().map(|r| self.block.registers[*r as usize][0]);
+            squares.iter_mut().zip(arguments).for_each(|(sum, z)| *sum += z * z);
+            *count += 1;
         }
         let gradient = &system.output_gradient;
         let section = if self.columns.seeds.is_empty() { &system.outputs } else { &gradient.section };

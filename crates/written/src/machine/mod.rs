@@ -4,4 +4,4 @@ mod one;
 mod run;
 
 pub(crate) use one::evaluate;
-pub(crate) use run::{Machine, Registers};
+pub(crate) use run::Machine;

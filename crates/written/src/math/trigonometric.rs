@@ -26,14 +26,15 @@ fn signed(value: f64, flip: u64) -> f64 {
 }
 
 /// Sine and cosine of `x` less the nearest multiple of a quarter turn, and that multiple. Cody and Waite's reduction in
-/// three parts; each product is exact in the fused operation, so that it holds to 1e5 quarter turns and beyond. Turns
-/// past 2^51 leave an angle without meaning: the result is then bounded noise, as the argument's last digit is.
+/// three parts; each product is exact in the fused operation, so that it holds for arguments to 1e9. Where turns are
+/// no longer counted (past 1e15) the angle has no meaning, and stays bounded.
 #[inline(always)]
 fn reduced(x: f64) -> (f64, f64, u64) {
     let shifted = x.mul_add(std::f64::consts::FRAC_2_PI, ROUNDER);
     let n = shifted - ROUNDER;
     let high = (-n).mul_add(std::f64::consts::FRAC_PI_2, x);
     let r = (-n).mul_add(HALF_PI_LOW, (-n).mul_add(HALF_PI_MIDDLE, high));
+    let r = if r.abs() > 1.0 { 0.0 } else { r };
     let z = r * r;
     let s = polynomial(
         z,
