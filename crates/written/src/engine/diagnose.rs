@@ -167,12 +167,7 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
         if !broken(&index) {
             continue;
         }
-        let plain = |i: usize| tree.text_of(i).trim_matches(|c| c == '(' || c == ')').to_owned();
-        let text = |i: usize| {
-            let whole = tree.text_of(i);
-            // Brackets around the whole of it are left out, those of a call stay.
-            if whole.starts_with('(') { plain(i) } else { whole.to_owned() }
-        };
+        let text = |i: usize| without_brackets(tree.text_of(i)).to_owned();
         return Some(match &node.kind {
             Kind::Divide(a, b) if !broken(a) && values[*b] == 0.0 => {
                 format!("division by `{}` = 0", text(*b))
@@ -190,4 +185,17 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
         });
     }
     None
+}
+
+/// A text without the pair of brackets around the whole of it.
+fn without_brackets(text: &str) -> &str {
+    let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')) else { return text };
+    let mut depth = 0;
+    for c in inner.chars() {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        if depth < 0 {
+            return text;
+        }
+    }
+    inner
 }

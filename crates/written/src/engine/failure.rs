@@ -13,6 +13,10 @@ pub enum SimulationError {
     )]
     TooManyEvents { record: String, time: f64, event: String, allowed: usize },
     #[error(
+        "{record}, t = {time} s: events.{event} fires ever faster without end; give it a `rest`, such as rest = {{ below_m_s = 1e-3, hold = [\"x_m\"] }}"
+    )]
+    Endless { record: String, time: f64, event: String },
+    #[error(
         "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; set [numerics] integrator = \"implicit\" or widen sign_width"
     )]
     Stiff { state: String, rate: f64, ratio: f64 },

@@ -11,6 +11,9 @@ use crate::system::{Column, Gradient, System};
 /// rely on.
 const GRAZING: f64 = 1e-6;
 
+/// Shorter remainders of a step, as a share of it, may end within the rounding of an event at their begin.
+const ENDLESS: f64 = 1e-6;
+
 /// Which laws hold at present.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mode {
@@ -52,19 +55,19 @@ enum Watched {
 /// Why a step has no end.
 pub(crate) enum Trouble {
     TooManyEvents(usize, f64),
+    Endless(usize, f64),
     NoConvergence(f64),
 }
 
 impl Trouble {
     pub(crate) fn of(self, system: &System, record: &str) -> SimulationError {
         let record = record.to_owned();
+        let name = |event: usize| system.model.events.get(event).map_or_else(String::new, |e| e.name.clone());
         match self {
-            Trouble::TooManyEvents(event, time) => SimulationError::TooManyEvents {
-                record,
-                time,
-                event: system.model.events.get(event).map_or_else(String::new, |e| e.name.clone()),
-                allowed: EVENTS_PER_WINDOW,
-            },
+            Trouble::TooManyEvents(event, time) => {
+                SimulationError::TooManyEvents { record, time, event: name(event), allowed: EVENTS_PER_WINDOW }
+            }
+            Trouble::Endless(event, time) => SimulationError::Endless { record, time, event: name(event) },
             Trouble::NoConvergence(time) => SimulationError::NoConvergence { record, time },
         }
     }
@@ -309,6 +312,11 @@ impl Lane {
                     let earlier = first.is_none_or(|(earliest, _)| at < earliest);
                     if earlier && self.is_real(system, method, watched, (now, &begin), at)? {
                         first = Some((at, watched));
+                    } else if let (Watched::Event { event, .. }, true) = (watched, earlier && at == 0.0) {
+                        // It moves away and is back at once: flights have become shorter than time is resolved.
+                        if end >= 0.0 && left > ENDLESS * h {
+                            return Err(Trouble::Endless(event, now));
+                        }
                     }
                 }
             }
