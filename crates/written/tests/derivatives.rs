@@ -212,7 +212,7 @@ fn the_oracle_agrees_with_differences() {
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         Just("x".to_owned()), Just("y".to_owned()), Just("p".to_owned()), Just("q".to_owned()), Just("u".to_owned()),
-        Just("t".to_owned()), Just("help".to_owned()), (-3.0..3.0_f64).prop_map(|v| format!("({v:.2})")),
+        Just("(t*1)".to_owned()), Just("help".to_owned()), (-3.0..3.0_f64).prop_map(|v| format!("({v:.2})")),
         (0..4_i32).prop_map(|v| v.to_string()),
     ];
     leaf.prop_recursive(5, 40, 3, |inner| {

@@ -11,8 +11,8 @@ use crate::system::{Column, Gradient, System};
 /// rely on.
 const GRAZING: f64 = 1e-6;
 
-/// Shorter remainders of a step, as a share of it, may end within the rounding of an event at their begin.
-const ENDLESS: f64 = 1e-6;
+/// A condition nearer to 0 than this share of the parts that it is made of is 0 within rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Which laws hold at present.
 #[derive(Debug, Clone, Default)]
@@ -156,6 +156,15 @@ impl Lane {
             // On the threshold and moving through it: the side it comes from, so that it fires at once.
             self.mode.sides[event] = if value == 0.0 { -speed.signum() } else { value.signum() };
         }
+    }
+
+    /// Size of the parts that a condition is made of, at a state.
+    fn size(&mut self, system: &System, condition: usize, time: f64, state: &[[f64; 1]]) -> f64 {
+        self.block.x.copy_from_slice(state);
+        let gradient = &system.condition_gradients[condition];
+        self.block.evaluate(system, &gradient.section, &self.drive, &[time]);
+        let x: Vec<f64> = state.iter().map(|x| x[0]).collect();
+        rate_of(gradient, &self.block, &x).1
     }
 
     /// Change per second of a condition along the present rates.
@@ -314,7 +323,7 @@ impl Lane {
                         first = Some((at, watched));
                     } else if let (Watched::Event { event, .. }, true) = (watched, earlier && at == 0.0) {
                         // It moves away and is back at once: flights have become shorter than time is resolved.
-                        if end >= 0.0 && left > ENDLESS * h {
+                        if end > ROUNDING * self.size(system, event, now, &begin) {
                             return Err(Trouble::Endless(event, now));
                         }
                     }
