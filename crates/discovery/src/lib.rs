@@ -38,6 +38,7 @@ mod segment;
 mod separate;
 mod spikes;
 mod statistics;
+mod swapped;
 mod unlisted;
 
 pub use assess::{Assessment, assess};

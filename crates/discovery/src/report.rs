@@ -37,7 +37,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Name and unit of each free parameter, and of which addition.
@@ -396,6 +395,5 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         push: None,
         model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
         error: parts.error,
-        seconds: parts.seconds,
     }
 }

@@ -52,7 +52,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Share of the gain in likelihood that each effect of a set is worth.
@@ -368,6 +367,5 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         }),
         model_toml: augmented(&parts, &numbers).to_toml(),
         error: parts.error,
-        seconds: parts.seconds,
     }
 }
