@@ -2,6 +2,7 @@
 
 use crate::limits::{FILE_BYTES, OPERATIONS};
 use crate::text::Problem;
+use augsim_data::printable;
 use std::fmt;
 use thiserror::Error;
 
@@ -62,7 +63,7 @@ impl fmt::Display for Excerpt {
         let marked = self.text.get(self.start..self.end).unwrap_or("").chars().count().max(1);
         let first = before.saturating_sub(SHOWN);
         let shown = self.text.chars().skip(first).take(before - first + marked.min(SHOWN) + SHOWN);
-        let plain = |c: char| if c.is_whitespace() { ' ' } else if c.is_control() { '?' } else { c };
+        let plain = |c: char| if c.is_whitespace() { ' ' } else if printable(&c.to_string()).chars().eq([c]) { c } else { '?' };
         let line: String = shown.map(plain).collect();
         write!(f, "\n    {line}\n    {}{}", " ".repeat(before - first), "^".repeat(marked.min(SHOWN)))
     }
@@ -110,7 +111,7 @@ pub enum Fault {
         "sets `{state}` but `when` still holds there: it would fire for ever; set a state that moves `when` away from 0"
     )]
     FiresForEver { state: String },
-    #[error("\"{text}\" is no unit that is known; use products and quotients of {}", crate::Dimension::known_symbols())]
+    #[error("\"{text}\" is no unit that is known; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number")]
     UnknownUnit { text: String },
     #[error("must be positive, {found:?} given")]
     NotPositive { found: f64 },

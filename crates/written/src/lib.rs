@@ -2,7 +2,6 @@
 //! that simulates many windows at once with their sensitivities.
 
 mod compile;
-mod dimension;
 pub mod engine;
 mod error;
 mod example;
@@ -14,7 +13,6 @@ mod nearest;
 mod system;
 pub mod text;
 
-pub use dimension::Dimension;
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

@@ -27,8 +27,8 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     for text in model.numerics.widths.keys() {
         if !smoothed(model).any(|argument| argument == text) {
             let line = reader.text.find("sign_width").map_or(1, |at| reader.line(at));
-            let text = text.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect();
-            return Err(reader.error(line, "numerics.sign_width", Fault::UnusedWidth { text }));
+            let fault = Fault::UnusedWidth { text: augsim_data::shown(text) };
+            return Err(reader.error(line, "numerics.sign_width", fault));
         }
     }
     Ok(())

@@ -6,7 +6,7 @@ mod scope;
 mod toml_reader;
 mod units;
 
-use crate::Dimension;
+use augsim_data::{Dimensions, Unit};
 use crate::text::Tree;
 pub use read::{parse, read};
 use std::collections::BTreeMap;
@@ -27,8 +27,8 @@ pub struct Expression {
 pub struct State {
     /// Name.
     pub name: String,
-    /// Dimension, where the name or `unit` states one.
-    pub dimension: Option<Dimension>,
+    /// Unit, where the name or `unit` states one.
+    pub unit: Option<Unit>,
     /// Guess of its first value, from outputs, inputs and parameters.
     pub start: Expression,
     /// Standard deviation of the guess as a prior, in the state's unit.
@@ -61,8 +61,8 @@ pub enum Hold {
 pub struct Input {
     /// Name of the data column.
     pub name: String,
-    /// Dimension, where the name or `unit` states one.
-    pub dimension: Option<Dimension>,
+    /// Unit, where the name or `unit` states one.
+    pub unit: Option<Unit>,
     /// How it runs between samples; nothing where the file leaves it open.
     pub hold: Option<Hold>,
     /// Parameter that holds its delay in seconds, called `NAME.delay_s`.
@@ -74,8 +74,8 @@ pub struct Input {
 pub struct Parameter {
     /// Name.
     pub name: String,
-    /// Dimension, where the name or `unit` states one.
-    pub dimension: Option<Dimension>,
+    /// Unit, where the name or `unit` states one.
+    pub unit: Option<Unit>,
     /// Value to begin with.
     pub nominal: f64,
     /// Lower bound.
@@ -95,8 +95,8 @@ pub struct Parameter {
 pub struct Let {
     /// Name.
     pub name: String,
-    /// Dimension of its expression, or else of its name.
-    pub dimension: Option<Dimension>,
+    /// Dimensions of its expression, or else of its name.
+    pub dimensions: Option<Dimensions>,
     /// Value.
     pub value: Expression,
 }
@@ -106,8 +106,8 @@ pub struct Let {
 pub struct Output {
     /// Name of the data column.
     pub name: String,
-    /// Dimension, where the name or `unit` states one.
-    pub dimension: Option<Dimension>,
+    /// Unit, where the name or `unit` states one.
+    pub unit: Option<Unit>,
     /// Value that a perfect sensor reads.
     pub value: Expression,
     /// Standard deviation of the sensor; nothing where it is to be estimated.
@@ -166,8 +166,8 @@ pub struct Table {
     pub at: Vec<f64>,
     /// Values at the knots.
     pub values: Vec<f64>,
-    /// Dimension of the values, where `unit` states one.
-    pub dimension: Option<Dimension>,
+    /// Unit of the values, where `unit` states one.
+    pub unit: Option<Unit>,
 }
 
 /// The method of integration.

@@ -6,11 +6,11 @@ use super::{
     Direction, Event, Expression, Hold, Input, Integrator, Let, Model, Numerics, Output, Parameter, Rest,
     State, Table, check, units,
 };
-use crate::Dimension;
 use crate::error::{Fault, ModelError};
 use crate::limits;
 use crate::nearest::nearest;
 use crate::text::{self, Problem, Symbol, Tree};
+use augsim_data::{Dimensions, Unit, shown, shown_cause};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
@@ -41,7 +41,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     }
     let root = DeTable::parse(text).map_err(|e| {
         let line = reader.line(e.span().map_or(0, |s| s.start));
-        reader.error(line, "", Fault::Syntax { reason: e.message().replace(char::is_control, " ") })
+        reader.error(line, "", Fault::Syntax { reason: shown_cause(&e.message()) })
     })?;
     let span = root.span();
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));
@@ -118,7 +118,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
         names.outputs.push(name.into());
         model.outputs.push(Output {
             name: name.into(),
-            dimension: dimension(&item, name)?,
+            unit: unit(&item, name)?,
             value: nothing(&item),
             sd: match item.at("sd") {
                 Some(sd) if sd.value.get_ref().as_str() == Some("estimate") => None,
@@ -148,7 +148,7 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         }
         model.states.push(State {
             name: name.into(),
-            dimension: dimension(&item, name)?,
+            unit: unit(&item, name)?,
             start: nothing(&item),
             sd: item.at("sd").map(|sd| sd.positive()).transpose()?,
             min,
@@ -175,7 +175,7 @@ fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         item.known(&["hold", "delay_s", "unit"])?;
         model.inputs.push(Input {
             name: name.into(),
-            dimension: dimension(&item, name)?,
+            unit: unit(&item, name)?,
             hold: hold.map(|h| h.word(&HOLDS, "\"zero\", \"linear\" or \"spline\"")).transpose()?,
             delay: None,
         });
@@ -192,7 +192,7 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     for (index, (name, item)) in section(file, "inputs", "inputs", limits::INPUTS)?.into_iter().enumerate() {
         if let Some(delay) = item.at("delay_s") {
             let mut p = parameter(&delay, &format!("{name}.delay_s"))?;
-            p.dimension = Some(Dimension::SECOND);
+            p.unit = Some(Unit::SECOND);
             p.frozen |= delay.maybe_number().is_some();
             p.min = p.min.max(0.0);
             if p.nominal < 0.0 {
@@ -226,7 +226,7 @@ fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
     }
     Ok(Parameter {
         name: name.into(),
-        dimension: dimension(item, name)?,
+        unit: unit(item, name)?,
         nominal,
         min,
         max,
@@ -258,8 +258,8 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         }
         names.tables.push(name.into());
         let unit = item.at("unit");
-        let dimension = unit.map(|unit| dimension_of(&unit)).transpose()?;
-        model.tables.push(Table { name: name.into(), at, values, dimension });
+        let unit = unit.map(|unit| unit_of(&unit)).transpose()?;
+        model.tables.push(Table { name: name.into(), at, values, unit });
     }
     Ok(())
 }
@@ -282,8 +282,7 @@ fn section<'r, 't>(
 fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
     let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     if !begins || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
-        let name = name.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect();
-        return Err(item.error(Fault::MalformedName { name }));
+        return Err(item.error(Fault::MalformedName { name: shown(name) }));
     }
     if text::is_reserved(name) {
         return Err(item.error(Fault::ReservedName { name: name.into() }));
@@ -306,18 +305,17 @@ fn claim(names: &mut Names, item: &Item<'_, '_>, name: &str, symbol: Symbol) -> 
     Ok(())
 }
 
-/// Dimension by `unit`, or else by the name.
-fn dimension(item: &Item<'_, '_>, name: &str) -> Result<Option<Dimension>, ModelError> {
+/// Unit by `unit`, or else by the name.
+fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
     match item.at("unit") {
-        Some(unit) => dimension_of(&unit).map(Some),
-        None => Ok(Dimension::of_name(name)),
+        Some(unit) => unit_of(&unit).map(Some),
+        None => Ok(Unit::of_column_name(name)),
     }
 }
 
-fn dimension_of(unit: &Item<'_, '_>) -> Result<Dimension, ModelError> {
+fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
-    let shown = || text.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect();
-    Dimension::of_unit(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown() }))
+    Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))
 }
 
 /// The entry `kind` or `kind_UNIT`.
@@ -351,8 +349,9 @@ impl Equations<'_> {
     fn read(mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         for (index, (name, item)) in section(file, "let", "values", limits::PARAMETERS)?.into_iter().enumerate() {
             let value = self.expression(&item, Site::Let(index), false)?;
-            let dimension = infer(model, &item, &value.tree)?.or_else(|| Dimension::of_name(name));
-            model.lets.push(Let { name: name.into(), dimension, value });
+            let of_name = || Unit::of_column_name(name).map(Unit::dimensions);
+            let dimensions = infer(model, &item, &value.tree)?.or_else(of_name);
+            model.lets.push(Let { name: name.into(), dimensions, value });
         }
         self.states(file, model)?;
         for (index, (_, item)) in section(file, "outputs", "outputs", limits::OUTPUTS)?.into_iter().enumerate() {
@@ -405,7 +404,7 @@ impl Equations<'_> {
             };
             let expression = self.expression(rate, Site::Equation, false)?;
             let found = infer(model, rate, &expression.tree)?;
-            let expected = model.states[index].dimension.map(|d| d.over(Dimension::SECOND));
+            let expected = model.states[index].unit.map(|unit| unit.dimensions() / Dimensions::TIME);
             if let (Some(found), Some(expected)) = (found, expected)
                 && found != expected
             {
@@ -439,7 +438,7 @@ impl Equations<'_> {
             item.table(expected)?;
             let name = item.at("name").map(|n| n.text("a name in quotes")).transpose()?;
             let name = name.map_or_else(|| format!("{}", index + 1), str::to_owned);
-            let plain: String = name.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect();
+            let plain = shown(&name);
             item.key = format!("events.{plain}");
             item.known(&["name", "when", "direction", "set", "rest"])?;
             let missing = |key, example| item.error(Fault::Missing { key, example });
@@ -511,7 +510,7 @@ fn number(value: f64) -> Tree {
     Tree { text: format!("{value}"), nodes: vec![node] }
 }
 
-fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimension>, ModelError> {
+fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {
     let wrong = |failure| item.reader.problem(item.line, &item.key, &tree.text, failure);
     units::infer(model, tree).map_err(wrong)
 }
@@ -519,7 +518,7 @@ fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimen
 fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, ModelError> {
     model.state(name).ok_or_else(|| {
         let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
-        item.error(Fault::NoSuchState { state: name.chars().take(64).collect(), nearest })
+        item.error(Fault::NoSuchState { state: shown(name), nearest })
     })
 }
 

@@ -3,6 +3,7 @@
 use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::nearest::nearest;
 use crate::text::Problem;
+use augsim_data::shown;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -51,7 +52,7 @@ impl<'t> Reader<'t> {
         for (key, line, _) in self.entries(table) {
             if !known.contains(&key) {
                 let fault = Fault::UnknownKey {
-                    key: key.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect(),
+                    key: shown(key),
                     nearest: nearest(key, known.iter().copied()),
                     known: known.join(", "),
                 };
@@ -89,8 +90,7 @@ impl<'r, 't> Item<'r, 't> {
     pub(super) fn entries(&self, expected: &'static str) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
         let entries = self.reader.entries(self.table(expected)?);
         let item = |(name, line, value): (&'r str, usize, &'r Value<'t>)| {
-            let short: String = name.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect();
-            (name, Item { reader: self.reader, key: join(&self.key, &short), line, value })
+            (name, Item { reader: self.reader, key: join(&self.key, &shown(name)), line, value })
         };
         Ok(entries.into_iter().map(item).collect())
     }

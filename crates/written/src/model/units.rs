@@ -2,16 +2,16 @@
 //! that is not its state per second are mistakes.
 
 use super::Model;
-use crate::Dimension;
 use crate::text::{Function, Kind, Problem, Symbol, Tree};
+use augsim_data::{Dimensions, Unit};
 use std::ops::Range;
 
 /// Dimension of an expression, where it can be decided. A number takes the dimension that it needs.
 ///
 /// # Errors
 /// [`Problem::Units`] with the bytes of the text, for a sum, a comparison or a choice of unequal dimensions.
-pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimension>, (Problem, Range<usize>)> {
-    let mut found: Vec<Option<Dimension>> = Vec::with_capacity(tree.nodes.len());
+pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (Problem, Range<usize>)> {
+    let mut found: Vec<Option<Dimensions>> = Vec::with_capacity(tree.nodes.len());
     for (index, node) in tree.nodes.iter().enumerate() {
         let one = |a: &usize| found[*a];
         let both = |a: &usize, b: &usize, verb, sign| match (found[*a], found[*b]) {
@@ -34,11 +34,11 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimension>, (Pr
             Kind::Negate(a) => one(a),
             Kind::Add(a, b) => both(a, b, "adds", "+")?,
             Kind::Subtract(a, b) => both(a, b, "subtracts", "-")?,
-            Kind::Multiply(a, b) => one(a).zip(one(b)).map(|(x, y)| x.times(y)),
-            Kind::Divide(a, b) => one(a).zip(one(b)).map(|(x, y)| x.over(y)),
+            Kind::Multiply(a, b) => one(a).zip(one(b)).map(|(x, y)| x * y),
+            Kind::Divide(a, b) => one(a).zip(one(b)).map(|(x, y)| x / y),
             Kind::Power(a, b) => match (one(a), &tree.nodes[*b].kind) {
                 (Some(x), Kind::Number(exponent)) => x.power(*exponent),
-                (Some(Dimension::NONE), _) => Some(Dimension::NONE),
+                (Some(x), _) if x.is_pure() => Some(Dimensions::NONE),
                 _ => None,
             },
             Kind::Call(function, arguments) => match (function, &arguments[..]) {
@@ -52,18 +52,18 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimension>, (Pr
                 }
                 (Function::Atan2, [a, b]) => {
                     both(a, b, "compares", "and")?;
-                    Some(Dimension::NONE)
+                    Some(Dimensions::NONE)
                 }
-                _ => Some(Dimension::NONE),
+                _ => Some(Dimensions::NONE),
             },
             Kind::If { left, right, then, otherwise, .. } => {
                 both(left, right, "compares", "and")?;
                 both(then, otherwise, "chooses between", "or")?
             }
-            Kind::Table { table, .. } => model.tables.get(*table).and_then(|t| t.dimension),
+            Kind::Table { table, .. } => model.tables.get(*table).and_then(|t| t.unit).map(Unit::dimensions),
             Kind::Slope { output } => {
-                let dimension = model.outputs.get(*output).and_then(|o| o.dimension);
-                dimension.map(|d| d.over(Dimension::SECOND))
+                let unit = model.outputs.get(*output).and_then(|o| o.unit);
+                unit.map(|unit| unit.dimensions() / Dimensions::TIME)
             }
         };
         found.push(dimension);
@@ -71,28 +71,34 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimension>, (Pr
     Ok(found.last().copied().flatten())
 }
 
-fn of_symbol(model: &Model, symbol: Symbol) -> Option<Dimension> {
+fn of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     match symbol {
-        Symbol::State(i) => model.states.get(i).and_then(|q| q.dimension),
-        Symbol::Input(i) => model.inputs.get(i).and_then(|q| q.dimension),
-        Symbol::Parameter(i) => model.parameters.get(i).and_then(|q| q.dimension),
-        Symbol::Let(i) => model.lets.get(i).and_then(|q| q.dimension),
-        Symbol::Output(i) => model.outputs.get(i).and_then(|q| q.dimension),
-        Symbol::Time => Some(Dimension::SECOND),
+        Symbol::Let(i) => model.lets.get(i).and_then(|l| l.dimensions),
+        Symbol::Time => Some(Dimensions::TIME),
+        _ => declared(model, symbol).map(Unit::dimensions),
     }
 }
 
-/// Unit of a node for a message: in the words of its name where it is a name, so that `rad/s` is not printed as `1/s`.
-fn unit_of(model: &Model, tree: &Tree, node: usize, dimension: Dimension) -> String {
-    let name = match tree.nodes[node].kind {
-        Kind::Symbol(Symbol::State(i)) => model.states.get(i).map(|q| &q.name),
-        Kind::Symbol(Symbol::Input(i)) => model.inputs.get(i).map(|q| &q.name),
-        Kind::Symbol(Symbol::Parameter(i)) => model.parameters.get(i).map(|q| &q.name),
+/// Unit that a name states.
+fn declared(model: &Model, symbol: Symbol) -> Option<Unit> {
+    match symbol {
+        Symbol::State(i) => model.states.get(i).and_then(|q| q.unit),
+        Symbol::Input(i) => model.inputs.get(i).and_then(|q| q.unit),
+        Symbol::Parameter(i) => model.parameters.get(i).and_then(|q| q.unit),
+        Symbol::Output(i) => model.outputs.get(i).and_then(|q| q.unit),
+        Symbol::Let(_) | Symbol::Time => None,
+    }
+}
+
+/// Unit of a node for a message: as its name states it where it is a name, so that `rad/s` is not printed as `1/s`.
+fn unit_of(model: &Model, tree: &Tree, node: usize, dimensions: Dimensions) -> String {
+    let stated = match tree.nodes[node].kind {
+        Kind::Symbol(symbol) => declared(model, symbol),
         _ => None,
     };
-    let stated = name.and_then(|n| Dimension::unit_of_name(n)).filter(|u| !u.is_empty());
-    let stated = stated.filter(|unit| Dimension::of_unit(unit) == Some(dimension));
-    stated.unwrap_or_else(|| {
-        if dimension == Dimension::NONE { "a pure number".into() } else { dimension.to_string() }
-    })
+    match stated {
+        Some(unit) if unit != Unit::DIMENSIONLESS => unit.to_string(),
+        _ if dimensions.is_pure() => "a pure number".into(),
+        _ => dimensions.to_string(),
+    }
 }
