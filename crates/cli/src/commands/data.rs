@@ -1,11 +1,12 @@
 //! `augsim data inspect` and `augsim data convert`.
 
+use super::inspect::inspect;
 use crate::args::{Data, DataAction, Frame};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_data::convert::{CONVERTERS, Converter};
 use augsim_data::push::{in_start_frame, resample};
-use augsim_data::{MissingCells, Summary, atomic_write, read_dataset, write_dataset};
+use augsim_data::{atomic_write, write_dataset};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -30,9 +31,9 @@ struct Conversion<'a> {
 /// Runs the subcommand.
 pub fn run(args: &Data, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
-        DataAction::Inspect { file } => {
-            let summary = Summary::of(&read_dataset(file, MissingCells::AsGap)?);
-            output.result(&summary, || summary.to_string())?;
+        DataAction::Inspect { file, model } => {
+            let inspection = inspect(file, model.as_deref())?;
+            output.result(&inspection, || inspection.to_string())?;
         }
         DataAction::Convert { set, input, file, out, rate_hz, frame } => {
             let conversion = match (input, file) {
