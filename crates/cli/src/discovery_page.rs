@@ -21,6 +21,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
         }
     };
     let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
+    let accepted: String = args.accept.accept.iter().map(|c| format!(" --accept {c}")).collect();
     DiscoveryReport {
         title: format!("{name}: what the model lacks"),
         scenario: scenario.to_owned(),
@@ -31,6 +32,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
             Verdict::Unknown => page::Verdict::Unknown,
         },
         sentence: d.sentence.clone(),
+        warnings: d.warnings.iter().map(|w| w.text.clone()).collect(),
         error: page::ErrorSummary {
             quantity: quantity.to_owned(),
             unit: d.error.unit.clone(),
@@ -107,7 +109,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
         next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
         model_toml: d.model_toml.clone(),
         reproduce: vec![format!(
-            "augsim discover {} {} --out {} --train-share {} --seed {seed}",
+            "augsim discover {} {} --out {} --train-share {} --seed {seed}{accepted}",
             args.model.display(),
             args.data.display(),
             args.out.display(),

@@ -1,5 +1,6 @@
 //! Results on standard output, notes on standard error.
 
+use augsim_data::checks::Warning;
 use serde::Serialize;
 use std::io::Write;
 
@@ -37,6 +38,14 @@ impl Output {
         if !self.quiet {
             // Nothing can be done when standard error is closed.
             let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
+        }
+    }
+
+    /// What is suspicious in the data; shown to whoever is quiet, too.
+    pub fn warn(&self, warnings: &[Warning]) {
+        for warning in warnings {
+            // Nothing can be done when standard error is closed.
+            let _ = writeln!(std::io::stderr(), "augsim: warning ({}): {}", warning.check, warning.text);
         }
     }
 

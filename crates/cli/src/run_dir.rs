@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use augsim_data::atomic_write;
+use augsim_data::checks::Check;
 use augsim_trainer::{Losses, Settings, TrainingState};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -41,6 +42,9 @@ pub struct Config {
     pub checkpoint_every: u64,
     /// Training data.
     pub data: DataSource,
+    /// Checks of suspicious data that the user did without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accept: Vec<Check>,
     /// Settings of the run.
     pub settings: Settings,
 }

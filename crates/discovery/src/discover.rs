@@ -13,7 +13,8 @@ use crate::result::{Discovery, ErrorTable};
 use crate::search::{Judged, Search};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options, Progress};
-use augsim_data::Dataset;
+use augsim_data::checks::{Admitted, admit};
+use augsim_data::{DataError, Dataset};
 use augsim_physics::ball::{GRAVITY, RESTITUTION};
 use augsim_physics::model::{Model, Per};
 use std::time::Instant;
@@ -37,7 +38,9 @@ pub fn discover(
 ) -> Result<Discovery, DiscoveryError> {
     let begun = Instant::now();
     progress(Progress::Noise);
-    let prepared = prepare(model, data, options)?;
+    let Admitted { data, warnings } =
+        admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
+    let prepared = prepare(model, &data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
     let mut search = Search::new(model, prepared.sample(train), prepared.sample(test));
 
@@ -71,7 +74,7 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    Ok(report(Parts {
+    let discovery = report(Parts {
         model,
         search: &search,
         noise,
@@ -86,7 +89,8 @@ pub fn discover(
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
         seconds: begun.elapsed().as_secs_f64(),
-    }))
+    });
+    Ok(Discovery { warnings, ..discovery })
 }
 
 /// The declared model fitted.

@@ -99,7 +99,8 @@ impl Experiment {
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
             let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, engine.clone());
-            let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
+            let config =
+                Config { checkpoint_every: 500, data: self.train.clone(), accept: Vec::new(), settings };
             let folder = self.run_dir(plan.recipe);
             match session::train_again(&folder, &config, &train, self.resume, output)? {
                 Some(t) => trained.push(t),

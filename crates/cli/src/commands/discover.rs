@@ -26,7 +26,8 @@ pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcom
 pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Discovery> {
     let model = ModelFile::read(&args.model)?;
     let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
-    let options = Options { seed, train_share: args.train_share };
+    let accepted = args.accept.accept.iter().copied().collect();
+    let options = Options { seed, train_share: args.train_share, accepted };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
     let found = match &model {
@@ -34,6 +35,7 @@ pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result
         ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
     };
     steps.finish();
+    output.warn(&found.warnings);
 
     std::fs::create_dir_all(&args.out)?;
     let write = |name: &str, text: &str| atomic_write(&args.out.join(name), |w| w.write_all(text.as_bytes()));

@@ -43,10 +43,16 @@ pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> 
                 _ => ball::paper_engine(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);
-            Config { checkpoint_every: args.checkpoint_every, data, settings }
+            Config {
+                checkpoint_every: args.checkpoint_every,
+                data,
+                accept: args.accept.accept.clone(),
+                settings,
+            }
         }
     };
-    let train = run_data::load(&config.data, &config.settings.engine)?;
+    let (train, warnings) = run_data::admitted(&config)?;
+    output.warn(&warnings);
     run.write_config(&config)?;
     match session::train(&run, &config, &train, args.resume, output)? {
         Ended::Interrupted { iteration } => {

@@ -91,7 +91,8 @@ fn falls(data: &Dataset, series: Series<'_>) -> Vec<(usize, f64)> {
 /// Second derivative of the parabola through the samples, where they lie on one.
 fn curvature(times: &[f64], values: &[f64]) -> Option<f64> {
     let n = times.len() as f64;
-    let (middle, half) = (0.5 * (times[0] + times[times.len() - 1]), 0.5 * (times[times.len() - 1] - times[0]));
+    let (middle, half) =
+        (0.5 * (times[0] + times[times.len() - 1]), 0.5 * (times[times.len() - 1] - times[0]));
     let u: Vec<f64> = times.iter().map(|t| (t - middle) / half).collect();
     let mean = |f: &dyn Fn(usize) -> f64| (0..times.len()).map(f).sum::<f64>() / n;
     // Orthogonal polynomials on these times: 1, p = u - a, q = u² - b - c p.

@@ -79,7 +79,8 @@ impl<'a> Series<'a> {
             let (times, v) = self.samples(t);
             let third: Vec<f64> = (3..v.len())
                 .filter(|&k| {
-                    let steps = [times[k - 2] - times[k - 3], times[k - 1] - times[k - 2], times[k] - times[k - 1]];
+                    let steps =
+                        [times[k - 2] - times[k - 3], times[k - 1] - times[k - 2], times[k] - times[k - 1]];
                     // Neighbours only: over a gap the curve is not straight.
                     steps.iter().all(|s| *s < 1.5 * steps[0] && steps[0] < 1.5 * s)
                 })
@@ -103,7 +104,7 @@ impl<'a> Series<'a> {
 pub(super) fn rod_path(data: &Dataset, t: &Trajectory) -> Option<f64> {
     let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| Series::named(data, c).map(|s| s.samples(t).1));
     let (x, y) = (x?, y?);
-    // The ways along the axes: noise of a robot's encoders is a micrometre, and 40 of its samples a second do not add up.
+    // Noise of the rod's position lengthens the path, which makes the bounds that use it wider, never narrower.
     let way = |v: &[f64]| v.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>();
     Some(way(&x).hypot(way(&y)))
 }

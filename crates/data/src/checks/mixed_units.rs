@@ -25,7 +25,8 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     let least = spans.len() - (EXCEPTION * spans.len() as f64) as usize;
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for (place, &(_, j)) in spans.iter().enumerate() {
-        if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0]) {
+        if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0])
+        {
             let first = spans[place..].iter().map(|s| s.1).min()?;
             let typical = |part: &[(f64, usize)]| median(&mut part.iter().map(|s| s.0).collect::<Vec<_>>());
             let span = series.span(&data.trajectories()[first])?;

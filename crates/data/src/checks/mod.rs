@@ -71,7 +71,11 @@ type Look = fn(&Dataset, &Expected) -> Vec<Finding>;
 /// Every check with what it looks for and how.
 const LIST: [(Check, &str, Look); 11] = [
     (Check::AbsurdValue, "values beyond 1e12 of an SI unit", absurd_value::look),
-    (Check::SentinelValue, "one value far outside of all others (9999 for `not measured`)", sentinel_value::look),
+    (
+        Check::SentinelValue,
+        "one value far outside of all others (9999 for `not measured`)",
+        sentinel_value::look,
+    ),
     (Check::ConstantColumn, "a position, angle or velocity that never changes", constant_column::look),
     (Check::RepeatedTrajectory, "the same recording under two names", repeated_trajectory::look),
     (Check::MixedUnits, "a few trajectories in another unit", mixed_units::look),

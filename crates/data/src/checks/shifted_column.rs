@@ -3,8 +3,8 @@
 //! A shift over the whole file leaves a mark where trajectories meet: the first (or last) sample of a trajectory goes on from
 //! its neighbour in the file. A shift within trajectories shows only where another column holds the derivative.
 
-use super::velocity_disagrees::PAIRS;
 use super::measured::Series;
+use super::velocity_disagrees::PAIRS;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use crate::summary::median;
@@ -40,9 +40,9 @@ fn at_boundaries(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     let mut breaks: Vec<f64> =
         all.iter().flat_map(|v| v.windows(3).map(|w| off_line(w[0], w[1], w[2]))).collect();
     // Half a column at rest has no typical break: then that of the moving half is taken.
-    let typical = median(&mut breaks).filter(|m| *m > 0.0).or_else(|| {
-        median(&mut breaks.into_iter().filter(|b| *b > 0.0).collect::<Vec<_>>())
-    })?;
+    let typical = median(&mut breaks)
+        .filter(|m| *m > 0.0)
+        .or_else(|| median(&mut breaks.into_iter().filter(|b| *b > 0.0).collect::<Vec<_>>()))?;
     let count = |down: bool| {
         let (mut broken, mut total, mut first) = (0, 0, None);
         for (j, pair) in all.windows(2).enumerate() {
@@ -102,9 +102,10 @@ fn against_velocity(data: &Dataset, [height, velocity]: [&str; 2]) -> Option<Fin
         sum
     };
     let usual = error(0).min(error(1));
-    let found = [-2, -1, 2, 3].into_iter().min_by(|a, b| error(*a).total_cmp(&error(*b)))?;
+    let others = [-2, -1, 2, 3].map(|rows| (rows, error(rows)));
+    let (found, least) = others.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let rows = if found > 0 { found - 1 } else { found };
-    (error(found) < CLEARLY * usual).then(|| Finding::ShiftedVelocity {
+    (least < CLEARLY * usual).then(|| Finding::ShiftedVelocity {
         height: height.to_owned(),
         velocity: velocity.to_owned(),
         rows,

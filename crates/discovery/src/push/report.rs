@@ -336,6 +336,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
+        warnings: Vec::new(),
         calibrated: Numbers::of(&search.train, &search.base().fit).estimates(None),
         parameters: numbers.estimates(None),
         noise: NoiseFound {

@@ -18,11 +18,7 @@ impl Model {
 impl PushModel {
     /// The declared sensor noise.
     pub fn expected(&self) -> Expected {
-        Expected {
-            gravity_m_s2: None,
-            position_sd_m: self.position_sd_m,
-            angle_sd_rad: self.angle_sd_rad,
-        }
+        Expected { gravity_m_s2: None, position_sd_m: self.position_sd_m, angle_sd_rad: self.angle_sd_rad }
     }
 }
 
