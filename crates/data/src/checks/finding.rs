@@ -157,7 +157,7 @@ pub enum Finding {
     },
     /// A height and its velocity that are rows apart.
     #[error(
-        "columns `{height}` and `{velocity}` are shifted by {rows} row(s) against each other: the height's change agrees \
+        "columns `{height}` and `{velocity}` are shifted by {rows} row(s) or more against each other: the height's change agrees \
          with the velocity of that row and not with its own; align them"
     )]
     ShiftedVelocity {
@@ -165,8 +165,8 @@ pub enum Finding {
         height: String,
         /// Velocity.
         velocity: String,
-        /// Rows that the velocity lies behind.
-        rows: i64,
+        /// Rows between them, at the least.
+        rows: u64,
     },
     /// A velocity that is not the change of the height.
     #[error(

@@ -6,7 +6,7 @@ use crate::dataset::Dataset;
 use crate::summary::median;
 
 /// How many times the range of all values of the others a trajectory's own span must be. Centimetres are a factor of 100,
-/// of which starts and offsets that differ take up to 5; in the measured sets the largest is 1.3.
+/// of which starts and offsets that differ take up to 5; in the measured sets the largest is 1.1.
 const FACTOR: f64 = 10.0;
 /// Largest share of the trajectories that can be the exception.
 const EXCEPTION: f64 = 1.0 / 3.0;

@@ -4,7 +4,7 @@ use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
 /// Distance from all other values, in units of their whole range, from which a value that occurs again and again is none
-/// of them. In the measured sets the farthest value that occurs twice lies within 0.1 ranges of the others.
+/// of them. In the measured sets the farthest single value lies 0.28 ranges off, the farthest that comes back 0.0004.
 const FAR: f64 = 5.0;
 /// Share of the samples below which a value is the exception.
 const RARE: f64 = 0.5;

@@ -104,7 +104,8 @@ fn against_velocity(data: &Dataset, [height, velocity]: [&str; 2]) -> Option<Fin
     let usual = error(0).min(error(1));
     let others = [-2, -1, 2, 3].map(|rows| (rows, error(rows)));
     let (found, least) = others.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let rows = if found > 0 { found - 1 } else { found };
+    // One of the two usual schemes explains a row of a velocity that lies behind.
+    let rows = if found > 0 { found - 1 } else { found }.unsigned_abs();
     (least < CLEARLY * usual).then(|| Finding::ShiftedVelocity {
         height: height.to_owned(),
         velocity: velocity.to_owned(),

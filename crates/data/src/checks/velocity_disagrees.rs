@@ -5,8 +5,8 @@ use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
 /// Mean difference between the height's change and the velocity's integral, as a share of the larger of the two, from which
-/// they are not of one motion. Impacts between samples and the stepping of PyBullet leave 0.05, noise of 2 mm at 60 Hz 0.1;
-/// another unit, sign or column leaves 0.9 or more.
+/// they are not of one motion. Impacts between samples and the stepping of PyBullet leave 0.06
+/// (pybullet-ball); another unit, sign or column leaves 0.9 or more.
 const APART: f64 = 0.5;
 /// Samples over which the velocity is integrated: noise of the heights counts less over several.
 const OVER: usize = 3;
