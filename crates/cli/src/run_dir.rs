@@ -40,11 +40,11 @@ pub enum DataSource {
 pub struct Config {
     /// Iterations between checkpoints.
     pub checkpoint_every: u64,
-    /// Training data.
-    pub data: DataSource,
     /// Checks of suspicious data that the user did without.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Check>,
+    /// Training data.
+    pub data: DataSource,
     /// Settings of the run.
     pub settings: Settings,
 }
