@@ -98,7 +98,11 @@ impl<const L: usize> Block<L> {
         let n = system.states();
         let zeros = |count: usize| vec![[0.0; L]; count];
         let mut registers = zeros(system.layout.registers);
-        system.layout.constants.iter().for_each(|(register, value)| registers[*register as usize] = [*value; L]);
+        system
+            .layout
+            .constants
+            .iter()
+            .for_each(|(register, value)| registers[*register as usize] = [*value; L]);
         Self {
             registers,
             x: zeros(n),
@@ -172,7 +176,8 @@ impl<const L: usize> Block<L> {
         self.stage.copy_from_slice(&self.x);
         for stage in 0..4 {
             // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
-            let (at, on, weight) = [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
+            let (at, on, weight) =
+                [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
             let now: [f64; L] = std::array::from_fn(|lane| h[lane].mul_add(at, time[lane]));
             self.registers[..n].copy_from_slice(&self.stage);
             drive.set(system, &mut self.registers, &now);
@@ -212,7 +217,9 @@ impl<const L: usize> Block<L> {
         for (s, active) in self.s.chunks_exact_mut(n).zip(&columns.active) {
             stage.copy_from_slice(s);
             sum.fill([0.0; L]);
-            for (index, (on, weight)) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate() {
+            for (index, (on, weight)) in
+                [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate()
+            {
                 let gradient = &self.gradients[index * entries..(index + 1) * entries];
                 rate.fill([0.0; L]);
                 if let Some(active) = active {
