@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The model file in the folder of a discovery.
-const MODEL: &str = "model.toml";
+pub const MODEL: &str = "model.toml";
 
 /// The engine of the model in the discovery's folder `run`, with the step of the data.
 pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyhow::Result<EngineSpec> {

@@ -39,6 +39,7 @@ mod segment;
 mod separate;
 mod spikes;
 mod statistics;
+mod swapped;
 mod unlisted;
 
 pub use assess::{Assessment, assess};

@@ -39,7 +39,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Name and unit of each free parameter, and of which addition.
@@ -399,7 +398,6 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         push: None,
         model_toml: augmented.to_toml(),
         error: parts.error,
-        seconds: parts.seconds,
     };
     accepted(found, &ModelFile::Ball(augmented), &data.name)
 }

@@ -308,8 +308,6 @@ pub struct Discovery {
     pub push: Option<PushFound>,
     /// The augmented model file.
     pub model_toml: String,
-    /// Wall-clock time, s. The only entry that differs between runs.
-    pub seconds: f64,
 }
 
 #[cfg(test)]

@@ -16,12 +16,10 @@ use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::SCATTER_KIND;
-use std::time::Instant;
 
 /// Finds what `model` lacks to explain pushes.
 ///
-/// Deterministic: the same inputs and seed give the same answer for any number of threads, but for
-/// [`Discovery::seconds`].
+/// Deterministic: the same inputs and seed give the same answer for any number of threads.
 ///
 /// # Errors
 /// [`DiscoveryError`], when the data or the model do not allow an answer.
@@ -31,7 +29,6 @@ pub fn discover_push(
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
-    let begun = Instant::now();
     progress(Progress::Noise);
     let measured = measure(model, data, options)?;
     progress(Progress::Search);
@@ -91,7 +88,6 @@ pub fn discover_push(
         horizons: lists.horizons(seed),
         folds,
         anatomy: residual_anatomy,
-        seconds: begun.elapsed().as_secs_f64(),
     })
 }
 

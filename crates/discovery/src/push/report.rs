@@ -54,7 +54,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Share of the gain in likelihood that each effect of a set is worth.
@@ -376,7 +375,6 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         }),
         model_toml: augmented.to_toml(),
         error: parts.error,
-        seconds: parts.seconds,
     };
     accepted(found, &ModelFile::Push(augmented), &search.train.data.name)
 }

@@ -20,9 +20,9 @@ pub use scenario::ModelFile;
 /// Reads a file and parses it by `parse(text, file)`.
 fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match augsim_data::read_text(path) {
         Ok(text) => parse(&text, &file),
-        Err(source) => Err(ModelError::Read { file, source }),
+        Err(cause) => Err(ModelError::Read { file, cause }),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::ball::BASE_PARAMETERS;
 use crate::effects::{
     self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
 };
+use augsim_data::shown_cause;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -86,7 +87,7 @@ impl<'t> Reader<'t> {
         DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
             file: self.file.into(),
             line: self.line(e.span().unwrap_or(0..0)),
-            reason: e.message().into(),
+            reason: shown_cause(&e.message()),
         })
     }
 
