@@ -119,7 +119,10 @@ fn answer(parameters: &str) -> Result<Discovery, DiscoveryError> {
 fn a_value_for_a_group_that_the_data_do_not_have() {
     let error = answer("restitution = { nominal = 0.63, per = \"group\", groups = { a = 0.6, c = 0.67 } }\n");
     let text = error.expect_err("refused").to_string();
-    assert!(text.contains("`restitution` has a value for the group `c`, which is none of drops.csv"), "{text}");
+    assert!(
+        text.contains("`restitution` has a value for the group `c`, which is none of drops.csv"),
+        "{text}"
+    );
     assert!(text.contains("(groups of the data: a, b)"), "{text}");
 }
 
@@ -140,7 +143,9 @@ fn a_number_that_overflows_is_a_numerical_failure() {
 #[test]
 fn values_by_group_are_those_of_the_declared_error() {
     let declared = |a: f64, b: f64, more: &str| {
-        let line = format!("restitution = {{ nominal = 0.635, per = \"group\", groups = {{ a = {a}, b = {b} }}{more} }}\n");
+        let line = format!(
+            "restitution = {{ nominal = 0.635, per = \"group\", groups = {{ a = {a}, b = {b} }}{more} }}\n"
+        );
         answer(&line).expect("an answer").error.declared.rmse
     };
     let (right, mean) = (declared(0.6, 0.67, ""), declared(0.635, 0.635, ""));

@@ -199,9 +199,9 @@ fn bins(all: &[Bin]) -> page::Bins {
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
-        "noise-autocorrelated" => n
-            .correlation
-            .map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}")),
+        "noise-autocorrelated" => {
+            n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
+        }
         "timing-jitter" => {
             n.jitter_s.map_or(String::new(), |s| format!("time stamps scatter by {:.2} ms", 1e3 * s))
         }

@@ -33,7 +33,8 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
     match ModelFile::read(&path)? {
         ModelFile::Ball(model) => {
             let dataset = read_dataset(data, MissingCells::Refuse)?;
-            let groups: BTreeSet<Option<&str>> = dataset.trajectories().iter().map(Trajectory::group).collect();
+            let groups: BTreeSet<Option<&str>> =
+                dataset.trajectories().iter().map(Trajectory::group).collect();
             // A net's engine is one for all trajectories: that of their group, if all are of one.
             let model = match groups.first() {
                 Some(Some(group)) if groups.len() == 1 => model.of_group(group),

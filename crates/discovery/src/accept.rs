@@ -80,6 +80,7 @@ fn table(t: &ErrorTable) -> Vec<f64> {
 
 fn anatomy(a: &Anatomy) -> Vec<f64> {
     let bins = a.before.values().chain(a.after.values()).flatten().flat_map(|b| [b.x, b.mean, b.rms]);
-    let lists = [&a.autocorrelation_before, &a.autocorrelation_after, &a.quantiles_before, &a.quantiles_after];
+    let lists =
+        [&a.autocorrelation_before, &a.autocorrelation_after, &a.quantiles_before, &a.quantiles_after];
     bins.chain(lists.into_iter().flatten().copied()).collect()
 }

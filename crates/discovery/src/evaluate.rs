@@ -295,9 +295,8 @@ fn normal_in_blocks<const N: usize>(
         .step_by(N)
         .map(|first| {
             // Lanes before the block wrap around to numbers that no dual has: they stay constant, as those after it do.
-            point.simulate(lanes, record, &record.times, |v, lane| {
-                Dual::variable(v, lane.wrapping_sub(first))
-            })
+            point
+                .simulate(lanes, record, &record.times, |v, lane| Dual::variable(v, lane.wrapping_sub(first)))
         })
         .collect();
     let (mut h, mut g, mut sum) = (Square::zero(count), vec![0.0; count], Misfit::default());

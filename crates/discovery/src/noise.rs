@@ -64,12 +64,7 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 }
 
 impl Arc {
-    fn new(
-        data: &Record,
-        samples: Vec<usize>,
-        channel: usize,
-        record: usize,
-    ) -> Option<Self> {
+    fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
         let (times, y) = (&data.times, &data.y[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
         if samples.len() < p + 3 {

@@ -51,8 +51,12 @@ fn names_that_a_user_chose_are_read_back_whatever_they_hold() {
 
 #[test]
 fn values_by_group_without_per_group_are_refused() {
-    let text = refusal("scenario = \"ball\"\n[parameters]\nrestitution = { nominal = 0.6, groups = { a = 0.5 } }\n");
-    assert!(text.contains("ball.toml:3: `groups` must be left out, or stand beside per = \"group\""), "{text}");
+    let text =
+        refusal("scenario = \"ball\"\n[parameters]\nrestitution = { nominal = 0.6, groups = { a = 0.5 } }\n");
+    assert!(
+        text.contains("ball.toml:3: `groups` must be left out, or stand beside per = \"group\""),
+        "{text}"
+    );
 }
 
 #[test]

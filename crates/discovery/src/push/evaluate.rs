@@ -160,8 +160,7 @@ fn piece_in_blocks<const N: usize>(
     sd: [f64; 3],
 ) -> Piece {
     let n = h.lane_count() + 3;
-    let runs: Vec<_> =
-        (0..n).step_by(N).map(|first| simulated::<N>(h, theta, start, r, w, first)).collect();
+    let runs: Vec<_> = (0..n).step_by(N).map(|first| simulated::<N>(h, theta, start, r, w, first)).collect();
     let (mut q, mut curvature, mut g) = (0.0, Square::zero(n), vec![0.0; n]);
     let measured = &r.pose[w.first..=w.last];
     for (k, y) in measured.iter().enumerate() {

@@ -19,10 +19,7 @@ impl Parameter {
     }
 }
 
-fn unknown<'p>(
-    mut parameters: impl Iterator<Item = &'p Parameter>,
-    groups: &[&str],
-) -> Option<UnknownGroup> {
+fn unknown<'p>(mut parameters: impl Iterator<Item = &'p Parameter>, groups: &[&str]) -> Option<UnknownGroup> {
     parameters.find_map(|p| {
         let (group, _) = p.groups.iter().find(|(name, _)| !groups.contains(&name.as_str()))?;
         Some(UnknownGroup { parameter: p.name.clone(), group: group.clone() })

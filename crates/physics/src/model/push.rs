@@ -133,7 +133,8 @@ impl PushModel {
             let value = block;
             let block = reader.listed(block, earlier, &PUSH, &[])?;
             if let Some(p) = block.parameters.iter().find(|p| p.per != Per::All) {
-                let expected = "\"all\" in [[effect]] blocks: effects on pushes have one value for all groups";
+                let expected =
+                    "\"all\" in [[effect]] blocks: effects on pushes have one value for all groups";
                 return Err(reader.wrong(&format!("{}.per", p.name), value, expected));
             }
             let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Trajectory);
