@@ -26,6 +26,7 @@ mod printable;
 pub mod push;
 mod random_stream;
 mod split;
+mod statistics;
 mod stream_summary;
 mod summary;
 mod trajectory;

@@ -1,6 +1,7 @@
 //! Which effects and laws the data allow to look for.
 
-use crate::hypothesis::{Addition, Hypothesis};
+use crate::addition::{Addition, KNOTS};
+use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
 use augsim_physics::ball::{Axes, ImpactRecord, RADIUS, RESTITUTION};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
@@ -188,7 +189,7 @@ fn span(
         out
     };
     x.retain(|v| v.is_finite());
-    if x.len() < 3 * crate::hypothesis::KNOTS {
+    if x.len() < 3 * KNOTS {
         return None;
     }
     x.sort_by(f64::total_cmp);

@@ -1,7 +1,7 @@
 //! What checks find, as values with a sentence.
 
 use super::Check;
-use crate::summary::digits;
+use crate::statistics::digits;
 use serde::Serialize;
 use thiserror::Error;
 

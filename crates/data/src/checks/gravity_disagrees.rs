@@ -3,7 +3,7 @@
 use super::measured::Series;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
-use crate::summary::median;
+use crate::statistics::median;
 
 /// Ratio to the model's gravity, either way, from which it is another unit: inches are a factor of 39, while drag near the
 /// terminal velocity takes all but a fifth away, and lift of a table-tennis ball adds two gravities.

@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::push::FRESH_SUFFIX;
-use crate::summary::median;
+use crate::statistics::median;
 use crate::trajectory::Trajectory;
 
 /// Coordinates that share a frame.

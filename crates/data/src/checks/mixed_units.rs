@@ -3,7 +3,7 @@
 use super::measured::Series;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
-use crate::summary::median;
+use crate::statistics::median;
 
 /// How many times the range of all values of the others a trajectory's own span must be. Centimetres are a factor of 100,
 /// of which starts and offsets that differ take up to 5; in the measured sets the largest is 1.1.

@@ -112,7 +112,7 @@ impl Written {
         let flips = third.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
         // As in the noise of a column: a smooth curve does not change the sign of its third differences.
         let noisy = 5 * flips >= 3 * third.len().saturating_sub(1) && third.len() >= FEWEST;
-        let sd = crate::summary::median(&mut sizes).unwrap_or(0.0) / 3.0;
+        let sd = crate::statistics::median(&mut sizes).unwrap_or(0.0) / 3.0;
         // Rounding scatters too, and the same in two recordings of one motion.
         let noise = if noisy { (sd * sd - step * step / 6.0).max(0.0).sqrt() } else { 0.0 };
         Written { tolerance, span: (high - low).max(0.0), noise }

@@ -7,7 +7,7 @@ use super::measured::Series;
 use super::velocity_disagrees::PAIRS;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
-use crate::summary::median;
+use crate::statistics::median;
 
 /// Break of a sample against a straight line through its two neighbours, in units of the typical one of the column.
 const BREAK: f64 = 20.0;

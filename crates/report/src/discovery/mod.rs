@@ -3,6 +3,7 @@
 mod anatomy;
 mod findings;
 mod page;
+mod tones;
 
 use serde::{Deserialize, Serialize};
 

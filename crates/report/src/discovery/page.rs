@@ -1,13 +1,10 @@
 //! From a discovery to a page: the order of the sections, the verdict, the error before and after.
 
+use super::tones::{AFTER, BEFORE};
 use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, findings};
 use crate::figure::{Axis, Bar, BarGroup, Bars, Tone};
 use crate::page::{Block, Cell, Column, FigureBlock, KeyFigure, Page, Row, Section, Table};
 use crate::plot::text::significant;
-
-/// Colours of the stages, the same in the whole report.
-pub(super) const BEFORE: Tone = Tone::Series(1);
-pub(super) const AFTER: Tone = Tone::Series(0);
 
 pub(super) fn page(report: &DiscoveryReport) -> Page {
     let mut reproduce = Vec::new();
