@@ -3,6 +3,7 @@
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use crate::trajectory::Trajectory;
+use crate::unit::Unit;
 
 /// Logarithm of the probability that two recordings agree by chance, below which they are one: one in 1e9, for all pairs of a
 /// thousand trajectories one in 2000.
@@ -31,7 +32,7 @@ pub(super) fn look(data: &Dataset, _: &Expected) -> Vec<Finding> {
         .collect()
 }
 
-/// `data` without the later ones of equal trajectories, and whether there were any.
+/// `data` without the later ones of equal trajectories.
 pub(super) fn without_copies(data: &Dataset) -> Dataset {
     let copies: Vec<usize> = copies(data).into_iter().map(|(copy, _)| copy).collect();
     let kept: Vec<usize> = (0..data.trajectories().len()).filter(|j| !copies.contains(j)).collect();
@@ -62,12 +63,12 @@ fn copies(data: &Dataset) -> Vec<(usize, usize)> {
             let ((n, from), (m, to)) = (sort_key(a), sort_key(b));
             n == m && (from == to || to - from <= 2.0 * widest)
         });
-        let (originals, copies) = (|b: usize| a.min(b), |b: usize| a.max(b));
-        found.extend(
-            later
-                .filter(|&&b| same(data, &moving, &all, originals(b), copies(b)))
-                .map(|&b| (copies(b), originals(b))),
-        );
+        for &b in later {
+            let (copy, original) = (a.max(b), a.min(b));
+            if same(data, &moving, &all, original, copy) {
+                found.push((copy, original));
+            }
+        }
     }
     found.sort_unstable();
     found.dedup_by_key(|(copy, _)| *copy);
@@ -80,7 +81,7 @@ struct Written {
     tolerance: f64,
     /// Largest minus smallest value.
     span: f64,
-    /// Standard deviation of its noise: of second differences that change their sign.
+    /// Standard deviation of its noise, from third differences that change their sign; 0 for a smooth curve.
     noise: f64,
 }
 
@@ -146,7 +147,9 @@ fn same(data: &Dataset, moving: &[usize], all: &[Recording], a: usize, b: usize)
             exact += agree;
         }
         // Two numbers around one value with noise s each differ by less than d with probability below d/(s sqrt(pi)).
-        let noise = wa.noise.min(wb.noise);
+        // Flags of two streams alternate alike in every recording: they must agree, and prove nothing.
+        let counts = data.columns()[i].unit() != Unit::Dimensionless;
+        let noise = if counts { wa.noise.min(wb.noise) } else { 0.0 };
         if noise > 0.0 {
             let probability = (tolerance / (noise * std::f64::consts::PI.sqrt())).min(1.0);
             chance += agree as f64 * probability.ln();
