@@ -41,7 +41,7 @@ pub enum WeightsError {
         available: String,
     },
     /// A tensor of the file does not belong to the net.
-    #[error("{}: tensor `{name}` does not belong to this net", path.display())]
+    #[error("{}: tensor `{}` does not belong to this net", path.display(), shown(name))]
     Unknown {
         /// The file.
         path: PathBuf,
@@ -60,6 +60,11 @@ pub enum WeightsError {
         /// What the net needs.
         expected: String,
     },
+}
+
+/// A name from a file for a message: at most 60 characters, without any that a terminal would obey.
+fn shown(name: &str) -> String {
+    name.chars().take(60).flat_map(char::escape_debug).collect()
 }
 
 /// The bytes of a safetensors file of all parameters, as 32-bit floats.
@@ -103,7 +108,7 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
     let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
     for name in names {
         let Ok(view) = file.tensor(&name) else {
-            let available = found.join(", ");
+            let available = found.iter().take(20).map(|name| shown(name)).collect::<Vec<_>>().join(", ");
             return Err(WeightsError::Missing { path: path.to_owned(), name, available });
         };
         let Some((dims, values)) = fresh.get_mut(&name) else { continue };

@@ -195,6 +195,9 @@ impl PushModel {
     }
 }
 
+/// Largest coordinate of an outline, m. Areas and moments are polynomials of the coordinates: those of 1e308 overflow.
+const FARTHEST_VERTEX_M: f64 = 1000.0;
+
 /// Vertices of an outline, m.
 type Vertices = Vec<[f64; 2]>;
 
@@ -228,7 +231,8 @@ fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelErro
     list.iter()
         .map(|pair| match reader.numbers("polygon_m", pair) {
             Ok(numbers) => match numbers[..] {
-                [x, y] => Ok([x, y]),
+                [x, y] if x.abs().max(y.abs()) <= FARTHEST_VERTEX_M => Ok([x, y]),
+                [_, _] => Err(reader.wrong("polygon_m", pair, "coordinates in metres, of at most 1000 m")),
                 _ => Err(reader.wrong("polygon_m", pair, expected)),
             },
             Err(_) if !matches!(pair.get_ref(), DeValue::Array(_)) => {
