@@ -3,6 +3,7 @@
 use super::Seed;
 use crate::compile::Section;
 use crate::system::{Column, Gradient, System};
+use pulp::{Simd, WithSimd};
 
 /// The inputs of a step, lane by lane: cubics in the time since the begin of a piece.
 #[derive(Debug, Clone)]
@@ -47,6 +48,53 @@ struct RowEntry {
     entry: usize,
     state: usize,
     is_one: bool,
+}
+
+/// A section at one state, as work for the instruction set found at run time. A closure in its place would stay a
+/// function of its own, compiled for the lowest set.
+struct Evaluation<'e, const L: usize> {
+    system: &'e System,
+    section: &'e Section,
+    registers: &'e mut [[f64; L]],
+    x: &'e [[f64; L]],
+    at: Option<(&'e Drive<L>, &'e [f64; L])>,
+}
+
+impl<const L: usize> WithSimd for Evaluation<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        if let Some((drive, time)) = self.at {
+            self.registers[..self.x.len()].copy_from_slice(self.x);
+            drive.set(self.system, self.registers, time);
+        }
+        self.system.machine.pass(self.section, self.registers);
+    }
+}
+
+/// A step of Runge-Kutta, as work for the instruction set.
+struct Step<'s, const L: usize> {
+    block: &'s mut Block<L>,
+    system: &'s System,
+    drive: &'s Drive<L>,
+    time: &'s [f64; L],
+    h: &'s [f64; L],
+    columns: Option<&'s Columns>,
+    held: &'s [bool],
+}
+
+impl<const L: usize> WithSimd for Step<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let with_gradients = self.columns.is_some();
+        self.block.values(self.system, self.drive, (self.time, self.h), with_gradients, self.held);
+        if let Some(columns) = self.columns {
+            self.block.sensitivities(self.h, columns, self.held);
+        }
+    }
 }
 
 impl Columns {
@@ -98,11 +146,7 @@ impl<const L: usize> Block<L> {
         let n = system.states();
         let zeros = |count: usize| vec![[0.0; L]; count];
         let mut registers = zeros(system.layout.registers);
-        system
-            .layout
-            .constants
-            .iter()
-            .for_each(|(register, value)| registers[*register as usize] = [*value; L]);
+        system.layout.constants.iter().for_each(|(register, value)| registers[*register as usize] = [*value; L]);
         Self {
             registers,
             x: zeros(n),
@@ -127,17 +171,17 @@ impl<const L: usize> Block<L> {
 
     /// Computes what depends on parameters alone.
     pub(crate) fn prepare(&mut self, system: &System) {
-        system.machine.run(&system.once, &mut self.registers);
+        self.run(system, &system.once, None);
     }
 
     /// Runs a section at the present state.
     pub(crate) fn evaluate(&mut self, system: &System, section: &Section, drive: &Drive<L>, time: &[f64; L]) {
+        self.run(system, section, Some((drive, time)));
+    }
+
+    fn run(&mut self, system: &System, section: &Section, at: Option<(&Drive<L>, &[f64; L])>) {
         let Self { registers, x, .. } = self;
-        system.machine.arch.dispatch(|| {
-            registers[..x.len()].copy_from_slice(x);
-            drive.set(system, registers, time);
-            system.machine.pass(section, registers);
-        });
+        system.machine.arch.dispatch(Evaluation { system, section, registers, x, at });
     }
 
     /// A step of classical Runge-Kutta from `time` of length `h`, with the sensitivities of `columns` if given. Rates of
@@ -150,12 +194,7 @@ impl<const L: usize> Block<L> {
         columns: Option<&Columns>,
         held: &[bool],
     ) {
-        system.machine.arch.dispatch(|| {
-            self.values(system, drive, (time, h), columns.is_some(), held);
-            if let Some(columns) = columns {
-                self.sensitivities(h, columns, held);
-            }
-        });
+        system.machine.arch.dispatch(Step { block: self, system, drive, time, h, columns, held });
     }
 
     #[inline(always)]
@@ -176,9 +215,11 @@ impl<const L: usize> Block<L> {
         self.stage.copy_from_slice(&self.x);
         for stage in 0..4 {
             // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
-            let (at, on, weight) =
-                [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
-            let now: [f64; L] = std::array::from_fn(|lane| h[lane].mul_add(at, time[lane]));
+            let (at, on, weight) = [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
+            let mut now = [0.0; L];
+            for lane in 0..L {
+                now[lane] = h[lane].mul_add(at, time[lane]);
+            }
             self.registers[..n].copy_from_slice(&self.stage);
             drive.set(system, &mut self.registers, &now);
             system.machine.pass(section, &mut self.registers);
@@ -217,9 +258,7 @@ impl<const L: usize> Block<L> {
         for (s, active) in self.s.chunks_exact_mut(n).zip(&columns.active) {
             stage.copy_from_slice(s);
             sum.fill([0.0; L]);
-            for (index, (on, weight)) in
-                [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate()
-            {
+            for (index, (on, weight)) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate() {
                 let gradient = &self.gradients[index * entries..(index + 1) * entries];
                 rate.fill([0.0; L]);
                 if let Some(active) = active {

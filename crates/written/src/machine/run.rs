@@ -17,12 +17,7 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    /// Runs the instructions of `section` on `registers`.
-    pub(crate) fn run<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
-        self.arch.dispatch(|| self.pass(section, registers));
-    }
-
-    /// [`Machine::run`] within code that is already compiled for the instruction set.
+    /// Runs the instructions of `section` on `registers`. To be inlined into code compiled for the instruction set.
     #[inline(always)]
     pub(crate) fn pass<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
         for instruction in &section.body {
