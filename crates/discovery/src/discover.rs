@@ -13,7 +13,8 @@ use crate::result::{Discovery, ErrorTable};
 use crate::search::{Judged, Search};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options, Progress};
-use augsim_data::Dataset;
+use augsim_data::checks::{Admitted, admit};
+use augsim_data::{DataError, Dataset};
 use augsim_physics::ball::GRAVITY;
 use augsim_physics::model::Model;
 
@@ -35,7 +36,9 @@ pub fn discover(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
     progress(Progress::Noise);
-    let prepared = prepare(model, data, options)?;
+    let Admitted { data, warnings } =
+        admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
+    let prepared = prepare(model, &data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
     let mut search = Search::new(model, prepared.sample(train), prepared.sample(test));
 
@@ -69,7 +72,7 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    report(Parts {
+    let discovery = report(Parts {
         model,
         search: &search,
         noise,
@@ -83,7 +86,8 @@ pub fn discover(
         error,
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
-    })
+    })?;
+    Ok(Discovery { warnings, ..discovery })
 }
 
 /// A model that does not even follow the first flight is in other units or upside down.

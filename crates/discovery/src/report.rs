@@ -343,6 +343,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence,
+        warnings: Vec::new(),
         effects: found_effects,
         calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),

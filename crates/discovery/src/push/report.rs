@@ -206,6 +206,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
+        warnings: Vec::new(),
         calibrated: Numbers::of(&search.train, &search.base().fit).estimates(None),
         parameters: numbers.estimates(None),
         noise: NoiseFound {

@@ -20,6 +20,10 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
         summary: report.sentence.clone(),
         key_figures: key_figures(report),
         sections: vec![
+            Section::new(
+                "Warnings about the data",
+                report.warnings.iter().cloned().map(Block::Prose).collect(),
+            ),
             Section::new("Error on held-out trajectories", error(&report.error)),
             Section::new("What was found", findings::found(report)),
             Section::new("What remains open", findings::open(report)),
