@@ -1,6 +1,8 @@
 //! Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical
 //! failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
 
+pub use crate::usage::Usage;
+
 use crate::interrupt;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source, printable};
@@ -30,18 +32,6 @@ impl Outcome {
         })
     }
 }
-
-/// The command line makes no sense together with what is on disk.
-#[derive(Debug)]
-pub struct Usage(pub String);
-
-impl std::fmt::Display for Usage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Usage {}
 
 /// Prints the error in one paragraph and gives its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {

@@ -14,11 +14,13 @@ mod output;
 mod progress;
 mod push;
 mod record;
+mod reproduction;
 mod residual;
 mod run_data;
 mod run_dir;
 mod run_lock;
 mod session;
+mod usage;
 
 use args::Args;
 use augsim_data::Limit;

@@ -1,8 +1,9 @@
 //! From rows in long form to trajectories, with the checks that need more than one row.
 
 use crate::column::GROUP;
-use crate::error::{DataError, Source};
+use crate::error::DataError;
 use crate::limits::Limit;
+use crate::source::Source;
 use crate::trajectory::{Trajectory, is_label};
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,7 +1,8 @@
 //! Opening a CSV file, plain or gzip, and turning what the parser says into our errors.
 
-use crate::error::{DataError, RowRemedy, Source};
+use crate::error::{DataError, RowRemedy};
 use crate::limits::Limit;
+use crate::source::Source;
 use crate::whole_file::{gunzip, is_gzip, read_whole};
 use std::collections::BTreeSet;
 use std::io::{self, Cursor};

@@ -1,7 +1,8 @@
 //! Trajectories that share columns.
 
 use crate::column::Column;
-use crate::error::{DataError, Source};
+use crate::error::DataError;
+use crate::source::Source;
 use crate::trajectory::Trajectory;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -1,33 +1,15 @@
 //! What can be wrong with data, each with the place and the remedy.
 
 use crate::atomic_file::AtomicWriteError;
-use crate::checks::SuspiciousData;
+use crate::checks::suspicious::SuspiciousData;
 use crate::limits::LimitExceeded;
 use crate::printable::{shown, shown_list};
 use crate::push::PushError;
+use crate::source::Source;
 use crate::unit::Unit;
 use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
-
-/// Where a data set came from, for messages.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Source {
-    /// Built by code (a simulator, a split of another set without a file).
-    #[default]
-    Memory,
-    /// Read from this file.
-    File(PathBuf),
-}
-
-impl fmt::Display for Source {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Source::Memory => f.write_str("data set in memory"),
-            Source::File(path) => write!(f, "{}", path.display()),
-        }
-    }
-}
 
 /// Why a column name is refused.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -8,7 +8,8 @@ use crate::assemble::Assembler;
 use crate::column::Column;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
-use crate::error::{DataError, Source};
+use crate::error::DataError;
+use crate::source::Source;
 use std::path::Path;
 
 const LAYOUT: &str = "the ball layout is `traj,step,t,height,velocity`";

@@ -3,8 +3,9 @@
 //! Readers tell the layout from the bytes they hold. Nothing is opened twice: what was read of standard input, a
 //! FIFO or a process substitution cannot be read again.
 
-use crate::error::{DataError, Source};
+use crate::error::DataError;
 use crate::limits::Limit;
+use crate::source::Source;
 use flate2::bufread::GzDecoder;
 use std::fs::File;
 use std::io::{self, Read};

@@ -1,72 +1,22 @@
 //! Trains the nets, scores every model on the test set, writes `result.json` and `report.html`.
 
+use super::plan::{Experiment, NetPlan};
 use super::report::report;
+use super::result::{ResultFile, Scored};
 use super::rows::{Errors, Row};
 use super::{load, paper_engine, read, sequences};
 use crate::destination::{Claim, REPORT, RESULT};
 use crate::output::Output;
-use crate::run_dir::{Config, DataSource, RunDir};
+use crate::run_dir::{Config, RunDir};
 use crate::session::{self, Times};
 use augsim_data::Dataset;
 use augsim_physics::ball::floor::{FloorOptions, paper_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_trainer::models::{Law, Physics, Zero};
-use augsim_trainer::score::Score;
 use augsim_trainer::{
     Forecaster, Protocol, Recipe, Sequences, Settings, evaluate_forecast, evaluate_reconstruction,
 };
-use serde::Serialize;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// One net to train.
-#[derive(Debug, Clone, Copy)]
-pub struct NetPlan {
-    /// Which.
-    pub recipe: Recipe,
-    /// Iterations.
-    pub iterations: u64,
-}
-
-/// What is run.
-#[derive(Debug, Clone)]
-pub struct Experiment {
-    /// Title of the report.
-    pub title: String,
-    /// Command that repeats it.
-    pub command: String,
-    /// Training data.
-    pub train: DataSource,
-    /// Test data, of the paper's law: never trained on.
-    pub test: DataSource,
-    /// Name of the test set in the table.
-    pub test_name: String,
-    /// Nets, in the order of the table.
-    pub nets: Vec<NetPlan>,
-    /// Seed.
-    pub seed: u64,
-    /// Go on with runs that are there.
-    pub resume: bool,
-}
-
-/// What `result.json` holds.
-#[derive(Debug, Serialize)]
-pub struct ResultFile {
-    /// `augsim.reproduce/1`.
-    pub schema: &'static str,
-    /// `ball`.
-    pub scenario: &'static str,
-    /// Test set.
-    pub test_set: String,
-    /// Trajectories in it.
-    pub test_trajectories: usize,
-    /// The table.
-    pub rows: Vec<Row>,
-    /// Iterations, by model.
-    pub iterations: BTreeMap<String, u64>,
-    /// Seed.
-    pub seed: u64,
-}
 
 /// A finished experiment.
 #[derive(Debug)]
@@ -75,14 +25,6 @@ pub struct Finished {
     pub result: ResultFile,
     /// The report's path.
     pub report: PathBuf,
-}
-
-/// A scored model, for the table and the figures.
-pub struct Scored<'a> {
-    /// The predictor.
-    pub model: &'a dyn Forecaster,
-    /// Its forecast scores.
-    pub score: Score,
 }
 
 impl Experiment {

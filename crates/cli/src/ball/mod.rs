@@ -1,10 +1,12 @@
 //! The bouncing ball on the command line: data, the table of models, the report.
 
 mod experiment;
+mod plan;
 mod report;
+mod result;
 mod rows;
 
-pub use experiment::{Experiment, NetPlan};
+pub use plan::{Experiment, NetPlan};
 pub use rows::{Row, table};
 
 use crate::run_dir::DataSource;

@@ -1,6 +1,7 @@
 //! The experiment as a page.
 
-use super::experiment::{Experiment, ResultFile, Scored};
+use super::plan::Experiment;
+use super::result::{ResultFile, Scored};
 use super::rows::Row;
 use crate::record::fingerprint;
 use crate::run_dir::DataSource;

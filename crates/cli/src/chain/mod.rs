@@ -8,12 +8,12 @@ mod sets;
 
 use crate::args::Reproduce;
 use crate::ball::{Row, table};
-use crate::commands::reproduce::{ITERATIONS, claim, repeat};
 use crate::destination::{REPORT, RESULT};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::push::{Plan, sets as push_table};
 use crate::record::Record;
+use crate::reproduction::{ITERATIONS, claim, repeat};
 use nets::Runs;
 use push::Pushing;
 use serde::Serialize;

@@ -3,19 +3,17 @@
 use crate::args::{Reproduce, Scenario};
 use crate::ball::{self, Experiment, NetPlan};
 use crate::chain;
-use crate::command_line::quoted;
-use crate::destination::{Claim, REPORT, RESULT, Results};
-use crate::exit::{Outcome, Usage};
+use crate::exit::Outcome;
 use crate::output::Output;
 use crate::push;
 use crate::record::Record;
-use crate::run_dir::{CHECKPOINT, DataSource};
+use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::run_dir::DataSource;
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 
-/// The paper's numbers of training trajectories and iterations.
+/// The paper's number of training trajectories.
 const TRAIN: usize = 800;
-pub const ITERATIONS: u64 = 10_000;
 /// Added to the seed of generated training data, so that test data are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
@@ -143,44 +141,4 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
 
 fn words(words: &[&str]) -> Vec<String> {
     words.iter().map(|&word| word.to_owned()).collect()
-}
-
-/// The command that repeats a reproduction, as a shell reads it; the folder of the results does not decide them.
-pub fn repeat(words: Vec<String>) -> String {
-    let head = ["augsim", "reproduce"].map(str::to_owned);
-    let all: Vec<String> = head.into_iter().chain(words).chain(["--out", "DIR"].map(str::to_owned)).collect();
-    quoted(&all)
-}
-
-/// Claims the folder of a reproduction. Nets that are there are gone on with or, with `force`, thrown away.
-pub fn claim(
-    folder: &Path,
-    record: Record,
-    inputs: &[&Path],
-    resume: bool,
-    force: bool,
-) -> anyhow::Result<Claim> {
-    let claim = Results { folder, files: &[RESULT, REPORT], inputs, record, force }.claim()?;
-    if let Some(net) = trained_net(folder, 2).filter(|_| !resume && !force) {
-        let text = format!(
-            "{}: holds a net of this run already; add --resume to go on, or --force to train anew",
-            net.display()
-        );
-        return Err(Usage(text).into());
-    }
-    Ok(claim)
-}
-
-/// A run directory with a checkpoint at most `depth` folders below `folder`.
-fn trained_net(folder: &Path, depth: u32) -> Option<PathBuf> {
-    if depth == 0 {
-        return None;
-    }
-    let inner = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|p| p.is_dir());
-    let mut inner: Vec<PathBuf> = inner.collect();
-    inner.sort_unstable();
-    inner.into_iter().find_map(|path| match path.join(CHECKPOINT).exists() {
-        true => Some(path),
-        false => trained_net(&path, depth - 1),
-    })
 }

@@ -1,9 +1,10 @@
 //! Trains the nets, scores every model on every set, writes `result.json` and `report.html`.
 
 use super::data::{PushData, part};
-use super::plan::Plan;
-use super::repeat::{Clouds, Repeated, compare};
+use super::plan::Experiment;
+use super::repeat::{Clouds, compare};
 use super::report::report;
+use super::result::{CurvePoint, Drawn, ResultFile};
 use super::rows::Row;
 use super::runs::{Measured, measured};
 use crate::destination::{Claim, REPORT, RESULT};
@@ -11,80 +12,15 @@ use crate::output::Output;
 use crate::run_dir::{Config, RunDir};
 use crate::session::{self, Times, Trained};
 use augsim_trainer::models::{Physics, Still, Zero};
-use augsim_trainer::push::calibrate::Estimate;
 use augsim_trainer::push::score::{PushScore, evaluate_pushes};
 use augsim_trainer::push::{GpOptions, GpPush};
-use augsim_trainer::{EngineSpec, Forecaster, Losses, NetModel, Recipe, Sequences, Settings};
-use serde::Serialize;
+use augsim_trainer::{EngineSpec, Forecaster, Losses, NetModel, Recipe, Settings};
 use std::path::PathBuf;
 
 /// Nets trained on the whole training set.
 const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, Recipe::HybridPlus];
 /// Nets of the training-set-size curve: the published ones forecast that nothing moves, whatever they were trained on.
 const CURVE: [Recipe; 2] = [Recipe::NeuralPlus, Recipe::HybridPlus];
-
-/// What is run.
-#[derive(Debug, Clone)]
-pub struct Experiment {
-    /// Command that repeats it.
-    pub command: String,
-    /// How much of everything.
-    pub plan: Plan,
-    /// Published files, where there are any.
-    pub published: Option<PathBuf>,
-    /// Measured runs of the pusher-slider, where there are any.
-    pub runs: Option<PathBuf>,
-    /// Whether less of everything was asked for.
-    pub quick: bool,
-    /// Seed.
-    pub seed: u64,
-    /// Go on with runs that are there.
-    pub resume: bool,
-}
-
-/// A point of the training-set-size curve, on the test pushes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CurvePoint {
-    /// Model.
-    pub model: String,
-    /// Training pushes.
-    pub train_pushes: usize,
-    /// Position error of the mean of 100 samples, mm.
-    pub pos_mm: f64,
-    /// Angle error, degrees.
-    pub rot_deg: f64,
-    /// Continuous ranked probability score of the position, mm.
-    pub crps_mm: f64,
-}
-
-/// What `result.json` holds.
-#[derive(Debug, Serialize)]
-pub struct ResultFile {
-    /// `augsim.reproduce/1`.
-    pub schema: &'static str,
-    /// `push`.
-    pub scenario: &'static str,
-    /// `virtual laboratory` or `published MIT Push files`.
-    pub data: &'static str,
-    /// The tables; each row says what it was measured on.
-    pub rows: Vec<Row>,
-    /// Training-set-size curve.
-    pub curve: Vec<CurvePoint>,
-    /// The repeated push; absent on published files.
-    pub repeated: Option<Repeated>,
-    /// Parameters fitted to the measured runs; absent without them.
-    pub calibration: Option<Vec<Estimate>>,
-    /// Measured runs that were tested on.
-    pub test_runs: Vec<String>,
-    /// Most samples of a push and samples a second, after thinning.
-    pub thinning: [f64; 2],
-    /// Iterations of the paper's nets, and of Hybrid+ and Neural+.
-    pub iterations: [u64; 2],
-    /// Remarks about the data.
-    pub notes: Vec<String>,
-    /// Seed.
-    pub seed: u64,
-}
 
 /// A finished experiment.
 #[derive(Debug)]
@@ -93,22 +29,6 @@ pub struct Finished {
     pub result: ResultFile,
     /// The report's path.
     pub report: PathBuf,
-}
-
-/// What the report draws, beside the result.
-pub struct Drawn<'a> {
-    /// Nets trained on the whole set.
-    pub nets: &'a [Trained],
-    /// Other models that sample.
-    pub others: Vec<&'a dyn Forecaster>,
-    /// Losses of each net.
-    pub losses: Vec<(Recipe, Vec<Losses>)>,
-    /// Position error over the push, by model.
-    pub over_push: Vec<(String, Vec<f64>)>,
-    /// The test pushes.
-    pub test: &'a Sequences,
-    /// Clouds of the repeated push.
-    pub clouds: Option<&'a Clouds>,
 }
 
 impl Experiment {

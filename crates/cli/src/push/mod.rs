@@ -5,11 +5,12 @@ mod experiment;
 mod plan;
 mod repeat;
 mod report;
+mod result;
 mod rows;
 mod runs;
 
 pub use data::{Laboratory, PushData, load, on_one_clock, read_file};
-pub use experiment::Experiment;
-pub use plan::Plan;
-pub use rows::{Row, sets, table};
+pub use plan::{Experiment, Plan};
+pub use result::table;
+pub use rows::{Row, sets};
 pub use runs::folder as runs_folder;

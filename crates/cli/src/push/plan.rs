@@ -1,6 +1,7 @@
 //! How much of everything a reproduction takes.
 
 use augsim_trainer::push::Thinning;
+use std::path::PathBuf;
 
 /// Sizes and iterations.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,4 +61,23 @@ impl Plan {
     pub fn with_iterations(self, iterations: u64) -> Self {
         Plan { paper_iterations: iterations, plus_iterations: iterations, ..self }
     }
+}
+
+/// What is run.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// Command that repeats it.
+    pub command: String,
+    /// How much of everything.
+    pub plan: Plan,
+    /// Published files, where there are any.
+    pub published: Option<PathBuf>,
+    /// Measured runs of the pusher-slider, where there are any.
+    pub runs: Option<PathBuf>,
+    /// Whether less of everything was asked for.
+    pub quick: bool,
+    /// Seed.
+    pub seed: u64,
+    /// Go on with runs that are there.
+    pub resume: bool,
 }

@@ -1,6 +1,7 @@
 //! The experiment as a page.
 
-use super::experiment::{Drawn, Experiment, ResultFile};
+use super::plan::Experiment;
+use super::result::{Drawn, ResultFile};
 use super::rows::Row;
 use augsim_report::page::{DataSource, KeyFigure, Method, Provenance};
 use augsim_report::pushing::{OverPush, PushCloud, PushCurve, PushReport, PushRow};

@@ -1,7 +1,6 @@
 //! Rows of the pushing tables.
 
 use super::data::Set;
-use super::experiment::ResultFile;
 use augsim_trainer::push::score::{PushError, PushScore};
 use serde::Serialize;
 use std::fmt::Write;
@@ -73,33 +72,6 @@ impl Row {
             self.split, self.object, self.surface, self.test_pushes, self.data
         )
     }
-}
-
-/// The tables as text: one a set, the repeated push, the fitted parameters.
-pub fn table(result: &ResultFile) -> String {
-    let mut out = sets(&result.rows);
-    if let Some(r) = &result.repeated {
-        let _ = writeln!(
-            out,
-            "\none push {} times, {} s after its start, {}\n  {:<16} {:>10} {:>8} {:>10}",
-            r.points, r.horizon_s, r.data, "cloud", "Chamfer mm", "x floor", "energy mm"
-        );
-        for d in &r.distances {
-            let _ = writeln!(
-                out,
-                "  {:<16} {:>10.4} {:>8.2} {:>10.4}",
-                d.model, d.chamfer_mm, d.over_floor, d.energy_mm
-            );
-        }
-    }
-    for e in result.calibration.iter().flatten() {
-        let _ = writeln!(
-            out,
-            "fitted {:<18} {:.5} [{:.5}, {:.5}], declared {:.5}",
-            e.name, e.value, e.ci95[0], e.ci95[1], e.nominal
-        );
-    }
-    out
 }
 
 /// One table of each set that the rows were measured on.

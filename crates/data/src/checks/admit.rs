@@ -1,12 +1,10 @@
 //! Whether a set may be worked with: refused, with warnings, or as it is.
 
 use super::repeated_trajectory::without_copies;
+use super::suspicious::SuspiciousData;
 use super::{Check, Expected, Finding, Severity, run_checks};
 use crate::dataset::Dataset;
-use crate::error::Source;
 use serde::{Deserialize, Serialize};
-use std::fmt;
-use thiserror::Error;
 
 /// Checks whose findings the user knows and accepts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -47,31 +45,6 @@ pub struct Admitted {
     pub data: Dataset,
     /// What a reader of the result must know.
     pub warnings: Vec<Warning>,
-}
-
-/// Why a set is refused.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub struct SuspiciousData {
-    /// The set.
-    pub origin: Source,
-    /// Everything that refuses it, the first named in full.
-    pub findings: Vec<Finding>,
-}
-
-impl fmt::Display for SuspiciousData {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(first) = self.findings.first() else {
-            return write!(f, "{}: suspicious data", self.origin);
-        };
-        write!(f, "{}: suspicious data ({}): {first}", self.origin, first.check())?;
-        let mut names: Vec<&str> = self.findings.iter().map(|f| f.check().name()).collect();
-        names.dedup();
-        if names.len() > 1 {
-            write!(f, "; also found: {}", names[1..].join(", "))?;
-        }
-        let flags: Vec<String> = names.iter().map(|n| format!("--accept {n}")).collect();
-        write!(f, " (if they are right as they are: {})", flags.join(" "))
-    }
 }
 
 /// Runs every check that is not accepted.

@@ -1,6 +1,6 @@
 //! What checks find, as values with a sentence.
 
-use super::Check;
+use super::check::Check;
 use crate::statistics::digits;
 use serde::Serialize;
 use thiserror::Error;

@@ -8,6 +8,7 @@
 mod absurd_value;
 mod admit;
 mod angle_in_degrees;
+mod check;
 mod column_scale;
 mod constant_column;
 mod declared_noise;
@@ -18,42 +19,15 @@ mod mixed_units;
 mod repeated_trajectory;
 mod sentinel_value;
 mod shifted_column;
+pub(crate) mod suspicious;
 mod velocity_disagrees;
 
 use crate::dataset::Dataset;
-use serde::{Deserialize, Serialize};
-use std::fmt;
 
-pub use admit::{Accepted, Admitted, SuspiciousData, Warning, admit};
+pub use admit::{Accepted, Admitted, Warning, admit};
+pub use check::Check;
 pub use finding::{Finding, Severity};
-
-/// A check, by the name that `--accept` takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Check {
-    /// Values that no measurement in SI units can have.
-    AbsurdValue,
-    /// One value far outside of all others, such as 9999, that stands for "not measured".
-    SentinelValue,
-    /// A position, an angle or a velocity that never changes.
-    ConstantColumn,
-    /// The same recording under two names.
-    RepeatedTrajectory,
-    /// A few trajectories in another unit than the rest.
-    MixedUnits,
-    /// One coordinate in another unit than the others.
-    ColumnScale,
-    /// A column moved by a row against the others.
-    ShiftedColumn,
-    /// A velocity that is not the change of the height.
-    VelocityDisagrees,
-    /// An angle called radian and written in degrees.
-    AngleInDegrees,
-    /// Free fall that is not the model's: another unit, upside down, or swapped columns.
-    GravityDisagrees,
-    /// A declared sensor noise as large as the motion.
-    DeclaredNoise,
-}
+pub use suspicious::SuspiciousData;
 
 /// What a model says about the data that it is to explain; `None` where it says nothing or there is no model.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -96,34 +70,6 @@ impl Check {
     /// The check called `name`, such as `sentinel-value`.
     pub fn named(name: &str) -> Option<Check> {
         Check::all().find(|check| check.name() == name)
-    }
-
-    /// Name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Check::AbsurdValue => "absurd-value",
-            Check::SentinelValue => "sentinel-value",
-            Check::ConstantColumn => "constant-column",
-            Check::RepeatedTrajectory => "repeated-trajectory",
-            Check::MixedUnits => "mixed-units",
-            Check::ColumnScale => "column-scale",
-            Check::ShiftedColumn => "shifted-column",
-            Check::VelocityDisagrees => "velocity-disagrees",
-            Check::AngleInDegrees => "angle-in-degrees",
-            Check::GravityDisagrees => "gravity-disagrees",
-            Check::DeclaredNoise => "declared-noise",
-        }
-    }
-
-    /// Whether the check compares the data with a model and says nothing without one.
-    pub fn needs_model(self) -> bool {
-        matches!(self, Check::GravityDisagrees | Check::DeclaredNoise)
-    }
-}
-
-impl fmt::Display for Check {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }
 

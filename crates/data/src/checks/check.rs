@@ -1,0 +1,62 @@
+//! The names of the checks.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A check, by the name that `--accept` takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Check {
+    /// Values that no measurement in SI units can have.
+    AbsurdValue,
+    /// One value far outside of all others, such as 9999, that stands for "not measured".
+    SentinelValue,
+    /// A position, an angle or a velocity that never changes.
+    ConstantColumn,
+    /// The same recording under two names.
+    RepeatedTrajectory,
+    /// A few trajectories in another unit than the rest.
+    MixedUnits,
+    /// One coordinate in another unit than the others.
+    ColumnScale,
+    /// A column moved by a row against the others.
+    ShiftedColumn,
+    /// A velocity that is not the change of the height.
+    VelocityDisagrees,
+    /// An angle called radian and written in degrees.
+    AngleInDegrees,
+    /// Free fall that is not the model's: another unit, upside down, or swapped columns.
+    GravityDisagrees,
+    /// A declared sensor noise as large as the motion.
+    DeclaredNoise,
+}
+
+impl Check {
+    /// Name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Check::AbsurdValue => "absurd-value",
+            Check::SentinelValue => "sentinel-value",
+            Check::ConstantColumn => "constant-column",
+            Check::RepeatedTrajectory => "repeated-trajectory",
+            Check::MixedUnits => "mixed-units",
+            Check::ColumnScale => "column-scale",
+            Check::ShiftedColumn => "shifted-column",
+            Check::VelocityDisagrees => "velocity-disagrees",
+            Check::AngleInDegrees => "angle-in-degrees",
+            Check::GravityDisagrees => "gravity-disagrees",
+            Check::DeclaredNoise => "declared-noise",
+        }
+    }
+
+    /// Whether the check compares the data with a model and says nothing without one.
+    pub fn needs_model(self) -> bool {
+        matches!(self, Check::GravityDisagrees | Check::DeclaredNoise)
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

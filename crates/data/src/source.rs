@@ -1,0 +1,23 @@
+//! Where data come from.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where a data set came from, for messages.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Source {
+    /// Built by code (a simulator, a split of another set without a file).
+    #[default]
+    Memory,
+    /// Read from this file.
+    File(PathBuf),
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Source::Memory => f.write_str("data set in memory"),
+            Source::File(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
