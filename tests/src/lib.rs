@@ -2,6 +2,7 @@
 
 pub mod answers;
 pub mod battery;
+pub mod characterisation;
 pub mod golden;
 pub mod gradient;
 pub mod operations;

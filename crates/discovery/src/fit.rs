@@ -98,6 +98,7 @@ fn assemble(
         .zip(&nuisance)
         .map(|((&j, lanes), n)| {
             let record = &sample.data.records[j];
+            sample.data.tally.simulation();
             normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
         })
         .collect();
@@ -168,6 +169,7 @@ fn fit_with(
     nuisance: &[Vec<f64>],
     move_theta: bool,
 ) -> Fit {
+    sample.data.tally.fit();
     let mut h = hypothesis.clone();
     let lanes: Vec<Lanes> = sample.records().map(|r| Lanes::new(&h, r, &[])).collect();
     let nuisance: Vec<Vec<f64>> = lanes
@@ -316,6 +318,7 @@ fn advance(
         .map(|(((&j, lanes), before), now)| {
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
+                sample.data.tally.simulation();
                 normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
             };
             let full = nuisance_step(lanes, before, now, step, lambda);
@@ -383,6 +386,7 @@ fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) ->
             }
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
+                sample.data.tally.simulation();
                 normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
             };
             let rough = lanes.nuisance_start(h, record);

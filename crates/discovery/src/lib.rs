@@ -38,6 +38,7 @@ mod segment;
 mod separate;
 mod spikes;
 mod statistics;
+mod tally;
 mod unlisted;
 
 pub use assess::{Assessment, assess};
@@ -47,5 +48,5 @@ pub use options::{Options, Progress};
 pub use push::{assess_push, discover_push};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound,
-    Rmse, SCHEMA, Tests, Unexplained, Verdict,
+    Rmse, SCHEMA, Tests, Unexplained, Verdict, Work,
 };

@@ -1,8 +1,10 @@
 //! One measured trajectory, ready for fits.
 
 use crate::DiscoveryError;
+use crate::tally::Tally;
 use augsim_data::Dataset;
 use augsim_physics::ball::{Axes, Covariates};
+use std::sync::Arc;
 
 /// One trajectory: times, positions by channel, and what is known about the whole of it.
 #[derive(Clone, Debug)]
@@ -39,6 +41,8 @@ pub(crate) struct Measured {
     pub has_start_time: bool,
     /// Session time that the clocks of the records count from, s.
     pub clock_reference_s: f64,
+    /// Work done on these trajectories and their copies.
+    pub tally: Arc<Tally>,
 }
 
 impl Measured {
@@ -106,7 +110,8 @@ impl Measured {
             groups.push(String::new());
         }
         let has_spin = records.iter().any(|r| r.covariates.spin_rad_s != [0.0; 3]);
-        Ok(Self { name, axes, records, groups, has_spin, has_start_time, clock_reference_s })
+        let tally = Arc::default();
+        Ok(Self { name, axes, records, groups, has_spin, has_start_time, clock_reference_s, tally })
     }
 
     /// The number of each trajectory's group.
@@ -116,7 +121,13 @@ impl Measured {
 
     /// The same description with no records.
     pub fn without_records(&self) -> Self {
-        Self { name: self.name.clone(), groups: self.groups.clone(), records: Vec::new(), ..*self }
+        Self {
+            name: self.name.clone(),
+            groups: self.groups.clone(),
+            records: Vec::new(),
+            tally: self.tally.clone(),
+            ..*self
+        }
     }
 
     /// Whether any trajectory shows an impact.

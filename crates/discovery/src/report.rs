@@ -396,6 +396,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         push: None,
         model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
         error: parts.error,
+        work: data.tally.work(),
         seconds: parts.seconds,
     }
 }

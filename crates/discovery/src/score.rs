@@ -72,6 +72,7 @@ fn batch_scores(
     candidates: &[Addition],
     batch: &[usize],
 ) -> Vec<(usize, Score)> {
+    batch.iter().for_each(|_| sample.data.tally.score());
     let h = &fit.hypothesis;
     let mut world = h.world.clone();
     let groups = sample.data.groups.len();
@@ -107,6 +108,7 @@ fn batch_scores(
         .zip(&fit.nuisance)
         .map(|(&j, nuisance)| {
             let record = &sample.data.records[j];
+            sample.data.tally.simulation();
             let lanes = Lanes::new(h, record, &extras);
             let n = normal(
                 &Point::new(h, &world, record, &fit.theta, nuisance),
@@ -199,6 +201,7 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
         .zip(&fit.nuisance)
         .map(|(&j, nuisance)| {
             let record = &sample.data.records[j];
+            sample.data.tally.simulation();
             let lanes = Lanes::new(h, record, &[]);
             let n = normal(
                 &Point::new(h, &h.world, record, &fit.theta, nuisance),

@@ -138,6 +138,7 @@ fn nearest(sample: &Sample<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let common = lanes.common();
     let prior = fit.information.sub(&lanes.theta);
     let at = |theta: &[f64], nuisance: &[f64]| {
+        sample.data.tally.simulation();
         let normal =
             normal(&Point::new(h, &h.world, record, theta, nuisance), &lanes, record, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();

@@ -368,6 +368,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         }),
         model_toml: augmented(&parts, &numbers).to_toml(),
         error: parts.error,
+        work: search.train.data.tally.work(),
         seconds: parts.seconds,
     }
 }

@@ -147,6 +147,7 @@ impl Search<'_> {
     }
 
     fn score(&self, from: &Fit, kind: &'static str, probe: &[f64]) -> Score {
+        self.train.data.tally.score();
         let mut kinds = from.hypothesis.kinds.clone();
         kinds.push(kind);
         let h = Hypothesis::new(self.model, &self.train.data.groups, &kinds);
