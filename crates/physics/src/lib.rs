@@ -6,6 +6,7 @@ pub mod effects;
 pub mod model;
 pub mod push;
 pub mod scalar;
+pub mod system;
 
 pub use dual::Dual;
 pub use scalar::Scalar;

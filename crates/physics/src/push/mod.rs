@@ -49,6 +49,7 @@ pub mod planar;
 mod setting;
 mod support;
 pub mod surface;
+mod system;
 mod world;
 
 pub use arc::simulate_poses;
@@ -64,4 +65,5 @@ pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush, en
 pub use planar::{Pose, Rotation, Twist, Wrench};
 pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
 pub use support::{Inertia, Support};
+pub use system::Pushing;
 pub use world::{BASE_PARAMETERS, C, CONTACT_FRICTION, MASS, ROD_RADIUS, SUPPORT_FRICTION, Term, World};
