@@ -4,6 +4,7 @@ pub mod ball;
 mod dual;
 pub mod effects;
 pub mod model;
+pub mod ode;
 pub mod push;
 pub mod scalar;
 pub mod system;
