@@ -5,6 +5,7 @@ pub mod battery;
 pub mod characterisation;
 pub mod golden;
 pub mod gradient;
+pub mod linear;
 pub mod operations;
 pub mod push_battery;
 pub mod random;

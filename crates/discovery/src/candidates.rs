@@ -20,25 +20,24 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         let spec = effect.spec();
         let declared =
             model.effects.iter().any(|b| b.kind == spec.kind || spec.excludes.contains(&b.kind.as_str()));
-        let friction = spec.kind.ends_with("-friction");
         let possible = match spec.needs {
             Needs::Nothing => true,
-            Needs::Horizontal => horizontal && !(friction && data.has_spin && !radius_known),
+            Needs::Horizontal => horizontal,
+            Needs::Slip => horizontal && (!data.has_spin || radius_known),
             Needs::Lateral => data.axes == Axes::Space,
             Needs::Spin => data.has_spin && horizontal,
             Needs::SpinInSpace => data.has_spin && data.axes == Axes::Space,
             Needs::StartTime => data.has_start_time,
             Needs::AreaPerMass => area_per_mass_varies(data),
             Needs::ReleaseAtRest => model.release == Release::Rest,
-            Needs::Effect(_) => horizontal,
+            Needs::Coasting => false,
         } && (spec.location != Location::Impact || data.has_impacts());
-        // A free gravity is the same term.
-        let known = spec.kind == "vertical-acceleration" && !model.parameters[0].frozen;
+        let known = model.parameters.iter().any(|p| spec.same_as == Some(p.name.as_str()) && !p.frozen);
         if possible && !declared && !known {
             out.push(Addition::Kind(spec.kind, Per::All));
             if (2..=MOST_GROUPS).contains(&data.groups.len())
                 && data.groups.len() < data.records.len()
-                && !matches!(spec.needs, Needs::Effect(_))
+                && spec.joins.is_none()
             {
                 out.push(Addition::Kind(spec.kind, Per::Group));
             }
@@ -62,10 +61,8 @@ pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
     if addition.kind() == SCATTER_KIND && h.scatter.is_some() {
         return false;
     }
-    match spec_of(addition.kind()).map(|s| s.needs) {
-        Some(Needs::Effect(kind)) => h.additions.iter().any(|a| a.kind() == kind),
-        _ => true,
-    }
+    let joins = spec_of(addition.kind()).is_some_and(|s| s.joins.is_some());
+    !joins || h.additions.iter().any(|a| addition.acts_through(a))
 }
 
 /// One-feature laws over the features that vary in these data; knots between the 1 % and 99 % quantiles.

@@ -39,6 +39,11 @@ impl Addition {
         }
     }
 
+    /// Whether this addition acts through the other and means nothing without it.
+    pub fn acts_through(&self, other: &Addition) -> bool {
+        spec_of(self.kind()).and_then(|s| s.joins).is_some_and(|join| join.kind == other.kind())
+    }
+
     /// Whether the two cannot stand in one model.
     pub fn excludes(&self, other: &Addition) -> bool {
         let listed =

@@ -32,7 +32,7 @@ pub(crate) struct Score {
 fn integrates(addition: &Addition) -> bool {
     match addition {
         Addition::Law(t) => t.target.location() == Location::Flight,
-        other => matches!(other.kind(), "quadratic-drag" | "drag-coefficient" | "linear-drag" | "magnus"),
+        other => spec_of(other.kind()).is_some_and(|s| s.costly),
     }
 }
 

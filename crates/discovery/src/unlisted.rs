@@ -61,7 +61,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
             .filter_map(|i| {
                 let mut rest = now.additions().to_vec();
                 let gone = rest.remove(i);
-                let orphan = gone.kind() == "quadratic-drag" && rest.iter().any(|a| a.kind() == "wind");
+                let orphan = rest.iter().any(|a| a.acts_through(&gone));
                 (!orphan && !rest.is_empty()).then(|| search.refit(&now.fit, &rest, &[]))
             })
             .collect();

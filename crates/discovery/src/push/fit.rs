@@ -229,7 +229,7 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
             damped.cholesky().solve(&mut step);
             let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
             hypothesis.free.iter().zip(&mut next).for_each(|(f, v)| {
-                let polar = f.kind.is_some_and(|k| super::hypothesis::Polar::of(k).is_some());
+                let polar = f.kind.is_some_and(|k| super::hypothesis::polar(k).is_some());
                 if !polar {
                     *v = v.clamp(f.min, f.max);
                 }

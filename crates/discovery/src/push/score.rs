@@ -2,7 +2,7 @@
 
 use super::evaluate::{MOST_FREE, Piece};
 use super::fit::{Fit, Sample};
-use super::hypothesis::{Hypothesis, Polar, probes, size_of};
+use super::hypothesis::{Hypothesis, polar, probe, size_of};
 use super::search::{BEND, Search};
 use crate::linear::Square;
 use crate::statistics::median;
@@ -129,7 +129,7 @@ impl Search<'_> {
             .iter()
             .filter(|k| self.may_join(k, kinds))
             .filter(|k| spec_of(k).is_none_or(|s| s.parameters.len() <= room))
-            .flat_map(|k| probes(k, groups).into_iter().map(|p| (*k, p)))
+            .map(|k| (*k, probe(k, groups)))
             .collect();
         let mut list: Vec<Score> =
             candidates.into_par_iter().map(|(k, probe)| self.score(from, k, &probe)).collect();
@@ -137,12 +137,6 @@ impl Search<'_> {
         let common = self.train.promise(&from.pieces, from.theta.len());
         list.iter_mut().for_each(|s| s.gain -= common);
         list.sort_by(|a, b| b.evidence().total_cmp(&a.evidence()));
-        let mut seen: Vec<&str> = Vec::new();
-        list.retain(|s| {
-            let fresh = !seen.contains(&s.kind);
-            seen.push(s.kind);
-            fresh
-        });
         list
     }
 
@@ -158,7 +152,7 @@ impl Search<'_> {
         let mut step = u.clone();
         s.cholesky().solve(&mut step);
         let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
-        let polar = Polar::of(kind);
+        let polar = polar(kind);
         if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
             let to = polar.step([probe[0], probe[1]], [*a, *b]);
             next[p - 2..].copy_from_slice(&to);

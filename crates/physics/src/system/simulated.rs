@@ -71,10 +71,21 @@ impl Simulated {
 
     /// Writes a channel at a sample. Lanes that were not asked for are dropped.
     pub fn set<S: Scalar>(&mut self, sample: usize, channel: usize, x: S) {
+        self.set_row(sample, channel, x.value(), x.derivatives().iter().copied());
+    }
+
+    /// Writes the value of a channel at a sample and its derivatives, for a system that knows them without dual numbers.
+    pub fn set_row(
+        &mut self,
+        sample: usize,
+        channel: usize,
+        value: f64,
+        slopes: impl IntoIterator<Item = f64>,
+    ) {
         let at = sample * self.channels + channel;
-        self.values[at] = x.value();
+        self.values[at] = value;
         let row = &mut self.slopes[at * self.width..][..self.lanes];
-        row.iter_mut().zip(x.derivatives()).for_each(|(to, from)| *to = *from);
+        row.iter_mut().zip(slopes).for_each(|(to, from)| *to = from);
     }
 
     /// Adds an event with its features, in the order of the schema's.
