@@ -1,5 +1,6 @@
 //! Scoring of discoveries on sealed sets: the truth is opened after the verdict.
 
+use crate::gaps::Gaps;
 use crate::sealed::{Truth, draw, seal};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
@@ -110,15 +111,29 @@ fn found_kinds(d: &Discovery) -> Vec<String> {
 
 /// Runs sets `first .. first + count` of a battery.
 pub fn run(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
+    run_each(first, count, each, |seed, summary| one(battery, None, seed, summary))
+}
+
+/// Runs the same sets with empty cells: share and pattern change from seed to seed ([`Gaps::of_seed`]).
+pub fn run_with_gaps(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
+    run_each(first, count, each, |seed, summary| one(battery, Some(Gaps::of_seed(seed)), seed, summary))
+}
+
+fn run_each(
+    first: u64,
+    count: u64,
+    each: &mut dyn FnMut(&Row),
+    one: impl Fn(u64, &mut Summary) -> Row,
+) -> Summary {
     let mut summary = Summary::default();
     for seed in first..first + count {
-        let row = one(battery, seed, &mut summary);
+        let row = one(seed, &mut summary);
         each(&row);
     }
     summary
 }
 
-fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
+fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -> Row {
     let purpose = format!("sealed {battery:?}");
     let mut rng = random_stream(seed, &purpose, 0);
     let effects = match battery {
@@ -129,7 +144,13 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
     };
     let (scene, truth) = draw(&mut rng, effects, battery == Battery::Noise);
     let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
-    let sealed = match seal(&scene, truth, &mut rng) {
+    let sealed = seal(&scene, truth, &mut rng).and_then(|mut sealed| {
+        if let Some(gaps) = gaps {
+            sealed.data = gaps.cut(&sealed.data, &mut random_stream(seed, "gaps", 0))?;
+        }
+        Ok(sealed)
+    });
+    let sealed = match sealed {
         Ok(s) => s,
         Err(e) => return fail(e.to_string()),
     };
@@ -239,12 +260,15 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
         "{:?} {:?} rho {} jitter {} outliers {}",
         truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
     );
+    let empty = gaps.map_or(String::new(), |g| {
+        format!(" {} % empty {},", 100.0 * g.share, if g.runs { "in runs" } else { "at random" })
+    });
     let unexplained = d
         .unexplained
         .as_ref()
         .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
     let line = format!(
-        "seed {seed} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lof {:.1e} lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
+        "seed {seed}{empty} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lof {:.1e} lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
         if scene.plane { "2-D" } else { "1-D" },
         scene.trajectories,
         scene.rate_hz,
@@ -255,9 +279,9 @@ fn one(battery: Battery, seed: u64, summary: &mut Summary) -> Row {
         d.alternatives,
         d.tests.lack_of_fit,
         d.tests.library,
-        d.tests.laws,
+        d.tests.laws.unwrap_or(1.0),
         d.tests.heterogeneity,
-        d.tests.periodicity,
+        d.tests.periodicity.unwrap_or(1.0),
     );
     Row { line, right }
 }

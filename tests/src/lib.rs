@@ -3,6 +3,7 @@
 pub mod answers;
 pub mod battery;
 pub mod characterisation;
+pub mod gaps;
 pub mod golden;
 pub mod gradient;
 pub mod linear;

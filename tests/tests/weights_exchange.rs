@@ -4,7 +4,7 @@
 //! for an affine layer, the same for the same seed.
 
 use augsim_data::random_stream;
-use augsim_nn::weights::{WeightsError, export, import};
+use augsim_nn::weights::{WeightsError, encode, import};
 use augsim_nn::{Gru, Linear, Mlp, Params};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::path::{Path, PathBuf};
@@ -22,6 +22,10 @@ fn folder() -> (TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
     let path = dir.path().join("net.safetensors");
     (dir, path)
+}
+
+fn write(path: &Path, params: &Params<f32>) {
+    std::fs::write(path, ok(encode(params))).unwrap_or_else(|e| panic!("{e}"));
 }
 
 fn ok<R>(result: Result<R, WeightsError>) -> R {
@@ -66,7 +70,7 @@ fn refused(path: &Path, text: &str) {
 fn a_file_holds_pytorchs_names_extents_and_little_endian_floats() {
     let (_dir, path) = folder();
     let params = net(1);
-    ok(export(&path, &params));
+    write(&path, &params);
     let bytes = read(&path);
     let file = SafeTensors::deserialize(&bytes).unwrap_or_else(|e| panic!("{e}"));
     let mut found: Vec<_> = file.iter().map(|(name, v)| (name, v.shape().to_vec())).collect();
@@ -110,7 +114,7 @@ fn the_layers_of_a_perceptron_are_named_as_in_a_torch_sequential() {
 fn weights_come_back_bit_for_bit_and_doubles_are_read_too() {
     let (_dir, path) = folder();
     let params = net(1);
-    ok(export(&path, &params));
+    write(&path, &params);
     let mut back = net(2);
     assert_ne!(back.values(), params.values());
     ok(import(&path, &mut back));
@@ -132,7 +136,7 @@ fn a_file_that_does_not_fit_is_refused_whole() {
     let (_dir, path) = folder();
     refused(&path, "No such file or directory (os error 2)");
 
-    let written = || ok(export(&path, &net(1)));
+    let written = || write(&path, &net(1));
     written();
     rewrite(&path, |name, dtype, extents, data| (name != "out.bias").then_some((name, dtype, extents, data)));
     let available = "gru.bias_hh_l0, gru.bias_hh_l1, gru.bias_ih_l0, gru.bias_ih_l1, gru.weight_hh_l0, \
@@ -166,7 +170,7 @@ fn a_file_that_does_not_fit_is_refused_whole() {
 #[test]
 fn a_damaged_file_is_refused() {
     let (_dir, path) = folder();
-    ok(export(&path, &net(1)));
+    write(&path, &net(1));
     let bytes = read(&path);
     for cut in [0, 4, 20, bytes.len() - 1] {
         std::fs::write(&path, &bytes[..cut]).unwrap_or_else(|e| panic!("{e}"));

@@ -3,9 +3,14 @@
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+const LIMITS: &str = "\
+Environment:
+  AUGSIM_LIMIT_BYTES, _CELLS, _COLUMNS, _TRAJECTORIES, _SAMPLES, _PARAMETERS and others bound what a file or an option
+  may ask of the machine; the message that refuses something names its variable, such as AUGSIM_LIMIT_CELLS=1e9.";
+
 /// Hybrid simulation: an analytical model, the effect it lacks, and a stochastic net for what remains.
 #[derive(Debug, Parser)]
-#[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true, after_long_help = LIMITS)]
 pub struct Args {
     /// Options of every subcommand.
     #[command(flatten)]
@@ -30,6 +35,9 @@ pub struct Global {
     /// Print more on standard error.
     #[arg(short, long, global = true)]
     pub verbose: bool,
+    /// Replace what another run left in `--out`; an input is never replaced.
+    #[arg(long, global = true)]
+    pub force: bool,
     /// Print no notes and no progress.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
@@ -114,8 +122,8 @@ pub struct Simulate {
     /// Sensor noise of its angle, rad.
     #[arg(long, default_value_t = 0.001745)]
     pub angle_sd_rad: f64,
-    /// File to write (CSV; `.gz` compresses), `out/ball.csv` or `out/push.csv` without it; the truth record and, for pushes,
-    /// the declared model go beside it.
+    /// File to write (`.csv`, `.csv.gz` or `.npz`), `out/ball.csv` or `out/push.csv` without it; the truth record and, for
+    /// pushes, the declared model go beside it.
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -170,7 +178,7 @@ pub struct Train {
     #[arg(long, default_value = "out/run")]
     pub out: PathBuf,
     /// Go on with the run in `--out`, bit for bit as if it had never stopped; its own settings count.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Iterations between checkpoints.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
@@ -188,7 +196,7 @@ pub struct Predict {
     /// Samples per trajectory.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(2..))]
     pub samples: u32,
-    /// File to write: mean, median and the 50 and 90 % bands of every column.
+    /// File to write (`.csv`, `.csv.gz` or `.npz`): mean, median and the 50 and 90 % bands of every column.
     #[arg(long, default_value = "out/forecast.csv")]
     pub out: PathBuf,
 }
@@ -236,9 +244,9 @@ pub enum Scenario {
 pub struct Reproduce {
     /// Which.
     pub scenario: Scenario,
-    /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`. Push: directory with published MIT Push files (folders
-    /// `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both. What is not there is generated, and the table says
-    /// so. Loop: the folder of all sets.
+    /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`; without it drops of the same law are generated. Push:
+    /// directory with published MIT Push files (folders `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both; what
+    /// is not there is generated. The table says which. Loop: the folder of all sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Ball: test drops, where they are generated.
@@ -253,8 +261,8 @@ pub struct Reproduce {
     /// Iterations of each net.
     #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
     pub iterations: Option<u64>,
-    /// Go on with what is in `--out`.
-    #[arg(long)]
+    /// Go on with what is in `--out`, which the same settings must have made.
+    #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }
 

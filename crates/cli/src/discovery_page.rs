@@ -1,6 +1,8 @@
 //! A discovery as a page.
 
 use crate::args::Discover;
+use crate::command_line::quoted;
+use crate::record::{fingerprint, shown};
 use augsim_discovery::{Bin, Discovery, Estimate, Rmse, Verdict};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::discovery as page;
@@ -106,20 +108,13 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
         }),
         next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
         model_toml: d.model_toml.clone(),
-        reproduce: vec![format!(
-            "augsim discover {} {} --out {} --train-share {} --seed {seed}",
-            args.model.display(),
-            args.data.display(),
-            args.out.display(),
-            args.train_share
-        )],
+        reproduce: vec![repeat(args, seed)],
         methods: if d.push.is_some() { push_methods() } else { methods() },
         notes: d.push.as_ref().map(push_notes).unwrap_or_default(),
-        seconds: Some(d.seconds),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seed: Some(seed),
-            data: vec![source(&args.model), source(&args.data)],
+            data: vec![source(&args.model, &args.out), source(&args.data, &args.out)],
             ..Provenance::default()
         },
         ..DiscoveryReport::default()
@@ -204,17 +199,32 @@ fn bins(all: &[Bin]) -> page::Bins {
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
-        "noise-autocorrelated" => format!("neighbouring samples correlate with {:.2}", n.correlation),
-        "timing-jitter" => format!("time stamps scatter by {:.2} ms", 1e3 * n.jitter_s),
-        "outliers" => format!("{} samples lie too far off and were left out", n.outliers),
+        "noise-autocorrelated" => {
+            n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
+        }
+        "timing-jitter" => {
+            n.jitter_s.map_or(String::new(), |s| format!("time stamps scatter by {:.2} ms", 1e3 * s))
+        }
+        "outliers" => n
+            .outliers
+            .map_or(String::new(), |count| format!("{count} samples lie too far off and were left out")),
         "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
         _ => String::new(),
     }
 }
 
-fn source(path: &Path) -> DataSource {
-    let hash = std::fs::read(path).map(|b| format!("crc32:{:08x}", crc32fast::hash(&b)));
-    DataSource { path: path.display().to_string(), hash: hash.unwrap_or_default() }
+/// The command that repeats the discovery; the folder of the results does not decide them.
+fn repeat(args: &Discover, seed: u64) -> String {
+    let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
+    words.extend([&args.model, &args.data].map(|path| shown(path, &args.out)));
+    words.extend(["--train-share".to_owned(), args.train_share.to_string()]);
+    words.extend(args.group.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
+    words.extend(["--seed".to_owned(), seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);
+    quoted(&words)
+}
+
+fn source(path: &Path, out: &Path) -> DataSource {
+    DataSource { path: shown(path, out), hash: fingerprint(path) }
 }
 
 /// What a push's page says beside its tables.

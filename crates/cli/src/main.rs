@@ -3,19 +3,25 @@
 mod args;
 mod ball;
 mod chain;
+mod command_line;
 mod commands;
+mod destination;
 mod discovery_page;
 mod exit;
+mod folders;
 mod interrupt;
 mod output;
 mod progress;
 mod push;
+mod record;
 mod residual;
 mod run_data;
 mod run_dir;
+mod run_lock;
 mod session;
 
 use args::Args;
+use augsim_data::Limit;
 use augsim_tensor::simd::Level;
 use clap::Parser;
 use std::process::ExitCode;
@@ -25,8 +31,10 @@ fn main() -> ExitCode {
     let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
         .and_then(|()| instruction_set())
+        .and_then(|()| limits())
         .and_then(|()| threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
+    folders::remove_empty();
     match result {
         Ok(outcome) => outcome.code(),
         Err(error) => exit::report(&error),
@@ -36,6 +44,11 @@ fn main() -> ExitCode {
 /// Refuses an instruction set that the environment asks for and this machine does not have.
 fn instruction_set() -> anyhow::Result<()> {
     Level::requested().map(|_| ()).map_err(|e| exit::Usage(e.to_string()).into())
+}
+
+/// Refuses an environment variable `AUGSIM_LIMIT_…` that would not do what its user thinks.
+fn limits() -> anyhow::Result<()> {
+    Limit::check_environment().map_err(|e| exit::Usage(e.to_string()).into())
 }
 
 /// Sets the number of worker threads; results do not depend on it.

@@ -1,5 +1,7 @@
 //! Results on standard output, notes on standard error.
 
+use anyhow::Context;
+use augsim_data::printable;
 use serde::Serialize;
 use std::io::Write;
 
@@ -24,11 +26,11 @@ impl Output {
 
     /// Prints a result: the text for people, or `value` as JSON for programs.
     pub fn result(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
-        let out = if self.json { serde_json::to_string_pretty(value)? } else { text() };
+        let out = if self.json { json(value)? } else { printable(&text()) };
         match writeln!(std::io::stdout(), "{}", out.trim_end()) {
             // The reader (`head`, say) has had enough.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            other => Ok(other?),
+            other => other.context("standard output: cannot write the result"),
         }
     }
 
@@ -36,8 +38,14 @@ impl Output {
     pub fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {
             // Nothing can be done when standard error is closed.
-            let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
+            let _ = writeln!(std::io::stderr(), "{}", printable(text.as_ref()));
         }
+    }
+
+    /// A sentence that must not be missed: `--quiet` shows it too.
+    pub fn notice(&self, text: impl AsRef<str>) {
+        // Nothing can be done when standard error is closed.
+        let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
     }
 
     /// A note that only `--verbose` shows.
@@ -46,4 +54,21 @@ impl Output {
             self.note(text);
         }
     }
+}
+
+/// JSON in which everything that a terminal could obey is written as `\u001b` is; JSON itself asks for that of the
+/// first 32 characters only. Such a character can stand in a string alone, so that what is read back is the same.
+fn json(value: &impl Serialize) -> anyhow::Result<String> {
+    let text = serde_json::to_string_pretty(value)?;
+    if printable(&text) == text {
+        return Ok(text);
+    }
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match printable(c.encode_utf8(&mut [0; 4])) == c.to_string() {
+            true => out.push(c),
+            false => out.push_str(&format!("\\u{:04x}", u32::from(c))),
+        }
+    }
+    Ok(out)
 }

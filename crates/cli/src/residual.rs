@@ -3,15 +3,16 @@
 use crate::exit::Usage;
 use crate::output::Output;
 use anyhow::Context;
-use augsim_data::{MissingCells, read_dataset};
+use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
 use augsim_physics::model::{EffectBlock, ModelFile, Per};
 use augsim_physics::push::OBJECTS;
 use augsim_trainer::push::PushEngine;
 use augsim_trainer::{EngineSpec, ModelBall, Recipe};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The model file in the folder of a discovery.
-const MODEL: &str = "model.toml";
+pub const MODEL: &str = "model.toml";
 
 /// The engine of the model in the discovery's folder `run`, with the step of the data.
 pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyhow::Result<EngineSpec> {
@@ -31,6 +32,14 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
     }
     match ModelFile::read(&path)? {
         ModelFile::Ball(model) => {
+            let dataset = read_dataset(data, MissingCells::Refuse)?;
+            let groups: BTreeSet<Option<&str>> =
+                dataset.trajectories().iter().map(Trajectory::group).collect();
+            // A net's engine is one for all trajectories: that of their group, if all are of one.
+            let model = match groups.first() {
+                Some(Some(group)) if groups.len() == 1 => model.of_group(group),
+                _ => model,
+            };
             for kind in ModelBall::left_out(&model) {
                 output.note(format!(
                     "{kind} is left out: it changes what is measured, or is random, which the net learns"
@@ -39,11 +48,11 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
             let parameters = model.parameters.iter().chain(model.effects.iter().flat_map(|e| &e.parameters));
             for p in parameters.filter(|p| p.per != Per::All) {
                 output.note(format!(
-                    "{} differs between trajectories: its nominal value is used for all",
-                    p.name
+                    "{} differs between trajectories: its nominal value {} is used for all",
+                    p.name, p.nominal
                 ));
             }
-            let step_s = step_s(data)?;
+            let step_s = step_s(&dataset, data)?;
             let lasts = |e: &&EffectBlock| e.kind == "contact-duration";
             let contact = model.effects.iter().find(lasts).and_then(|e| e.parameters.first());
             if let Some(tau) =
@@ -69,8 +78,7 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
 }
 
 /// Seconds between the samples of the first trajectory; whether all others have them is checked when they are loaded.
-fn step_s(data: &Path) -> anyhow::Result<f64> {
-    let dataset = read_dataset(data, MissingCells::Refuse)?;
+fn step_s(dataset: &Dataset, data: &Path) -> anyhow::Result<f64> {
     let step = dataset.trajectories().iter().find(|t| t.len() > 1).map(|t| {
         let clock = t.time_s();
         let mean = (clock[clock.len() - 1] - clock[0]) / (clock.len() - 1) as f64;

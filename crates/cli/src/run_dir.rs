@@ -1,11 +1,13 @@
 //! The run directory: `config.resolved.toml`, `metrics.jsonl`, `checkpoint.bin`, `weights.safetensors`.
 
+use crate::exit::Usage;
 use anyhow::Context;
 use augsim_data::atomic_write;
+use augsim_nn::{Params, checkpoint, weights};
 use augsim_trainer::{Losses, Settings, TrainingState};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 /// Where training data come from.
@@ -45,19 +47,21 @@ pub struct Config {
     pub settings: Settings,
 }
 
+/// Name of the file with the settings.
+pub const CONFIG: &str = "config.resolved.toml";
+/// Name of the file that training goes on from.
+pub const CHECKPOINT: &str = "checkpoint.bin";
+const WEIGHTS: &str = "weights.safetensors";
+const METRICS: &str = "metrics.jsonl";
+/// Everything that training writes.
+pub const FILES: [&str; 4] = [CONFIG, CHECKPOINT, WEIGHTS, METRICS];
+
 /// A run directory.
 #[derive(Debug, Clone)]
 pub struct RunDir(PathBuf);
 
 impl RunDir {
-    /// The directory, which is made if it is absent.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
-        std::fs::create_dir_all(path)
-            .with_context(|| format!("{}: cannot make the run directory", path.display()))?;
-        Ok(RunDir(path.to_owned()))
-    }
-
-    /// An existing directory.
+    /// A directory.
     pub fn open(path: &Path) -> Self {
         RunDir(path.to_owned())
     }
@@ -69,19 +73,47 @@ impl RunDir {
 
     /// Path of the checkpoint.
     pub fn checkpoint(&self) -> PathBuf {
-        self.file("checkpoint.bin")
+        self.file(CHECKPOINT)
+    }
+
+    /// Removes what an earlier run wrote, the checkpoint first: without it nothing else is gone on with.
+    pub fn clear(&self) -> anyhow::Result<()> {
+        for name in [CHECKPOINT, WEIGHTS, METRICS, CONFIG] {
+            let path = self.file(name);
+            match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(e).with_context(|| format!("{}: cannot remove it", path.display()));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the checkpoint.
+    pub fn write_checkpoint(&self, state: &TrainingState) -> anyhow::Result<()> {
+        let bytes = checkpoint::encode(state)?;
+        atomic_write(&self.checkpoint(), |w| w.write_all(&bytes))?;
+        Ok(())
+    }
+
+    /// Writes the weights for other programs.
+    pub fn write_weights(&self, params: &Params<f32>) -> anyhow::Result<()> {
+        let bytes = weights::encode(params)?;
+        atomic_write(&self.file(WEIGHTS), |w| w.write_all(&bytes))?;
+        Ok(())
     }
 
     /// Writes the configuration.
     pub fn write_config(&self, config: &Config) -> anyhow::Result<()> {
         let text = toml::to_string_pretty(config)?;
-        atomic_write(&self.file("config.resolved.toml"), |w| w.write_all(text.as_bytes()))?;
+        atomic_write(&self.file(CONFIG), |w| w.write_all(text.as_bytes()))?;
         Ok(())
     }
 
     /// Reads the configuration.
     pub fn read_config(&self) -> anyhow::Result<Config> {
-        let path = self.file("config.resolved.toml");
+        let path = self.file(CONFIG);
         let text = std::fs::read_to_string(&path).with_context(|| {
             format!("{}: cannot read it; give the run directory of `train`", path.display())
         })?;
@@ -90,22 +122,65 @@ impl RunDir {
 
     /// The last checkpoint, if there is one.
     pub fn read_checkpoint(&self) -> anyhow::Result<Option<TrainingState>> {
-        let path = self.checkpoint();
-        if !path.exists() {
+        if !self.checkpoint().exists() {
             return Ok(None);
         }
-        Ok(Some(augsim_nn::checkpoint::load(&path)?))
+        self.read_model().map(Some)
     }
 
-    /// The finished model.
+    /// The trained model.
+    ///
+    /// # Errors
+    /// The checkpoint cannot be read, or the configuration beside it was edited since: it would not describe the weights.
     pub fn read_model(&self) -> anyhow::Result<TrainingState> {
-        Ok(augsim_nn::checkpoint::load(&self.checkpoint())?)
+        let state: TrainingState = checkpoint::load(&self.checkpoint())?;
+        if self.file(CONFIG).exists() {
+            self.check_settings(&self.read_config()?.settings, &state.settings)?;
+        }
+        Ok(state)
+    }
+
+    /// Checks that a run that is gone on with has this configuration.
+    ///
+    /// # Errors
+    /// It has another one; the key that differs is named.
+    pub fn check_config(&self, wanted: &Config) -> anyhow::Result<()> {
+        let there = self.read_config()?;
+        if there == *wanted {
+            return Ok(());
+        }
+        let [there, wanted] = [&there, wanted].map(toml::Value::try_from);
+        let (key, there, here) = difference("", &there?, &wanted?);
+        let key = key.trim_start_matches('.');
+        let path = self.file(CONFIG);
+        Err(Usage(format!(
+            "{}: {key} is {there} there and {here} here; repeat the settings of the run, or leave out --resume and add \
+             --force to throw it away",
+            path.display()
+        ))
+        .into())
+    }
+
+    /// Checks that the settings of the configuration are those of the checkpoint.
+    fn check_settings(&self, written: &Settings, trained: &Settings) -> anyhow::Result<()> {
+        if written == trained {
+            return Ok(());
+        }
+        let [written, trained] = [written, trained].map(toml::Value::try_from);
+        let (key, there, here) = difference("settings", &written?, &trained?);
+        let path = self.file(CONFIG);
+        Err(Usage(format!(
+            "{}: {key} is {there}, but the checkpoint was trained with {here}; restore the line, or train anew with \
+             another --out",
+            path.display()
+        ))
+        .into())
     }
 
     /// Opens the metrics file for appending, after dropping what comes after `iteration`: lines that a
     /// killed process wrote beyond its last checkpoint are written again, the same.
     pub fn metrics_after(&self, iteration: u64) -> anyhow::Result<Metrics> {
-        let path = self.file("metrics.jsonl");
+        let path = self.file(METRICS);
         let kept = read_metrics(&path)?.into_iter().filter(|l| l.iteration <= iteration);
         let mut text = String::new();
         for losses in kept {
@@ -113,14 +188,29 @@ impl RunDir {
             text.push('\n');
         }
         atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
-        let file = File::options().append(true).open(&path)?;
-        Ok(Metrics(BufWriter::new(file)))
+        let unwritable = || format!("{}: cannot write to it", path.display());
+        let file = File::options().append(true).open(&path).with_context(unwritable)?;
+        Ok(Metrics { file, path, length: text.len() as u64 })
     }
 
     /// All losses logged so far.
     pub fn read_metrics(&self) -> anyhow::Result<Vec<Losses>> {
-        read_metrics(&self.file("metrics.jsonl"))
+        read_metrics(&self.file(METRICS))
     }
+}
+
+/// Path and both values of the first key that differs, in the order of the file.
+pub fn difference(key: &str, one: &toml::Value, other: &toml::Value) -> (String, String, String) {
+    if let (Some(one), Some(other)) = (one.as_table(), other.as_table()) {
+        let absent = toml::Value::String("absent".to_owned());
+        for name in one.keys().chain(other.keys()) {
+            let [a, b] = [one, other].map(|table| table.get(name).unwrap_or(&absent));
+            if a != b {
+                return difference(&format!("{key}.{name}"), a, b);
+            }
+        }
+    }
+    (key.to_owned(), one.to_string(), other.to_string())
 }
 
 /// Whole lines of a metrics file; a last line that was cut short is left out.
@@ -138,13 +228,26 @@ fn read_metrics(path: &Path) -> anyhow::Result<Vec<Losses>> {
 
 /// The metrics file, one JSON object a line.
 #[derive(Debug)]
-pub struct Metrics(BufWriter<File>);
+pub struct Metrics {
+    file: File,
+    path: PathBuf,
+    /// Bytes of the whole lines in it.
+    length: u64,
+}
 
 impl Metrics {
-    /// Appends a line.
+    /// Appends a line, or leaves the file as it was.
     pub fn push(&mut self, losses: &Losses) -> anyhow::Result<()> {
-        writeln!(self.0, "{}", serde_json::to_string(losses)?)?;
-        self.0.flush()?;
+        let line = serde_json::to_string(losses)? + "\n";
+        let written = self.file.write_all(line.as_bytes());
+        if written.is_err() {
+            // A full disk takes the first half of a line; the error to report is that of the line.
+            let _ = self.file.set_len(self.length);
+        }
+        written.with_context(|| {
+            format!("{}: cannot write to it; free some space and resume", self.path.display())
+        })?;
+        self.length += line.len() as u64;
         Ok(())
     }
 }

@@ -1,11 +1,14 @@
 //! A training run from the command line: progress, metrics, checkpoints, interruption, resumption.
 
-use crate::interrupt;
+use crate::interrupt::Keeper;
 use crate::output::Output;
 use crate::progress::TrainingProgress;
 use crate::run_dir::{Config, RunDir};
-use augsim_nn::{checkpoint, weights};
-use augsim_trainer::{NetModel, Sequences, Training};
+use crate::run_lock::RunLock;
+use anyhow::Context;
+use augsim_trainer::{Forecaster, NetModel, Sequences, Training};
+use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -35,8 +38,26 @@ pub struct Trained {
     pub parameters: usize,
 }
 
+/// Wall-clock times of trained nets, for `timing.json`.
+#[derive(Debug, Serialize)]
+pub struct Times {
+    /// Seconds per training iteration of this session, by model; absent if nothing was left to do.
+    seconds_per_iteration: BTreeMap<String, Option<f64>>,
+}
+
+impl Times {
+    /// Of these nets.
+    pub fn of<'a>(trained: impl IntoIterator<Item = &'a Trained>) -> Self {
+        let each = |t: &Trained| (t.model.name().to_owned(), t.seconds_per_iteration);
+        Times { seconds_per_iteration: trained.into_iter().map(each).collect() }
+    }
+}
+
 /// Trains as `config` says, into the run directory `folder`; `None` if the user stopped it, which is said. With `resume` a
-/// run that is there is gone on with, but a run with another configuration is not this run: it starts anew.
+/// run that is there is gone on with, without it is begun anew.
+///
+/// # Errors
+/// With `resume`: the run that is there has another configuration, and is not thrown away for that.
 pub fn train_again(
     folder: &Path,
     config: &Config,
@@ -44,13 +65,18 @@ pub fn train_again(
     resume: bool,
     output: &Output,
 ) -> anyhow::Result<Option<Trained>> {
-    let run = RunDir::create(folder)?;
-    let resume = resume && run.read_config().is_ok_and(|c| c == *config);
+    let _lock = RunLock::take(folder)?;
+    let run = RunDir::open(folder);
+    let resume = resume && run.checkpoint().exists();
+    match resume {
+        true => run.check_config(config)?,
+        false => run.clear()?,
+    }
     run.write_config(config)?;
     match train(&run, config, data, resume, output)? {
         Ended::Trained(trained) => Ok(Some(*trained)),
         Ended::Interrupted { iteration } => {
-            output.note(format!("interrupted after iteration {iteration}; go on with --resume"));
+            output.notice(format!("interrupted after iteration {iteration}; go on with --resume"));
             Ok(None)
         }
     }
@@ -64,9 +90,14 @@ pub fn train(
     resume: bool,
     output: &Output,
 ) -> anyhow::Result<Ended> {
+    // From the first file that is written on, the user who stops the run finds a checkpoint.
+    let keeper = Keeper::new();
     let state = if resume { run.read_checkpoint()? } else { None };
     let mut training = match state {
-        Some(state) => Training::resume(state, train)?,
+        Some(state) => {
+            let checkpoint = run.checkpoint();
+            Training::resume(state, train).with_context(|| checkpoint.display().to_string())?
+        }
         None => Training::new(config.settings.clone(), train)?,
     };
     let (total, first) = (config.settings.iterations, training.iteration());
@@ -82,9 +113,9 @@ pub fn train(
     let progress = TrainingProgress::new(output, config.settings.recipe.label(), first, total);
     let started = Instant::now();
     while training.iteration() < total {
-        if interrupt::requested() {
+        if keeper.must_stop() {
             progress.finish();
-            checkpoint::save(&run.checkpoint(), training.state())?;
+            run.write_checkpoint(training.state())?;
             return Ok(Ended::Interrupted { iteration: training.iteration() });
         }
         let losses = training.step()?;
@@ -92,16 +123,21 @@ pub fn train(
             metrics.push(&losses)?;
         }
         if losses.iteration.is_multiple_of(config.checkpoint_every) && losses.iteration < total {
-            checkpoint::save(&run.checkpoint(), training.state())?;
+            run.write_checkpoint(training.state())?;
         }
         progress.update(&losses);
     }
     progress.finish();
+    // What follows looks at all training data once more, which may take longer than a signal leaves.
+    run.write_checkpoint(training.state())?;
+    if keeper.must_stop() {
+        return Ok(Ended::Interrupted { iteration: training.iteration() });
+    }
     let seconds = started.elapsed().as_secs_f64();
     let done = total - first;
     let state = training.finish()?.clone();
-    checkpoint::save(&run.checkpoint(), &state)?;
-    weights::export(&run.file("weights.safetensors"), training.params())?;
+    run.write_checkpoint(&state)?;
+    run.write_weights(training.params())?;
     Ok(Ended::Trained(Box::new(Trained {
         parameters: state.params.len(),
         model: NetModel::new(state)?,

@@ -1,10 +1,15 @@
 //! From rows in long form to trajectories, with the checks that need more than one row.
 
 use crate::column::GROUP;
-use crate::error::DataError;
+use crate::error::{DataError, Source};
+use crate::limits::Limit;
 use crate::trajectory::{Trajectory, is_label};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+/// A trajectory takes as much memory as at least this many samples, however few it has: each of its columns is a
+/// list of its own.
+const FEWEST_COUNTED: u64 = 8;
 
 /// Collects the rows of a long-form file, trajectory by trajectory.
 pub(crate) struct Assembler {
@@ -16,6 +21,10 @@ pub(crate) struct Assembler {
     /// Last line of each finished trajectory.
     ended: BTreeMap<String, u64>,
     open: Option<Open>,
+    /// Cells so far, with [`FEWEST_COUNTED`] samples for each trajectory, and the most that there may be.
+    cells: u64,
+    most_cells: u64,
+    most_trajectories: u64,
 }
 
 struct Open {
@@ -35,7 +44,19 @@ impl Assembler {
         columns: usize,
     ) -> Self {
         let (finished, ended) = (Vec::new(), BTreeMap::new());
-        Assembler { path, id_column, time_column, columns, finished, ended, open: None }
+        let (most_cells, most_trajectories) = (Limit::Cells.value(), Limit::Trajectories.value());
+        Assembler {
+            path,
+            id_column,
+            time_column,
+            columns,
+            finished,
+            ended,
+            open: None,
+            cells: 0,
+            most_cells,
+            most_trajectories,
+        }
     }
 
     /// Adds the row on `line`.
@@ -52,6 +73,11 @@ impl Assembler {
         }
         if self.open.is_none() {
             self.check_first_row(line, id, group)?;
+            self.cells += FEWEST_COUNTED * self.columns as u64;
+        }
+        self.cells += self.columns as u64;
+        if self.cells > self.most_cells {
+            return Err(self.exceeded(Limit::Cells));
         }
         let open = self.open.get_or_insert_with(|| Open {
             id: id.to_owned(),
@@ -100,6 +126,9 @@ impl Assembler {
                 });
             }
         }
+        if self.finished.len() as u64 >= self.most_trajectories {
+            return Err(self.exceeded(Limit::Trajectories));
+        }
         match self.ended.get(id) {
             None => Ok(()),
             Some(&ended_line) => Err(DataError::TrajectoryReappears {
@@ -110,6 +139,10 @@ impl Assembler {
                 ended_line,
             }),
         }
+    }
+
+    fn exceeded(&self, limit: Limit) -> DataError {
+        DataError::Limit { origin: Source::File(self.path.clone()), cause: limit.exceeded() }
     }
 
     fn close(&mut self) -> Result<(), DataError> {

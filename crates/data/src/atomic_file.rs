@@ -2,13 +2,27 @@
 //!
 //! The bytes go to a temporary name in the target's folder, are flushed to the disk and then renamed:
 //! a reader, or a run that was killed, never sees half a file, and a failed write leaves the old one.
+//!
+//! A process that is told to end removes what it was about to write with [`abandon_writes`]; what a killed one left
+//! behind is removed by [`remove_stale`].
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use thiserror::Error;
+
+/// Temporary files that this process is writing. Creating one and its entry here, and renaming one and taking the entry
+/// away, happen under the lock: whoever holds it knows every temporary file that there is.
+static IN_FLIGHT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Age from which a temporary file belongs to nobody, even if a process has the number of the one that made it: numbers are
+/// used again.
+const STALE: Duration = Duration::from_secs(24 * 3600);
 
 /// Step of [`atomic_write`] that failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +62,7 @@ pub struct AtomicWriteError {
     pub cause: io::Error,
 }
 
-/// Writes `path` through `fill`, all or nothing.
+/// Writes `path` through `fill`, all or nothing. Where `path` is a link, the file that it leads to is written.
 ///
 /// `fill` receives a buffered writer; errors of other kinds travel as `io::Error::other`.
 ///
@@ -59,17 +73,95 @@ where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let failed = |step| move |cause| AtomicWriteError { path: path.to_owned(), step, cause };
-    let (temporary, file) = create_temporary(path).map_err(failed(WriteStep::Create))?;
-    let outcome = fill_and_sync(file, fill)
-        .map_err(|(step, cause)| failed(step)(cause))
-        .and_then(|()| fs::rename(&temporary, path).map_err(failed(WriteStep::Rename)));
-    if outcome.is_err() {
+    let target = followed(path);
+    let (temporary, file) = create_temporary(&target).map_err(failed(WriteStep::Create))?;
+    let outcome = fill_and_sync(file, fill).and_then(|()| {
+        let mut in_flight = in_flight();
+        fs::rename(&temporary, &target).map_err(|e| (WriteStep::Rename, e))?;
+        in_flight.remove(&temporary);
+        Ok(())
+    });
+    if let Err((step, cause)) = outcome {
+        let mut in_flight = in_flight();
         // The first error is the one to report; a temporary file that stays is harmless.
         let _ = fs::remove_file(&temporary);
-        return outcome;
+        in_flight.remove(&temporary);
+        return Err(failed(step)(cause));
     }
-    sync_folder(path);
+    sync_folder(&target);
     Ok(())
+}
+
+/// Checks that files can be made in the folder of `path`, by making a temporary one and removing it.
+///
+/// # Errors
+/// [`AtomicWriteError`] with [`WriteStep::Create`].
+pub fn check_writable(path: &Path) -> Result<(), AtomicWriteError> {
+    let failed = |cause| AtomicWriteError { path: path.to_owned(), step: WriteStep::Create, cause };
+    let (temporary, _) = create_temporary(&followed(path)).map_err(failed)?;
+    let mut in_flight = in_flight();
+    in_flight.remove(&temporary);
+    fs::remove_file(&temporary).map_err(failed)
+}
+
+/// Removes the temporary files of all writes of this process that have not ended. None ends, fails or begins until the
+/// returned guard is dropped, so a process that keeps it until it exits leaves nothing half written.
+pub fn abandon_writes() -> impl Sized {
+    let mut in_flight = in_flight();
+    while let Some(temporary) = in_flight.pop_first() {
+        // The process is about to end, and the next run removes what stays.
+        let _ = fs::remove_file(temporary);
+    }
+    in_flight
+}
+
+/// Removes temporary files from `folder` that killed processes left behind: those whose target's name is `wanted` and whose
+/// process is gone, or that are older than a day. Files that cannot be removed stay.
+pub fn remove_stale(folder: &Path, wanted: impl Fn(&str) -> bool) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let in_flight = in_flight();
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let Some((target, process)) = name.to_str().and_then(maker) else { continue };
+        let old = || {
+            let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|m| m.elapsed().ok());
+            age.is_some_and(|age| age > STALE)
+        };
+        // Inside a container the next process often has the number of the one before it.
+        let ours = || !in_flight.iter().any(|path| path.file_name() == Some(&*name));
+        let abandoned = if process == std::process::id() { ours() } else { is_gone(process) || old() };
+        if abandoned && wanted(target) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Target and process of a temporary file of this name; `None` for any other name.
+fn maker(name: &str) -> Option<(&str, u32)> {
+    let middle = name.strip_prefix('.')?.strip_suffix(".tmp")?;
+    let (target, numbers) = middle.rsplit_once('.')?;
+    let (process, count) = numbers.split_once('-')?;
+    count.parse::<u64>().ok()?;
+    Some((target, process.parse().ok()?))
+}
+
+/// Whether no process has this number, where the system tells.
+fn is_gone(process: u32) -> bool {
+    let processes = Path::new("/proc");
+    processes.join("self").exists() && !processes.join(process.to_string()).exists()
+}
+
+fn in_flight() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // A panic between two file operations leaves the list as true as it was.
+    IN_FLIGHT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The file that a link leads to; a rename onto the link itself would replace the link.
+fn followed(path: &Path) -> PathBuf {
+    match fs::symlink_metadata(path) {
+        Ok(found) if found.is_symlink() => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
+        _ => path.to_owned(),
+    }
 }
 
 fn fill_and_sync<F>(file: File, fill: F) -> Result<(), (WriteStep, io::Error)>
@@ -93,9 +185,14 @@ fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
         hidden.push(name);
         hidden.push(format!(".{}-{}.tmp", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
         let temporary = path.with_file_name(hidden);
+        let mut in_flight = in_flight();
         match OpenOptions::new().write(true).create_new(true).open(&temporary) {
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
-            other => return other.map(|file| (temporary, file)),
+            Err(e) => return Err(e),
+            Ok(file) => {
+                in_flight.insert(temporary.clone());
+                return Ok((temporary, file));
+            }
         }
     }
 }
@@ -166,5 +263,47 @@ mod tests {
         let occupied = atomic_write(&target, |_| Ok(())).unwrap_err();
         assert_eq!(occupied.step, WriteStep::Rename);
         assert_eq!(names(folder.path()), ["run"]);
+        assert_eq!(check_writable(&folder.path().join("no/such")).unwrap_err().step, WriteStep::Create);
+        check_writable(&folder.path().join("new")).unwrap();
+        assert_eq!(names(folder.path()), ["run"]);
+    }
+
+    #[test]
+    fn temporary_files_of_dead_processes_are_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let own = std::process::id();
+        // No system gives a process this number.
+        let dead = u32::MAX;
+        let stale =
+            [format!(".result.json.{dead}-0.tmp"), format!(".a.b.csv.{own}-18446744073709551615.tmp")];
+        let kept = [
+            ".result.json.1-0.tmp".to_owned(),
+            format!("result.json.{dead}-0.tmp"),
+            format!(".result.json.{dead}.tmp"),
+            ".notes.tmp".to_owned(),
+            "result.json".to_owned(),
+        ];
+        for name in stale.iter().chain(&kept) {
+            fs::write(folder.path().join(name), "x").unwrap();
+        }
+        remove_stale(folder.path(), |target| target == "other.json");
+        assert_eq!(names(folder.path()).len(), stale.len() + kept.len());
+        remove_stale(folder.path(), |_| true);
+        let mut expected = kept.to_vec();
+        // Process 1 is alive wherever processes are listed; elsewhere a young file stays as well.
+        expected.sort();
+        assert_eq!(names(folder.path()), expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_its_file_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        atomic_write(&link, |w| w.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     }
 }

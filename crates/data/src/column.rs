@@ -11,6 +11,9 @@ pub const TIME: &str = "t_s";
 /// Header name of the text label that trajectories may carry (which ball, which surface).
 pub const GROUP: &str = "group";
 
+/// Most characters of a column name: names are printed in tables, pages and messages.
+const LONGEST_NAME: usize = 256;
+
 /// Name and unit of a numeric column; the name ends in the unit (`height_m`, `velocity_m_s`).
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Column {
@@ -22,10 +25,11 @@ impl Column {
     /// Column called `name`, with the unit its suffix states.
     ///
     /// # Errors
-    /// The name is not made of ASCII letters, digits and underscores, is one of the three names the
+    /// The name is not made of at most 256 ASCII letters, digits and underscores, is one of the three names the
     /// long form reserves, or ends in no known unit.
     pub fn new(name: &str) -> Result<Self, ColumnError> {
-        let well_formed = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        let well_formed = name.len() <= LONGEST_NAME
+            && name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !well_formed {
             return Err(ColumnError::Malformed { name: name.into() });

@@ -75,8 +75,10 @@ pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<
                 (Some(number), _) => number,
                 (None, MissingCells::AsGap) => f64::NAN,
                 (None, MissingCells::Refuse) => {
-                    return Err(source
-                        .empty_cell(cell, "fill it in, remove the row, or read the file with gaps allowed"));
+                    return Err(source.empty_cell(
+                        cell,
+                        "every value is needed here: fill it in, or remove the row or the trajectory",
+                    ));
                 }
             };
         }

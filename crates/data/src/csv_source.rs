@@ -1,9 +1,10 @@
 //! Opening a CSV file, plain or gzip, and turning what the parser says into our errors.
 
-use crate::error::DataError;
-use flate2::read::MultiGzDecoder;
-use std::fs;
-use std::io::{self, Cursor, Read};
+use crate::error::{DataError, RowRemedy, Source};
+use crate::limits::Limit;
+use crate::whole_file::{gunzip, is_gzip, read_whole};
+use std::collections::BTreeSet;
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,15 +21,19 @@ pub(crate) struct CsvSource {
     /// Offset of the current record and the line it stands on.
     start: usize,
     line: u64,
+    most_columns: u64,
 }
 
 impl CsvSource {
     /// Opens `path`; gzip is told by its magic bytes, not by the name.
     pub(crate) fn open(path: &Path) -> Result<Self, DataError> {
-        let unreadable = |cause| DataError::Unreadable { path: path.to_owned(), cause };
-        let mut content = fs::read(path).map_err(unreadable)?;
-        if content.starts_with(&[0x1f, 0x8b]) {
-            content = unpack(path, &content)?;
+        Self::of_bytes(path, read_whole(path)?)
+    }
+
+    /// The same for a file whose bytes were read; `path` is for messages.
+    pub(crate) fn of_bytes(path: &Path, mut content: Vec<u8>) -> Result<Self, DataError> {
+        if is_gzip(&content) {
+            content = gunzip(path, &content)?;
         }
         let content: Arc<[u8]> = content.into();
         let reader = csv::ReaderBuilder::new()
@@ -44,6 +49,7 @@ impl CsvSource {
             record: csv::ByteRecord::new(),
             start: 0,
             line: 1,
+            most_columns: Limit::Columns.value(),
         };
         source.read_header()?;
         Ok(source)
@@ -61,11 +67,11 @@ impl CsvSource {
             })?;
             self.header.push(name.to_owned());
         }
-        let repeated = (1..self.header.len()).find(|&i| self.header[..i].contains(&self.header[i]));
-        match repeated {
-            Some(i) => Err(DataError::DuplicateColumn {
-                origin: crate::Source::File(self.path.clone()),
-                column: self.header[i].clone(),
+        let mut names = BTreeSet::new();
+        match self.header.iter().find(|name| !names.insert(name.as_str())) {
+            Some(repeated) => Err(DataError::DuplicateColumn {
+                origin: Source::File(self.path.clone()),
+                column: repeated.clone(),
             }),
             None => Ok(()),
         }
@@ -86,11 +92,16 @@ impl CsvSource {
 
     /// Position of a header name that the layout needs.
     pub(crate) fn require(&self, name: &str, layout: &'static str) -> Result<usize, DataError> {
-        self.header.iter().position(|h| h == name).ok_or_else(|| DataError::MissingColumn {
-            path: self.path.clone(),
-            column: name.to_owned(),
-            available: self.header.clone(),
-            layout,
+        self.header.iter().position(|h| h == name).ok_or_else(|| {
+            let path = self.path.clone();
+            // A header that does not fall apart at its commas, but would at these.
+            match [';', '\t'].into_iter().find(|&c| self.header.iter().any(|cell| cell.contains(c))) {
+                Some(separator) => DataError::OtherSeparator { path, separator },
+                None => {
+                    let available = self.header.clone();
+                    DataError::MissingColumn { path, column: name.to_owned(), available, layout }
+                }
+            }
         })
     }
 
@@ -106,12 +117,43 @@ impl CsvSource {
                 found: self.record.len(),
                 expected: self.header.len(),
                 first_column: self.header.first().cloned().unwrap_or_default(),
+                remedy: self.row_remedy(),
             });
         }
         Ok(true)
     }
 
+    /// What to do about a row whose cells are not as many as the header's.
+    fn row_remedy(&self) -> RowRemedy {
+        let surplus = self.record.len().saturating_sub(self.header.len());
+        let whole = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
+        let begins = |cell: &[u8]| whole(cell.strip_prefix(b"-").unwrap_or(cell));
+        // A decimal comma leaves the digits before and after it in two cells.
+        let (mut pairs, mut cell) = (0, 0);
+        while cell + 1 < self.record.len() {
+            let is_pair = begins(&self.record[cell]) && whole(&self.record[cell + 1]);
+            pairs += usize::from(is_pair);
+            cell += 1 + usize::from(is_pair);
+        }
+        match surplus {
+            0 => RowRemedy::Complete,
+            _ if pairs >= surplus => RowRemedy::Points,
+            _ => RowRemedy::Shorten,
+        }
+    }
+
+    /// That the line at `from` has no more commas than a row may: a parsed row takes many times its bytes.
+    fn check_columns(&self, from: usize) -> Result<(), DataError> {
+        let line = self.content.iter().skip(from).take_while(|&&byte| byte != b'\n');
+        if line.filter(|&&byte| byte == b',').count() as u64 >= self.most_columns {
+            let origin = Source::File(self.path.clone());
+            return Err(DataError::Limit { origin, cause: Limit::Columns.exceeded() });
+        }
+        Ok(())
+    }
+
     fn advance(&mut self) -> Result<bool, DataError> {
+        self.check_columns(self.reader.position().byte() as usize)?;
         let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
             // Reading from memory, with rows of any length and any bytes allowed, cannot fail.
             DataError::Unreadable { path: self.path.clone(), cause: io::Error::other(error) }
@@ -165,17 +207,4 @@ impl CsvSource {
 
 fn newlines(bytes: &[u8]) -> u64 {
     bytes.iter().filter(|&&byte| byte == b'\n').count() as u64
-}
-
-fn unpack(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
-    let mut content = Vec::new();
-    let outcome = MultiGzDecoder::new(packed).read_to_end(&mut content);
-    let (path, line) = (path.to_owned(), newlines(&content) + 1);
-    match outcome {
-        Ok(_) => Ok(content),
-        Err(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
-            Err(DataError::TruncatedGzip { path, line })
-        }
-        Err(cause) => Err(DataError::DamagedGzip { path, line, cause }),
-    }
 }

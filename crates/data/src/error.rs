@@ -1,6 +1,8 @@
 //! What can be wrong with data, each with the place and the remedy.
 
 use crate::atomic_file::AtomicWriteError;
+use crate::limits::LimitExceeded;
+use crate::printable::{shown, shown_list};
 use crate::push::PushError;
 use crate::unit::Unit;
 use std::fmt;
@@ -31,8 +33,9 @@ impl fmt::Display for Source {
 pub enum ColumnError {
     /// Characters outside `[A-Za-z0-9_]`, or not starting with a letter.
     #[error(
-        "column `{name}`: a name is made of ASCII letters, digits and underscores and starts with \
-         a letter; rename it"
+        "column `{}`: a name is made of ASCII letters, digits and underscores, at most 256, and \
+         starts with a letter; rename it",
+        shown(name)
     )]
     Malformed {
         /// Name as found.
@@ -46,14 +49,50 @@ pub enum ColumnError {
     },
     /// The suffix is no known unit.
     #[error(
-        "column `{name}`: its name ends in no known unit; convert to SI and end the name in one of \
+        "column `{}`: its name ends in no known unit; convert to SI and end the name in one of \
          {}; a text label goes into a column called `group`",
+        shown(name),
         Unit::accepted_suffixes()
     )]
     UnknownUnit {
         /// Name as found.
         name: String,
     },
+}
+
+/// What to do about a row whose cells are not as many as the header's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowRemedy {
+    /// Cells are missing.
+    Complete,
+    /// There are too many, and digits stand where a decimal comma would have cut a number in two.
+    Points,
+    /// There are too many.
+    Shorten,
+}
+
+impl fmt::Display for RowRemedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            RowRemedy::Complete => "complete the row",
+            RowRemedy::Points => {
+                "if decimals are written with commas, write them with points (4.5, not 4,5), otherwise remove the \
+                 surplus cells"
+            }
+            RowRemedy::Shorten => "remove the surplus cells, or put cells that contain a comma in double quotes",
+        })
+    }
+}
+
+/// What to do about a cell that is no finite number.
+fn number_remedy(cell: &str) -> String {
+    let pointed = cell.replacen(',', ".", 1);
+    match cell.contains(',') && pointed.parse::<f64>().is_ok_and(f64::is_finite) {
+        true => format!("decimals are written with a point: {}", shown(&pointed)),
+        false => {
+            "write a decimal such as 1.25 or -3e-4, and leave out samples that were not measured".to_owned()
+        }
+    }
 }
 
 /// Everything that reading, building, splitting, scaling or writing a data set can report.
@@ -93,6 +132,36 @@ pub enum DataError {
         /// What the decoder said.
         cause: std::io::Error,
     },
+    /// Bytes that are no gzip follow the end of the stream.
+    #[error(
+        "{}: {bytes} bytes that are not gzip follow the end of the gzip stream; take them off, or pack the file \
+         again", path.display()
+    )]
+    AfterGzip {
+        /// File.
+        path: PathBuf,
+        /// How many.
+        bytes: usize,
+    },
+    /// More than [`Limit`](crate::Limit)s allow.
+    #[error("{origin}: {cause}")]
+    Limit {
+        /// File, or a set made by code.
+        origin: Source,
+        /// Which limit.
+        cause: LimitExceeded,
+    },
+    /// A header whose cells are separated otherwise.
+    #[error(
+        "{}: line 1: cells are separated by {separator:?}; save the file with commas between cells and points in \
+         decimals (4.5, not 4,5)", path.display()
+    )]
+    OtherSeparator {
+        /// File.
+        path: PathBuf,
+        /// Separator found.
+        separator: char,
+    },
     /// No bytes, or only blank lines.
     #[error(
         "{}: the file is empty; the first line must be a header such as \
@@ -111,8 +180,7 @@ pub enum DataError {
     /// The header lacks a column that the layout needs.
     #[error(
         "{}: line 1: column `{column}` is missing; the header has: {}; {layout}",
-        path.display(), available.join(", ")
-    )]
+        path.display(), shown_list(available), column = shown(column))]
     MissingColumn {
         /// File.
         path: PathBuf,
@@ -141,7 +209,7 @@ pub enum DataError {
         cause: ColumnError,
     },
     /// A name occurs twice in a header or in a list of columns.
-    #[error("{origin}: column `{column}` occurs twice; rename or remove one of them")]
+    #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = shown(column))]
     DuplicateColumn {
         /// Data set.
         origin: Source,
@@ -150,8 +218,8 @@ pub enum DataError {
     },
     /// A row with more or fewer cells than the header.
     #[error(
-        "{}: line {line}: {found} cells where the header has {expected}; complete the row (the \
-         first column is `{first_column}`)", path.display()
+        "{}: line {line}: {found} cells where the header has {expected}; {remedy} (the first column is `{}`)",
+        path.display(), shown(first_column)
     )]
     RaggedRow {
         /// File.
@@ -164,9 +232,11 @@ pub enum DataError {
         expected: usize,
         /// First header name, to help find the row's shift.
         first_column: String,
+        /// Depends on the cells.
+        remedy: RowRemedy,
     },
     /// Bytes that are no UTF-8 text.
-    #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display())]
+    #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = shown(column))]
     NotUtf8 {
         /// File.
         path: PathBuf,
@@ -177,8 +247,8 @@ pub enum DataError {
     },
     /// A cell that is no finite number.
     #[error(
-        "{}: line {line}, column `{column}`: `{cell}` is not a finite number; write a decimal such \
-         as 1.25 or -3e-4, and leave out samples that were not measured", path.display()
+        "{}: line {line}, column `{}`: `{}` is not a finite number; {}",
+        path.display(), shown(column), shown(cell), number_remedy(cell)
     )]
     BadNumber {
         /// File.
@@ -191,7 +261,7 @@ pub enum DataError {
         cell: String,
     },
     /// An empty cell where gaps were not asked for, or in a column that may have none.
-    #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display())]
+    #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = shown(column))]
     EmptyCell {
         /// File.
         path: PathBuf,
@@ -205,8 +275,7 @@ pub enum DataError {
     /// Time stands still or runs backwards within a trajectory of a file.
     #[error(
         "{}: line {line}, column `{column}`: time {time_s} s after {previous_s} s in trajectory \
-         `{trajectory}`; sort its rows by time and remove repeated ones", path.display()
-    )]
+         `{trajectory}`; sort its rows by time and remove repeated ones", path.display(), trajectory = shown(trajectory))]
     TimeNotIncreasing {
         /// File.
         path: PathBuf,
@@ -225,8 +294,7 @@ pub enum DataError {
     #[error(
         "{}: line {line}, column `{column}`: trajectory `{trajectory}` appears again after it ended \
          on line {ended_line}; keep its rows together or give the second part another name",
-        path.display()
-    )]
+        path.display(), trajectory = shown(trajectory))]
     TrajectoryReappears {
         /// File.
         path: PathBuf,
@@ -242,8 +310,7 @@ pub enum DataError {
     /// The label changes inside a trajectory.
     #[error(
         "{}: line {line}, column `group`: `{found}` in trajectory `{trajectory}`, which began with \
-         `{expected}`; a trajectory has one group", path.display()
-    )]
+         `{expected}`; a trajectory has one group", path.display(), trajectory = shown(trajectory), found = shown(found), expected = shown(expected))]
     GroupChanges {
         /// File.
         path: PathBuf,
@@ -258,9 +325,8 @@ pub enum DataError {
     },
     /// Identifier or label in a file that could not be written and read back.
     #[error(
-        "{}: line {line}, column `{column}`: {label:?} begins or ends with a blank or contains a \
-         control character; rename it", path.display()
-    )]
+        "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a blank, contains a \
+         control character or is longer than 256 bytes; rename it", path.display(), label = shown(label))]
     BadLabelInFile {
         /// File.
         path: PathBuf,
@@ -273,15 +339,14 @@ pub enum DataError {
     },
     /// Identifier or group, given by code, that could not be written and read back.
     #[error(
-        "trajectory {trajectory:?}: identifiers and groups must not be empty, begin or end with a \
-         blank or contain control characters; rename it"
-    )]
+        "trajectory \"{trajectory}\": identifiers and groups must not be empty, begin or end with a \
+         blank, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
     BadLabel {
         /// Trajectory, as given.
         trajectory: String,
     },
     /// Two trajectories of the same name.
-    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each its own name")]
+    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each its own name", trajectory = shown(trajectory))]
     DuplicateTrajectory {
         /// Data set.
         origin: Source,
@@ -291,7 +356,7 @@ pub enum DataError {
     /// Some trajectories have a group and others none.
     #[error("{origin}: trajectory `{trajectory}`: has {} group while the first trajectory has {}; \
              give all of them one or none",
-             if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" })]
+             if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = shown(trajectory))]
     GroupOnSome {
         /// Data set.
         origin: Source,
@@ -303,8 +368,7 @@ pub enum DataError {
     /// Number of value columns differs from the data set's.
     #[error(
         "{origin}: trajectory `{trajectory}`: {found} value columns where the data set has \
-         {expected}; pass one vector for each column"
-    )]
+         {expected}; pass one vector for each column", trajectory = shown(trajectory))]
     ColumnCount {
         /// Data set.
         origin: Source,
@@ -318,8 +382,7 @@ pub enum DataError {
     /// A column's length differs from the number of times.
     #[error(
         "trajectory `{trajectory}`: value column {column} has {found} samples where the time has \
-         {expected}; pass one value for each time"
-    )]
+         {expected}; pass one value for each time", trajectory = shown(trajectory))]
     SampleCount {
         /// Trajectory.
         trajectory: String,
@@ -331,7 +394,7 @@ pub enum DataError {
         expected: usize,
     },
     /// A trajectory without samples.
-    #[error("trajectory `{trajectory}`: no samples; leave it out")]
+    #[error("trajectory `{trajectory}`: no samples; leave it out", trajectory = shown(trajectory))]
     NoSamples {
         /// Trajectory.
         trajectory: String,
@@ -339,8 +402,7 @@ pub enum DataError {
     /// Time of a trajectory built by code is not finite or not increasing.
     #[error(
         "trajectory `{trajectory}`: time at sample {sample} is not finite or not after the one \
-         before; times must increase strictly"
-    )]
+         before; times must increase strictly", trajectory = shown(trajectory))]
     BadTime {
         /// Trajectory.
         trajectory: String,
@@ -350,8 +412,7 @@ pub enum DataError {
     /// An infinite value in a trajectory built by code.
     #[error(
         "trajectory `{trajectory}`: value column {column} is infinite at sample {sample}; only \
-         finite values, and NaN for a gap, are allowed"
-    )]
+         finite values, and NaN for a gap, are allowed", trajectory = shown(trajectory))]
     Infinite {
         /// Trajectory.
         trajectory: String,
@@ -366,8 +427,7 @@ pub enum DataError {
     /// Asked for a column that is not there.
     #[error(
         "{origin}: no column `{column}`; it has: {}; rename a column or ask for one of these",
-        available.join(", ")
-    )]
+        shown_list(available), column = shown(column))]
     NoSuchColumn {
         /// Data set.
         origin: Source,
@@ -377,7 +437,7 @@ pub enum DataError {
         available: Vec<String>,
     },
     /// A column of which nothing was measured.
-    #[error("{origin}: column `{column}` has no measured value, so it has no mean; leave it out")]
+    #[error("{origin}: column `{column}` has no measured value, so it has no mean; leave it out", column = shown(column))]
     AllMissing {
         /// Data set.
         origin: Source,
@@ -410,7 +470,7 @@ pub enum DataError {
         path: PathBuf,
     },
     /// An array of an NPZ file cannot be used.
-    #[error("{}: array `{array}`: {fault}", path.display())]
+    #[error("{}: array `{array}`: {fault}", path.display(), array = shown(array))]
     Array {
         /// File.
         path: PathBuf,

@@ -5,15 +5,17 @@ use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::legacy_ball::read_ball;
-use crate::npz::{is_npz, read_npz, write_npz};
-use crate::push::{holds_trial, read_push_dataset};
-use std::fs::File;
-use std::io::Read;
+use crate::npz::{is_npz, npz_of_bytes, write_npz};
+use crate::push::{holds_trial, push_dataset_of_bytes, read_push_dataset};
+use crate::whole_file::read_whole;
 use std::path::Path;
+
+/// Bytes from the beginning of a file that tell its layout.
+const TELLING: usize = 64;
 
 /// Reads a data set in any layout that this crate knows: CSV in long form or the ball layout
 /// `traj,step,t,height,velocity`, plain or gzip; NPZ; and the published push files (HDF5, JSON, a zip archive
-/// or a folder of them).
+/// or a folder of them). `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
 ///
 /// # Errors
 /// Any of the readers' [`DataError`]s. A file of none of these layouts is reported as a faulty long form.
@@ -21,14 +23,14 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     if path.is_dir() {
         return read_push_dataset(path);
     }
-    let begin = first_bytes(path)?;
-    if begin.starts_with(b"PK") && is_npz(path)? {
-        return read_npz(path, missing);
+    let bytes = read_whole(path)?;
+    if bytes.starts_with(b"PK") && is_npz(path, &bytes)? {
+        return npz_of_bytes(path, &bytes, missing);
     }
-    if holds_trial(&begin) {
-        return read_push_dataset(path);
+    if holds_trial(&bytes[..bytes.len().min(TELLING)]) {
+        return push_dataset_of_bytes(path, bytes);
     }
-    let source = CsvSource::open(path)?;
+    let source = CsvSource::of_bytes(path, bytes)?;
     if source.header() == ["traj", "step", "t", "height", "velocity"] {
         return read_ball(source);
     }
@@ -44,12 +46,4 @@ pub fn write_dataset(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
         true => write_npz(dataset, path),
         false => write_csv(dataset, path),
     }
-}
-
-/// Enough of the file to tell its layout.
-fn first_bytes(path: &Path) -> Result<Vec<u8>, DataError> {
-    let mut begin = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut begin));
-    read.map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })?;
-    Ok(begin)
 }

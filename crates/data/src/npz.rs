@@ -12,10 +12,12 @@ use crate::column::{Column, GROUP, TIME, TRAJECTORY};
 use crate::csv_long::MissingCells;
 use crate::dataset::Dataset;
 use crate::error::{DataError, Source};
+use crate::limits::{Limit, LimitExceeded};
+use crate::printable::{shown_cause, shown_list};
 use crate::push::archive::{members, unpack};
+use crate::whole_file::read_whole;
 use npyz::{DType, NpyFile, TypeChar, WriterBuilder};
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
@@ -29,15 +31,28 @@ const EXTENSION: &str = ".npy";
 /// Any of the reader's [`DataError`]s, with file, array and remedy; rows are counted from 1, as lines of a CSV
 /// file without header would be.
 pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
-    let bytes = read(path)?;
+    npz_of_bytes(path, &read_whole(path)?, missing)
+}
+
+/// A text takes as much memory as this many numbers.
+const CELLS_OF_A_TEXT: u64 = 8;
+
+/// [`read_npz`] of a file whose bytes were read; `path` is for messages.
+pub(crate) fn npz_of_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> Result<Dataset, DataError> {
     let mut texts = BTreeMap::new();
     let mut numbers = Vec::new();
     let names: Vec<String> =
-        members(path, &bytes)?.into_iter().filter(|name| name.ends_with(EXTENSION)).collect();
-    unpack(path, &bytes, &names, |member, content| {
+        members(path, bytes)?.into_iter().filter(|name| name.ends_with(EXTENSION)).collect();
+    let exceeded = |cause| DataError::Limit { origin: Source::File(path.to_owned()), cause };
+    Limit::Columns.check(names.len() as u64).map_err(exceeded)?;
+    let mut cells = 0;
+    unpack(path, bytes, &names, |member, content| {
         let name = member.strip_suffix(EXTENSION).unwrap_or(member);
         let array = Array::parse(path, name, content)?;
-        if [TRAJECTORY, GROUP].contains(&name) {
+        let of_texts = [TRAJECTORY, GROUP].contains(&name);
+        cells += array.file.len() * if of_texts { CELLS_OF_A_TEXT } else { 1 };
+        Limit::Cells.check(cells).map_err(exceeded)?;
+        if of_texts {
             texts.insert(name.to_owned(), array.texts()?);
         } else {
             numbers.push((name.to_owned(), array.numbers()?));
@@ -60,7 +75,7 @@ fn assemble(
         fault: format!(
             "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and columns that end in \
              their unit, one value a sample",
-            available.join(", ")
+            shown_list(&available)
         ),
     };
     let ids = texts.remove(TRAJECTORY).ok_or_else(|| absent(TRAJECTORY))?;
@@ -114,14 +129,10 @@ fn assemble(
 }
 
 /// Whether a zip archive holds arrays.
-pub(crate) fn is_npz(path: &Path) -> Result<bool, DataError> {
+pub(crate) fn is_npz(path: &Path, bytes: &[u8]) -> Result<bool, DataError> {
     // A damaged archive is one, if its name says so: the reader then says what is wrong with it.
     let named = path.extension().is_some_and(|extension| extension == "npz");
-    Ok(named || members(path, &read(path)?)?.iter().any(|name| name.ends_with(EXTENSION)))
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, DataError> {
-    fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })
+    Ok(named || members(path, bytes)?.iter().any(|name| name.ends_with(EXTENSION)))
 }
 
 struct Array<'a> {
@@ -133,6 +144,11 @@ struct Array<'a> {
 impl<'a> Array<'a> {
     fn parse(path: &'a Path, name: &'a str, content: Vec<u8>) -> Result<Self, DataError> {
         let size = content.len() as u64;
+        check_header(&content).map_err(|cause| DataError::Array {
+            path: path.to_owned(),
+            array: name.to_owned(),
+            fault: cause.to_string(),
+        })?;
         let file = NpyFile::new(Cursor::new(content)).map_err(|e| damaged(path, name, &e))?;
         let array = Array { path, name, file };
         if array.file.shape().len() != 1 {
@@ -140,7 +156,8 @@ impl<'a> Array<'a> {
             return Err(array.fault(format!("has shape {shape:?}; save it with one dimension")));
         }
         // A damaged header must not make us ask for more memory than the file could fill.
-        if array.file.len() > size {
+        let width = array.file.dtype().num_bytes().map_or(u64::MAX, |width| width as u64);
+        if array.file.len() > size || width > size || array.file.len().saturating_mul(width) > size {
             return Err(damaged(path, name, &io::Error::from(io::ErrorKind::UnexpectedEof)));
         }
         Ok(array)
@@ -193,11 +210,33 @@ impl<'a> Array<'a> {
     }
 }
 
+/// That the header may be parsed: the parser's time grows exponentially with the depth of its brackets. Bytes that
+/// are no array of numpy's are left to the parser, which refuses them.
+fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
+    const MAGIC_AND_VERSION: usize = 8;
+    let (length, begin) = match content.get(6..12) {
+        Some(&[1, _, a, b, ..]) => (u32::from(u16::from_le_bytes([a, b])), MAGIC_AND_VERSION + 2),
+        Some(&[_, _, a, b, c, d]) => (u32::from_le_bytes([a, b, c, d]), MAGIC_AND_VERSION + 4),
+        _ => return Ok(()),
+    };
+    Limit::HeaderBytes.check(u64::from(length))?;
+    let (mut depth, mut deepest) = (0_u64, 0);
+    for byte in content.iter().skip(begin).take(length as usize) {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        deepest = deepest.max(depth);
+    }
+    Limit::Nesting.check(deepest)
+}
+
 fn damaged(path: &Path, name: &str, cause: &io::Error) -> DataError {
     DataError::Array {
         path: path.to_owned(),
         array: name.to_owned(),
-        fault: format!("is damaged or cut off ({cause}); copy or save the file again"),
+        fault: format!("is damaged or cut off ({}); copy or save the file again", shown_cause(cause)),
     }
 }
 

@@ -1,10 +1,11 @@
 //! What a data set contains, for `data inspect`.
 
 use crate::dataset::Dataset;
+use crate::printable::{printable, shown};
 use crate::stream_summary::{PushSummary, StreamSummary, pushes, streams};
 use crate::trajectory::Trajectory;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// An interval this much off the trajectory's median makes it irregular: times rounded to six digits
@@ -146,13 +147,13 @@ impl Summary {
 }
 
 fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
-    let covariates: Vec<&str> = dataset.covariates().map(|c| c.name()).collect();
+    let covariates: BTreeSet<&str> = dataset.covariates().map(|c| c.name()).collect();
     let summarise = |(i, column): (usize, &crate::Column)| {
         let values = dataset.trajectories().iter().flat_map(move |t| t.column(i)).copied();
         ColumnSummary {
             name: column.name().to_owned(),
-            unit: column.unit().symbol().to_owned(),
-            covariate: covariates.contains(&column.name()),
+            unit: column.unit().symbol(),
+            covariate: covariates.contains(column.name()),
             missing: values.clone().filter(|v| v.is_nan()).count(),
             statistics: Statistics::of(values),
         }
@@ -195,7 +196,7 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.source)?;
+        writeln!(f, "{}", printable(&self.source))?;
         write!(f, "{} trajectories, {} samples", self.trajectories, self.samples)?;
         if let Some(length) = self.length {
             let LengthSummary { min, median, max } = length;
@@ -208,7 +209,7 @@ impl fmt::Display for Summary {
         writeln!(f)?;
         if !self.groups.is_empty() {
             let groups: Vec<String> =
-                self.groups.iter().map(|(name, count)| format!("{name} ({count})")).collect();
+                self.groups.iter().map(|(name, count)| format!("{} ({count})", shown(name))).collect();
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {

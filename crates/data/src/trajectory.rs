@@ -114,10 +114,16 @@ impl Trajectory {
     }
 }
 
+/// Most bytes of an identifier or a group: they are printed in tables, pages and messages.
+const LONGEST_LABEL: usize = 256;
+
 /// Whether `label` comes back from a file as it was written: blanks at the ends are trimmed when
-/// reading, and an empty cell is none.
+/// reading, and an empty cell is none. Longer ones than anybody could read are refused.
 pub(crate) fn is_label(label: &str) -> bool {
-    !label.is_empty() && label.trim() == label && !label.chars().any(char::is_control)
+    !label.is_empty()
+        && label.len() <= LONGEST_LABEL
+        && label.trim() == label
+        && !label.chars().any(char::is_control)
 }
 
 fn check_label(trajectory: &str, label: &str) -> Result<(), DataError> {

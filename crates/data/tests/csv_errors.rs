@@ -70,9 +70,8 @@ fn columns_that_are_missing_repeated_or_without_unit() {
     );
     assert_eq!(
         refusal("trajectory;t_s;height_m\na;0;1\n"),
-        "F: line 1: column `trajectory` is missing; the header has: trajectory;t_s;height_m; the \
-         long form is comma-separated and starts with `trajectory,t_s,` followed by columns that \
-         end in their unit"
+        "F: line 1: cells are separated by ';'; save the file with commas between cells and points in \
+         decimals (4.5, not 4,5)"
     );
     assert_eq!(
         refusal("trajectory,t_s,height_m,height_m\na,0,1,1\n"),
@@ -81,20 +80,22 @@ fn columns_that_are_missing_repeated_or_without_unit() {
     assert_eq!(
         refusal("trajectory,t_s,height_cm\na,0,1\n"),
         "F: line 1: column `height_cm`: its name ends in no known unit; convert to SI and end the \
-         name in one of _m _m2 _m_s _m_s2 _rad _rad_s _rad_s2 _s _per_s _per_m _Hz _kg _N _N_m _Pa \
-         _K; pure numbers end in new, flag, count, index, ratio, fraction, restitution, friction; a \
+         name in one of _m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz _kg _kg_m2 _N _N_m _Pa _K _V \
+         _A _W _J _C _Ohm _mol, or a quotient of these with _per_, such as _per_s, _N_per_m or \
+         _N_s_per_m; pure numbers end in new, flag, count, index, ratio, fraction, restitution, \
+         friction; a \
          text label goes into a column called `group`"
     );
     assert_eq!(
         refusal("trajectory,t_s,height (m)\na,0,1\n"),
-        "F: line 1: column `height (m)`: a name is made of ASCII letters, digits and underscores \
-         and starts with a letter; rename it"
+        "F: line 1: column `height (m)`: a name is made of ASCII letters, digits and underscores, \
+         at most 256, and starts with a letter; rename it"
     );
 }
 
 #[test]
 fn cells_that_are_no_finite_number() {
-    for cell in ["NaN", "inf", "-Infinity", "1e999", "n/a", "1,5", "0x10", "4.5 m"] {
+    for cell in ["NaN", "inf", "-Infinity", "1e999", "n/a", "1,5,2", "0x10", "4.5 m"] {
         let quoted = format!("\"{cell}\"");
         assert_eq!(
             refusal(&format!("{HEADER}a,0,1,0\na,1,{quoted},0\n")),
@@ -115,8 +116,8 @@ fn cells_that_are_no_finite_number() {
 fn empty_cells() {
     assert_eq!(
         refusal(&format!("{HEADER}a,0,1,\n")),
-        "F: line 2, column `velocity_m_s`: empty cell; fill it in, remove the row, or read the file \
-         with gaps allowed"
+        "F: line 2, column `velocity_m_s`: empty cell; every value is needed here: fill it in, or \
+         remove the row or the trajectory"
     );
     let gaps = file(format!("{HEADER}a,0,1,\n,1,1,1\n").as_bytes());
     let error = read_csv(&gaps.path, MissingCells::AsGap).unwrap_err();
@@ -131,14 +132,17 @@ fn empty_cells() {
 
 #[test]
 fn rows_of_another_length() {
-    let expected = |found| {
+    let expected = |found, remedy| {
         format!(
-            "F: line 3: {found} cells where the header has 4; complete the row (the first column \
-             is `trajectory`)"
+            "F: line 3: {found} cells where the header has 4; {remedy} (the first column is `trajectory`)"
         )
     };
-    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1\n")), expected(3));
-    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1,0,7\n")), expected(5));
+    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1\n")), expected(3, "complete the row"));
+    let points = "if decimals are written with commas, write them with points (4.5, not 4,5), otherwise \
+                  remove the surplus cells";
+    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1,1,0,7\n")), expected(5, points));
+    let surplus = "remove the surplus cells, or put cells that contain a comma in double quotes";
+    assert_eq!(refusal(&format!("{HEADER}a,0,1,0\na,1.5,1,x,\n")), expected(5, surplus));
 }
 
 #[test]
@@ -173,8 +177,8 @@ fn groups_that_change_and_labels_that_cannot_be_kept() {
     );
     assert_eq!(
         refusal(&format!("{HEADER}\"a\nb\",0,1,0\n")),
-        "F: line 2, column `trajectory`: \"a\\nb\" begins or ends with a blank or contains a \
-         control character; rename it"
+        "F: line 2, column `trajectory`: \"a\\nb\" begins or ends with a blank, contains a \
+         control character or is longer than 256 bytes; rename it"
     );
 }
 
@@ -259,8 +263,8 @@ fn data_sets_built_by_code_are_checked_too() {
     );
     assert_eq!(
         text(trajectory(" a")),
-        "trajectory \" a\": identifiers and groups must not be empty, begin or end with a blank or \
-         contain control characters; rename it"
+        "trajectory \" a\": identifiers and groups must not be empty, begin or end with a blank, \
+         contain control characters or be longer than 256 bytes; rename it"
     );
 
     let text = |result: Result<Dataset, DataError>| result.unwrap_err().to_string();

@@ -137,8 +137,8 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
                     let mut g = [0.0; TERMS];
                     for (n, &k) in used.iter().enumerate() {
                         let mut x = row(k);
-                        if rho != 0.0 && n > 0 && used[n - 1] + 1 == k && record.linked[k] {
-                            let before = row(k - 1);
+                        if rho != 0.0 && n > 0 && record.follows(used[n - 1], k) {
+                            let before = row(used[n - 1]);
                             (0..=TERMS).for_each(|m| x[m] = (x[m] - rho * before[m]) * innovation);
                         }
                         for m in 0..TERMS {

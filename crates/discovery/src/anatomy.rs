@@ -85,7 +85,7 @@ fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
                 out.value(z);
                 out.against("time_s", record.times[k], z);
                 out.against("height_m", record.y[vertical][k], z);
-                if k > 0 && record.linked[k] {
+                if k > 0 && record.follows(k - 1, k) {
                     let dt = record.times[k] - record.times[k - 1];
                     let rate = (0..record.y.len())
                         .map(|c| (record.y[c][k] - record.y[c][k - 1]).powi(2))

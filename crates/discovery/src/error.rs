@@ -1,6 +1,22 @@
 //! Why a discovery cannot be made.
 
+use augsim_physics::model::{ModelError, UnknownGroup};
+use std::fmt;
 use thiserror::Error;
+
+/// The groups of a data set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Groups(pub Vec<String>);
+
+/// `its groups: a, b`.
+impl fmt::Display for Groups {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0[..] {
+            [] => f.write_str("the data have no column `group`"),
+            names => write!(f, "groups of the data: {}", names.join(", ")),
+        }
+    }
+}
 
 /// Data or a model with which the loop cannot be closed. Every message says what to do.
 #[derive(Debug, Error)]
@@ -32,6 +48,19 @@ pub enum DiscoveryError {
         data: String,
         /// The column.
         column: String,
+    },
+    /// A horizontal column falls and the vertical one does not.
+    #[error(
+        "{data}: `{falls}` falls with the acceleration of gravity and `{vertical}` does not, so the two seem to be swapped; \
+         the height (up is positive) belongs in `{vertical}`"
+    )]
+    SwappedAxes {
+        /// The data.
+        data: String,
+        /// The column that falls.
+        falls: &'static str,
+        /// The column that should.
+        vertical: &'static str,
     },
     /// Restitution is to be calibrated without impacts.
     #[error(
@@ -91,7 +120,59 @@ pub enum DiscoveryError {
         /// The model.
         model: String,
     },
+    /// The model has a value for a group that the data do not have.
+    #[error(
+        "{model}: `{parameter}` has a value for the group `{group}`, which is none of {data}; correct the name or take the value out ({known})"
+    )]
+    UnknownGroup {
+        /// The model.
+        model: String,
+        /// The parameter.
+        parameter: String,
+        /// The group.
+        group: String,
+        /// The data.
+        data: String,
+        /// The groups that there are, in words.
+        known: Groups,
+    },
+    /// Numbers overflowed.
+    #[error(
+        "{data}: `{place}` of the result came out as {value}; a measurement far beyond the others overflows the arithmetic: find it (`augsim data inspect` lists the ranges) and take it out"
+    )]
+    NotFinite {
+        /// The data.
+        data: String,
+        /// Entry of the result.
+        place: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// The augmented model file does not say what was found.
+    #[error(
+        "the model that augments {model} cannot be written so that it reads back the same{}; please report it with model and data",
+        source.as_ref().map_or(String::new(), |e| format!(" ({e})"))
+    )]
+    NotReadable {
+        /// The model.
+        model: String,
+        /// Why it is refused, if it is.
+        source: Option<ModelError>,
+    },
     /// Velocities or positions that cannot be compared.
     #[error("{0}")]
     Data(#[from] augsim_data::DataError),
+}
+
+impl DiscoveryError {
+    /// Whether numbers failed, and not the data or the model.
+    pub fn is_numerical(&self) -> bool {
+        matches!(self, Self::NotFinite { .. } | Self::NotReadable { .. })
+    }
+
+    pub(crate) fn unknown_group(model: &str, data: &str, unknown: UnknownGroup, known: &[String]) -> Self {
+        let known = Groups(known.iter().filter(|name| !name.is_empty()).cloned().collect());
+        let UnknownGroup { parameter, group } = unknown;
+        Self::UnknownGroup { model: model.into(), parameter, group, data: data.into(), known }
+    }
 }

@@ -113,7 +113,7 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values.clone();
+        let mut values = h.values_of(record.group);
         values.resize(world.parameter_count(), 0.0);
         let mut at = 0;
         for f in &h.free {
@@ -242,43 +242,28 @@ pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlat
         13..=16 => normal_wide::<16>(point, lanes, record, correlation),
         17..=24 => normal_wide::<24>(point, lanes, record, correlation),
         25..=40 => normal_wide::<40>(point, lanes, record, correlation),
-        _ => normal_wide::<80>(point, lanes, record, correlation),
+        41..=80 => normal_wide::<80>(point, lanes, record, correlation),
+        _ => normal_in_blocks::<40>(point, lanes, record, correlation),
     }
 }
 
+/// All derivatives in one simulation of `N` lanes, as many as there are or more.
 fn normal_wide<const N: usize>(
     point: &Point<'_>,
     lanes: &Lanes,
     record: &Record,
     correlation: f64,
 ) -> Normal {
-    let count = (lanes.common() + lanes.nuisances()).min(N);
+    let count = lanes.common() + lanes.nuisances();
     let run = point.simulate(lanes, record, &record.times, Dual::<N>::variable);
-    let mut h = vec![[0.0; N]; N];
-    let (mut g, mut q, mut terms) = ([0.0; N], 0.0, 0.0);
-    let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
+    let (mut h, mut g, mut sum) = (vec![[0.0; N]; N], [0.0; N], Misfit::default());
     for (c, &axis) in point.world.axes.indices().iter().enumerate() {
-        let mut previous: Option<(f64, [f64; N])> = None;
-        for (k, position) in run.positions.iter().enumerate() {
-            let w = record.weight[c][k];
-            if w == 0.0 {
-                previous = None;
-                continue;
-            }
-            let x = &position[axis];
-            let (r0, d0) = (w * (record.y[c][k] - x.value), x.d.map(|d| w * d));
-            let (mut r, mut d) = (r0, d0);
-            if correlation != 0.0 {
-                if let Some((rp, dp)) = previous.as_ref().filter(|_| record.linked[k]) {
-                    r = (r - correlation * rp) * innovation;
-                    for i in 0..N {
-                        d[i] = (d[i] - correlation * dp[i]) * innovation;
-                    }
-                }
-                previous = Some((r0, d0));
-            }
-            q += r * r;
-            terms += 1.0;
+        let residual = |k: usize| {
+            let (x, w) = (&run.positions[k][axis], record.weight[c][k]);
+            (w * (record.y[c][k] - x.value), x.d.map(|d| w * d))
+        };
+        whitened(record, c, correlation, residual, |r, d| {
+            sum.add(r);
             for i in 0..count {
                 g[i] += d[i] * r;
                 let (row, di) = (&mut h[i], d[i]);
@@ -288,29 +273,99 @@ fn normal_wide<const N: usize>(
                     }
                 }
             }
-        }
+        });
     }
-    let free: f64 = terms - lanes.fixed_nuisances() as f64;
-    let misfit = q;
-    let (mut q, weight) = robust(misfit, free.max(1.0));
     let mut out = Square::zero(count);
     for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = weight * from);
+        to.copy_from_slice(&from[..count]);
     }
-    let mut g: Vec<f64> = g[..count].iter().map(|g| weight * g).collect();
-    let first = lanes.fixed_nuisances();
-    let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
-    let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
-    for (i, (mean, precision)) in own.chain(offsets) {
-        let lane = lanes.common() + i;
-        if lane < count {
-            *out.at_mut(lane, lane) += precision;
-            g[lane] -= precision * (point.nuisance[i] - mean);
-            q += precision * (point.nuisance[i] - mean).powi(2);
+    finish(point, lanes, out, g[..count].to_vec(), sum, impacts_of(&run))
+}
+
+/// More derivatives than the widest dual number has lanes: one simulation for every `N` of them. A simulation's course does not
+/// depend on which derivatives it carries.
+fn normal_in_blocks<const N: usize>(
+    point: &Point<'_>,
+    lanes: &Lanes,
+    record: &Record,
+    correlation: f64,
+) -> Normal {
+    let count = lanes.common() + lanes.nuisances();
+    let runs: Vec<Run<Dual<N>>> = (0..count)
+        .step_by(N)
+        .map(|first| {
+            // Lanes before the block wrap around to numbers that no dual has: they stay constant, as those after it do.
+            point
+                .simulate(lanes, record, &record.times, |v, lane| Dual::variable(v, lane.wrapping_sub(first)))
+        })
+        .collect();
+    let (mut h, mut g, mut sum) = (Square::zero(count), vec![0.0; count], Misfit::default());
+    for (c, &axis) in point.world.axes.indices().iter().enumerate() {
+        let residual = |k: usize| {
+            let w = record.weight[c][k];
+            let d = runs.iter().flat_map(|run| run.positions[k][axis].d).take(count).map(|d| w * d);
+            (w * (record.y[c][k] - runs[0].positions[k][axis].value), d.collect::<Vec<f64>>())
+        };
+        whitened(record, c, correlation, residual, |r, d| {
+            sum.add(r);
+            for (i, di) in d.iter().enumerate() {
+                g[i] += di * r;
+                if *di != 0.0 {
+                    h.a[i * count..][..count].iter_mut().zip(d).for_each(|(h, dj)| *h += di * dj);
+                }
+            }
+        });
+    }
+    finish(point, lanes, h, g, sum, impacts_of(&runs[0]))
+}
+
+/// Sum of squares of whitened residuals, and how many there are.
+#[derive(Clone, Copy, Default)]
+struct Misfit {
+    squares: f64,
+    terms: f64,
+}
+
+impl Misfit {
+    fn add(&mut self, residual: f64) {
+        self.squares += residual * residual;
+        self.terms += 1.0;
+    }
+}
+
+/// Gives every measured sample of channel `c` to `each` with its derivatives, both in units of the noise and free of the part
+/// that the sample before foretells: noise that is correlated from sample to sample is that of an autoregression.
+fn whitened<D: AsMut<[f64]> + Clone>(
+    record: &Record,
+    c: usize,
+    correlation: f64,
+    residual: impl Fn(usize) -> (f64, D),
+    mut each: impl FnMut(f64, &D),
+) {
+    let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
+    // The measured sample before: its place, residual and derivatives.
+    let mut previous: Option<(usize, f64, D)> = None;
+    for k in (0..record.times.len()).filter(|&k| record.weight[c][k] != 0.0) {
+        let (mut r, mut d) = residual(k);
+        if correlation == 0.0 {
+            each(r, &d);
+            continue;
         }
+        let plain = (k, r, d.clone());
+        if let Some((_, rp, dp)) = previous.as_mut().filter(|p| record.follows(p.0, k)) {
+            r = (r - correlation * *rp) * innovation;
+            for (d, dp) in d.as_mut().iter_mut().zip(dp.as_mut()) {
+                *d = (*d - correlation * *dp) * innovation;
+            }
+        }
+        previous = Some(plain);
+        each(r, &d);
     }
-    let impacts = run
-        .impacts
+}
+
+/// Impacts of a run without their derivatives.
+fn impacts_of<const N: usize>(run: &Run<Dual<N>>) -> Vec<ImpactRecord<f64>> {
+    run.impacts
         .iter()
         .map(|i| ImpactRecord {
             time: i.time.value,
@@ -321,6 +376,82 @@ fn normal_wide<const N: usize>(
             slip: i.slip.map(|x| x.value),
             spin: i.spin.map(|x| x.value),
         })
-        .collect();
-    Normal { h: out, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, impacts }
+        .collect()
+}
+
+/// Weighs the normal equations of a trajectory by its misfit and adds the priors.
+fn finish(
+    point: &Point<'_>,
+    lanes: &Lanes,
+    mut h: Square,
+    mut g: Vec<f64>,
+    sum: Misfit,
+    impacts: Vec<ImpactRecord<f64>>,
+) -> Normal {
+    let free: f64 = sum.terms - lanes.fixed_nuisances() as f64;
+    let misfit = sum.squares;
+    let (mut q, weight) = robust(misfit, free.max(1.0));
+    h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
+    let first = lanes.fixed_nuisances();
+    let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
+    let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
+    for (i, (mean, precision)) in own.chain(offsets) {
+        let lane = lanes.common() + i;
+        *h.at_mut(lane, lane) += precision;
+        g[lane] -= precision * (point.nuisance[i] - mean);
+        q += precision * (point.nuisance[i] - mean).powi(2);
+    }
+    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, impacts }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: derivatives computed in blocks are those of one wide simulation. The scene is a drop with two impacts, so that
+    //! derivatives pass through events; three lanes at a time cut the six of the model and the start in two.
+    use super::*;
+    use crate::prepare::prepare;
+    use crate::{Options, hypothesis::Hypothesis};
+    use augsim_data::{Dataset, Trajectory};
+    use augsim_physics::ball::{Axes, Covariates};
+    use augsim_physics::model::Model;
+
+    #[test]
+    fn blocks_of_derivatives_equal_one_wide_simulation() {
+        let mut model = Model::plain(9.81, 0.7);
+        model.parameters[0].frozen = false;
+        let (world, parameters) = model.world(Axes::Vertical);
+        let times: Vec<f64> = (0..130).map(|k| f64::from(k) / 100.0).collect();
+        let drops = (0..4).map(|j| {
+            let mut run = Run::default();
+            let (start, covariates) = (State::at_rest(1.0 + 0.1 * f64::from(j)), Covariates::default());
+            let throw = Throw {
+                world: &world,
+                parameters: &parameters,
+                start,
+                covariates: &covariates,
+                offsets: Offsets::None,
+                velocities: false,
+            };
+            simulate(&throw, &times, &mut run);
+            // A millimetre of ripple stands for noise.
+            let ripple = |k: usize| 1e-3 * ((k * k * 7) as f64 + f64::from(j)).sin();
+            let z = run.positions.iter().enumerate().map(|(k, p)| p[2] + ripple(k)).collect();
+            Trajectory::new(format!("{j}"), times.clone(), vec![z]).expect("well formed")
+        });
+        let data = Dataset::from_names(&["height_m"], drops.collect()).expect("well formed");
+        let prepared = prepare(&model, &data, &Options::default()).expect("usable");
+        let h = Hypothesis::new(&model, &prepared.data, &[]);
+        let record = &prepared.data.records[0];
+        let lanes = Lanes::new(&h, record, &[]);
+        let nuisance = lanes.nuisance_start(&h, record);
+        let theta = h.theta_start(0.0);
+        let point = Point::new(&h, &h.world, record, &theta, &nuisance);
+        assert!(lanes.common() + lanes.nuisances() > 3, "more than a block");
+        let wide = normal_wide::<8>(&point, &lanes, record, 0.3);
+        let blocks = normal_in_blocks::<3>(&point, &lanes, record, 0.3);
+        assert!((wide.q - blocks.q).abs() <= 1e-12 * wide.q, "{} {}", wide.q, blocks.q);
+        let scale = wide.h.a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        assert!(wide.h.a.iter().zip(&blocks.h.a).all(|(a, b)| (a - b).abs() < 1e-12 * scale));
+        assert!(wide.g.iter().zip(&blocks.g).all(|(a, b)| (a - b).abs() < 1e-12 * scale));
+    }
 }

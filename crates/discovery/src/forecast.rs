@@ -79,7 +79,6 @@ fn known_part(record: &Record) -> usize {
 fn truncated(record: &Record, n: usize) -> Record {
     let mut r = record.clone();
     r.times.truncate(n);
-    r.linked.truncate(n);
     r.y.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
     r.impacts.clear();
     r
@@ -146,14 +145,18 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
                 let run = Point::new(full, &full.world, record, &fit.theta, &nuisance).plain(&lanes, record);
                 let mut copy = record.clone();
                 for (c, &axis) in full.world.axes.indices().iter().enumerate() {
-                    let mut last = 0.0;
+                    // The noise of the measured sample before, and its place.
+                    let (mut last, mut before) = (0.0, None);
                     for (k, sample_k) in run.positions.iter().enumerate() {
-                        let rho = if record.linked[k] { sample.correlation } else { 0.0 };
-                        last = rho * last + (1.0 - rho * rho).sqrt() * normal();
                         let w = record.weight[c][k];
-                        if w > 0.0 {
-                            copy.y[c][k] = sample_k[axis] + last / w;
+                        if w == 0.0 {
+                            continue;
                         }
+                        let linked = before.is_some_and(|b| record.follows(b, k));
+                        let rho = if linked { sample.correlation } else { 0.0 };
+                        last = rho * last + (1.0 - rho * rho).sqrt() * normal();
+                        before = Some(k);
+                        copy.y[c][k] = sample_k[axis] + last / w;
                     }
                 }
                 let (a, b) = one_error(sample.data, &copy, &h, &fit.theta, sample.correlation);

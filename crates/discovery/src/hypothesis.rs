@@ -79,11 +79,13 @@ pub(crate) struct Scatter {
     pub sd: f64,
 }
 
-/// World, nominal values and what is free in them.
+/// World, nominal values and what is free in them. The values by group stand beside them.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
     pub world: World,
     pub values: Vec<f64>,
+    /// Declared parameters that have values by group: the place of each in the vector, and its values by group number.
+    pub by_group: Vec<(usize, Vec<f64>)>,
     pub free: Vec<Free>,
     pub scatter: Option<Scatter>,
     pub additions: Vec<Addition>,
@@ -102,8 +104,11 @@ impl Hypothesis {
         }
         let blocks = model.effects.iter().filter(|b| b.scatter.is_none());
         let declared = model.parameters.iter().chain(blocks.flat_map(|b| &b.parameters));
+        let declared: Vec<(usize, &Parameter)> = declared.enumerate().collect();
+        let grouped = declared.iter().filter(|(_, p)| !p.groups.is_empty());
+        let by_group = grouped.map(|(index, p)| (*index, p.values_of(&data.groups))).collect();
         let mut free: Vec<Free> = declared
-            .enumerate()
+            .into_iter()
             .filter(|(_, p)| !p.frozen)
             .map(|(index, p)| Free {
                 index,
@@ -159,6 +164,7 @@ impl Hypothesis {
         Self {
             world,
             values,
+            by_group,
             free,
             scatter,
             additions: additions.to_vec(),
@@ -221,9 +227,23 @@ impl Hypothesis {
                 None => self.values[f.index],
                 Some(_) => share * f.typical,
             };
-            theta.extend(std::iter::repeat_n(value.clamp(f.min, f.max), self.width(f)));
+            match self.by_group.iter().find(|(index, _)| *index == f.index) {
+                Some((_, values)) if f.per == Per::Group => {
+                    theta.extend(values.iter().map(|v| v.clamp(f.min, f.max)))
+                }
+                _ => theta.extend(std::iter::repeat_n(value.clamp(f.min, f.max), self.width(f))),
+            }
         }
         theta
+    }
+
+    /// The world's parameters for a trajectory of `group` as far as the model declares them.
+    pub fn values_of(&self, group: usize) -> Vec<f64> {
+        let mut values = self.values.clone();
+        for (index, by_group) in &self.by_group {
+            values[*index] = by_group[group];
+        }
+        values
     }
 
     /// Bounds of each entry of theta.
@@ -247,7 +267,9 @@ impl Hypothesis {
                 Per::Group => {
                     p.per = Per::Group;
                     p.groups = data.groups.iter().cloned().zip(theta[at..].iter().copied()).collect();
-                    p.nominal = theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
+                    let mean = theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
+                    // Rounding must not carry the mean of values at a bound beyond it.
+                    p.nominal = mean.clamp(p.min, p.max);
                 }
                 Per::Trajectory => {}
             }
@@ -302,6 +324,9 @@ impl Hypothesis {
         if let (Some(s), Some(b)) = (self.scatter, out.effects.iter_mut().find(|b| b.scatter.is_some())) {
             b.parameters[0].nominal = s.sd;
         }
+        // A table in a model file is a list of values, without intervals.
+        let tables = out.effects.iter_mut().filter(|b| b.table.is_some());
+        tables.flat_map(|b| &mut b.parameters).for_each(|p| p.ci95 = None);
         out
     }
 }

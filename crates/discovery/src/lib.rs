@@ -7,6 +7,7 @@
 //! confirmed on held-out ones; what is left is tested in families of fixed level; random restitution is integrated out by
 //! Laplace's approximation with MacKay's fixed point for its scale.
 
+mod accept;
 mod adequacy;
 mod anatomy;
 mod assess;
@@ -38,12 +39,13 @@ mod segment;
 mod separate;
 mod spikes;
 mod statistics;
+mod swapped;
 mod tally;
 mod unlisted;
 
 pub use assess::{Assessment, assess};
 pub use discover::discover;
-pub use error::DiscoveryError;
+pub use error::{DiscoveryError, Groups};
 pub use options::{Options, Progress};
 pub use push::{assess_push, discover_push};
 pub use result::{

@@ -5,7 +5,7 @@
 //! are found by restricted maximum likelihood (Patterson and Thompson 1971).
 
 use crate::linear::Square;
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::statistics::chi2_tail;
 use rayon::prelude::*;
 
@@ -64,14 +64,8 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 }
 
 impl Arc {
-    fn new(
-        times: &[f64],
-        y: &[f64],
-        linked: &[bool],
-        samples: Vec<usize>,
-        channel: usize,
-        record: usize,
-    ) -> Option<Self> {
+    fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
+        let (times, y) = (&data.times, &data.y[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
         if samples.len() < p + 3 {
             return None;
@@ -87,7 +81,7 @@ impl Arc {
             linked: samples
                 .iter()
                 .enumerate()
-                .map(|(i, &k)| i > 0 && linked[k] && samples[i - 1] + 1 == k)
+                .map(|(i, &k)| i > 0 && data.follows(samples[i - 1], k))
                 .collect(),
             place: (record, samples),
         };
@@ -369,9 +363,9 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();
     for (j, r) in data.records.iter().enumerate() {
         for range in &r.arcs {
-            for (channel, y) in r.y.iter().enumerate() {
-                let samples: Vec<usize> = range.clone().filter(|&k| !masked[j][channel][k]).collect();
-                arcs.extend(Arc::new(&r.times, y, &r.linked, samples, channel, j));
+            for (channel, masked) in masked[j].iter().enumerate() {
+                let samples: Vec<usize> = range.clone().filter(|&k| !masked[k]).collect();
+                arcs.extend(Arc::new(r, samples, channel, j));
             }
         }
     }

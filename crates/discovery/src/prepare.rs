@@ -4,10 +4,11 @@ use crate::deal;
 use crate::discover::calibrate;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::segment::{rough_noise, segment};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
+use crate::swapped::swapped;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::ball::{GRAVITY, RESTITUTION};
@@ -30,7 +31,7 @@ impl Prepared {
 
 /// Held-out trajectories below which half of all is held out.
 const FEWEST_HELD_OUT: f64 = 8.0;
-/// Fewest samples of a trajectory that is used.
+/// Fewest measured heights of a trajectory that is used.
 const FEWEST: usize = 8;
 
 pub(crate) fn prepare(
@@ -39,6 +40,9 @@ pub(crate) fn prepare(
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
     let mut data = Measured::from_dataset(dataset, model.clock_reference_s)?;
+    if let Some(unknown) = model.unknown_group(&data.groups.iter().map(String::as_str).collect::<Vec<_>>()) {
+        return Err(DiscoveryError::unknown_group(&model.file, &data.name, unknown, &data.groups));
+    }
     let vertical = data.axes.count() - 1;
     let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
     let sigma = median(&mut rough);
@@ -46,7 +50,8 @@ pub(crate) fn prepare(
     // A model that declares no restitution is one of flight.
     let bounces = model.declared.iter().any(|p| p == "restitution");
     data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma, bounces));
-    data.records.retain(|r| r.times.len() >= FEWEST && !r.arcs.is_empty());
+    let heights = |r: &Record| r.y[vertical].iter().filter(|y| y.is_finite()).count();
+    data.records.retain(|r| heights(r) >= FEWEST && !r.arcs.is_empty());
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
@@ -54,6 +59,9 @@ pub(crate) fn prepare(
     }
     let calibrates = !model.parameters[RESTITUTION].frozen;
     if calibrates && !data.has_impacts() {
+        if let Some((falls, vertical)) = swapped(&data, g) {
+            return Err(DiscoveryError::SwappedAxes { data: data.name, falls, vertical });
+        }
         return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
     }
     let mut noise = estimate(&mut data, model.position_sd_m);

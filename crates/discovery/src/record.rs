@@ -15,8 +15,8 @@ pub(crate) struct Record {
     pub y: Vec<Vec<f64>>,
     /// `weight[channel][sample]` = 1/σ, 1/m; 0 where not measured or masked.
     pub weight: Vec<Vec<f64>>,
-    /// Whether sample k follows sample k-1 with at most one lost between them (for autocorrelated noise).
-    pub linked: Vec<bool>,
+    /// Time between two measured samples of a channel from which their noise is independent, s.
+    pub memory_s: f64,
     pub covariates: Covariates,
     pub radius_m: Option<f64>,
     pub group: usize,
@@ -28,6 +28,14 @@ pub(crate) struct Record {
     pub ratios: Vec<f64>,
     /// Rough position and velocity at the start time.
     pub start: ([f64; 3], [f64; 3]),
+}
+
+impl Record {
+    /// Whether the noise of sample `k` of a channel is correlated with that of `before`, the measured one before it: at most
+    /// one sample was lost in between. Lost is what was not recorded, what has an empty cell, and what was masked.
+    pub fn follows(&self, before: usize, k: usize) -> bool {
+        self.times[k] - self.times[before] < self.memory_s
+    }
 }
 
 /// All trajectories of a data set with what they have in common.
@@ -92,11 +100,15 @@ impl Measured {
                 ],
             };
             let group = t.group().and_then(|g| groups.iter().position(|x| x == g));
+            // A row in which no position was measured says nothing: it is as if it had not been written.
+            let rows: Vec<usize> =
+                (0..t.len()).filter(|&k| indices.iter().any(|&i| t.column(i)[k].is_finite())).collect();
+            let measured = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
             records.push(Record {
-                times: t.time_s().to_vec(),
-                y: indices.iter().map(|&i| t.column(i).to_vec()).collect(),
+                times: measured(t.time_s()),
+                y: indices.iter().map(|&i| measured(t.column(i))).collect(),
                 weight: Vec::new(),
-                linked: Vec::new(),
+                memory_s: 0.0,
                 covariates,
                 radius_m,
                 group: group.unwrap_or(0),

@@ -1,5 +1,7 @@
 //! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
 
+use crate::DiscoveryError;
+use crate::accept::accepted;
 use crate::adequacy::Adequacy;
 use crate::crossed::again;
 use crate::discover::{passes, per_group};
@@ -12,7 +14,7 @@ use crate::result::*;
 use crate::search::{Found, Judged, Search, labels};
 use augsim_physics::ball::BASE_PARAMETERS;
 use augsim_physics::effects::spec_of;
-use augsim_physics::model::{Model, Per};
+use augsim_physics::model::{Model, ModelFile, Per};
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
@@ -37,7 +39,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Name and unit of each free parameter, and of which addition.
@@ -347,7 +348,7 @@ fn sentence(
     }
 }
 
-pub(crate) fn report(parts: Parts<'_>) -> Discovery {
+pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let found_effects = effects(&parts);
     let unexplained = unexplained(&parts);
     let others = alternatives(&parts);
@@ -370,7 +371,8 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
     let noise = parts.noise;
     let channels = noise.sd_m.len() as f64;
-    Discovery {
+    let augmented = h.to_model(parts.model, data, &fit.theta, &fit.ci95());
+    let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence,
@@ -381,9 +383,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
             sd: (noise.sd_m.iter().map(|s| s * s).sum::<f64>() / channels).sqrt(),
             unit: "m".into(),
             by_channel: noise.sd_m.clone(),
-            correlation: noise.correlation,
-            jitter_s: noise.jitter_s,
-            outliers: noise.outliers,
+            correlation: Some(noise.correlation),
+            jitter_s: Some(noise.jitter_s),
+            outliers: Some(noise.outliers),
             findings: noise.findings.iter().map(|f| f.to_string()).collect(),
         },
         alternatives,
@@ -394,9 +396,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
         tests: passes(parts.tests),
         correlations: (axis, matrix),
         push: None,
-        model_toml: h.to_model(parts.model, data, &fit.theta, &fit.ci95()).to_toml(),
+        model_toml: augmented.to_toml(),
         error: parts.error,
         work: data.tally.work(),
-        seconds: parts.seconds,
-    }
+    };
+    accepted(found, &ModelFile::Ball(augmented), &data.name)
 }

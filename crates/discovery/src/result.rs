@@ -93,12 +93,15 @@ pub struct NoiseFound {
     pub unit: String,
     /// Standard deviation by channel.
     pub by_channel: Vec<f64>,
-    /// Correlation of neighbouring samples.
-    pub correlation: f64,
-    /// Standard deviation of the time stamps, s.
-    pub jitter_s: f64,
-    /// Samples that were masked as outliers.
-    pub outliers: usize,
+    /// Correlation of neighbouring samples; absent where it is not estimated (pushes).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<f64>,
+    /// Standard deviation of the time stamps, s; absent where it is not estimated (pushes).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter_s: Option<f64>,
+    /// Samples that were masked as outliers; absent where none are sought (pushes, whose windows are counted instead).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<usize>,
     /// Findings by kind.
     pub findings: Vec<String>,
 }
@@ -222,12 +225,14 @@ pub struct Tests {
     pub lack_of_fit: f64,
     /// Library effects not in the model.
     pub library: f64,
-    /// Laws of one feature.
-    pub laws: f64,
+    /// Laws of one feature; absent where they are not tested (pushes).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub laws: Option<f64>,
     /// Parameters that differ between trajectories.
     pub heterogeneity: f64,
-    /// Periodicity of the scatter.
-    pub periodicity: f64,
+    /// Periodicity of the scatter; absent where it is not tested (pushes).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodicity: Option<f64>,
     /// Whether all pass.
     pub pass: bool,
 }
@@ -317,8 +322,6 @@ pub struct Discovery {
     /// How much work the answer took.
     #[serde(default)]
     pub work: Work,
-    /// Wall-clock time, s. The only entry that differs between runs.
-    pub seconds: f64,
 }
 
 #[cfg(test)]

@@ -17,11 +17,26 @@ const SIDE: f64 = 0.120;
 const MARGIN: f64 = 0.015;
 /// Shortest arc that is used: duration (s) and samples.
 const SHORTEST_ARC: (f64, usize) = (0.16, 9);
+/// Fewest measured heights of an arc.
+const FEWEST_HEIGHTS: usize = 5;
 /// Most impacts of one trajectory that are used: later ones carry little and cost derivatives.
 const MOST_IMPACTS: usize = 10;
 
-/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, m.
+/// Indices of the samples of a channel that were measured.
+fn measured(y: &[f64]) -> Vec<usize> {
+    (0..y.len()).filter(|&k| y[k].is_finite()).collect()
+}
+
+/// Values at the samples `chosen`.
+fn at(chosen: &[usize], values: &[f64]) -> Vec<f64> {
+    chosen.iter().map(|&k| values[k]).collect()
+}
+
+/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, m. Neighbours are samples
+/// that were measured one after the other.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
+    let chosen = measured(y);
+    let (times, y) = (at(&chosen, times), at(&chosen, y));
     let mut misfits: Vec<f64> = (0..times.len().saturating_sub(3))
         .filter_map(|k| {
             // Lagrange weights of samples k, k+1, k+3 at the time of k+2.
@@ -63,11 +78,15 @@ fn ballistic(
 
 /// Finds impacts (if the model knows of any) and arcs of a record, cuts what follows the last usable arc, and sets the rough start.
 pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, bounces: bool) {
-    let times = record.times.clone();
-    let z = without_spikes(&record.y[vertical], sigma);
+    // Impacts are sought among the samples whose height was measured, as if the others had not been recorded; arcs and the
+    // end of the record are ranges of all samples, because other channels may have been measured there.
+    let rows = record.times.clone();
+    let chosen = measured(&record.y[vertical]);
+    let times = at(&chosen, &rows);
+    let z = without_spikes(&at(&chosen, &record.y[vertical]), sigma);
     let n = times.len();
-    let mut gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
-    let dt = median(&mut gaps).max(1e-6);
+    let heights = |arc: &std::ops::Range<usize>| chosen.iter().filter(|k| arc.contains(k)).count();
+    let dt = typical_step(&times);
     let m = ((LAG / dt).round() as usize).max(1);
     let threshold = (4.5 * 6f64.sqrt() * sigma).max(SMALLEST_JUMP);
     let lag = m as f64 * dt;
@@ -92,7 +111,7 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
     }
     let side = SIDE.max(4.5 * dt);
     let near = dt.max(MARGIN);
-    let mut end = n;
+    let mut end = rows.len();
     let mut out_speed = None;
     let mut arc_start = 0;
     for (i, &p) in peaks.iter().enumerate() {
@@ -103,25 +122,27 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
         let right = (p..n).filter(|&k| times[k] < (t0 + side).min(after - near) && times[k] > t0 + near);
         let lines = ballistic(&times, &z, left, t0, g).zip(ballistic(&times, &z, right, t0, g));
         let Some(((zl, vl), (zr, vr))) = lines else {
-            end = arc_end(&times, t0, near);
+            end = arc_end(&rows, t0, near);
             break;
         };
-        let s = ((zl - zr) / (vr - vl)).clamp(-lag, lag);
+        // The jump is largest at a sample beside the impact; where samples are missing there, the impact can be farther away.
+        let (back, on) = ((t0 - times[p - 1]).max(lag), (times[p + 1] - t0).max(lag));
+        let s = ((zl - zr) / (vr - vl)).clamp(-back, on);
         let (time, v_in, v_out) = (t0 + s, g * s - vl, vr - g * s);
-        let arc = arc_start..arc_end(&times, time, near);
-        let begins = times.get(arc_start).copied().unwrap_or(time);
+        let arc = arc_start..arc_end(&rows, time, near);
+        let begins = rows.get(arc_start).copied().unwrap_or(time);
         let late = out_speed.is_some_and(|v: f64| time - begins > 2.0 * v / g * 1.15 + 0.05);
-        let short = arc.len() < SHORTEST_ARC.1 || time - begins < SHORTEST_ARC.0;
+        let short = heights(&arc) < SHORTEST_ARC.1 || time - begins < SHORTEST_ARC.0;
         // The first arc may be short: the release can be low. A later short or overlong arc ends the record.
         if i > 0 && (short || late) || i >= MOST_IMPACTS || v_in <= 0.0 {
             end = if late && out_speed.is_some() {
-                end_of_hop(&times, begins, out_speed, g, near)
+                end_of_hop(&rows, begins, out_speed, g, near)
             } else {
                 arc_start
             };
             if i > 0 && short && !late {
                 // The impact before the short arc is only seen from one side: it goes as well.
-                end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
+                end = record.impacts.last().map_or(end, |&t| arc_end(&rows, t, near));
                 record.impacts.pop();
                 record.ratios.pop();
                 record.arcs.retain(|a| a.end <= end);
@@ -132,28 +153,28 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
         record.impacts.push(time);
         record.ratios.push((v_out / v_in).clamp(0.02, 1.1));
         out_speed = Some(v_out);
-        arc_start = (0..n).find(|&k| times[k] > time + near).unwrap_or(n);
-        end = n;
+        arc_start = (0..rows.len()).find(|&k| rows[k] > time + near).unwrap_or(rows.len());
+        end = rows.len();
     }
-    if end == n && arc_start < n {
+    if end == rows.len() && arc_start < rows.len() {
         // The last arc has no impact at its end: it must not be longer than its hop.
-        let begins = times[arc_start];
+        let begins = rows[arc_start];
         if !record.impacts.is_empty() {
-            end = end_of_hop(&times, begins, out_speed, g, near);
+            end = end_of_hop(&rows, begins, out_speed, g, near);
         }
-        if end.saturating_sub(arc_start) >= 5 {
+        if heights(&(arc_start..end)) >= FEWEST_HEIGHTS {
             record.arcs.push(arc_start..end);
         } else if !record.impacts.is_empty() {
-            end = record.impacts.last().map_or(end, |&t| arc_end(&times, t, near));
+            end = record.impacts.last().map_or(end, |&t| arc_end(&rows, t, near));
             record.impacts.pop();
             record.ratios.pop();
         }
     }
-    record.arcs.retain(|a| a.len() >= 5 && a.end <= end);
+    record.arcs.retain(|a| heights(a) >= FEWEST_HEIGHTS && a.end <= end);
     record.times.truncate(end);
     record.y.iter_mut().for_each(|c| c.truncate(end));
     // One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
-    record.linked = (0..end).map(|k| k > 0 && times[k] - times[k - 1] < 2.6 * dt).collect();
+    record.memory_s = 2.6 * typical_step(&rows);
     rough_start(record, vertical, g);
 }
 
@@ -166,11 +187,16 @@ fn without_spikes(y: &[f64], sigma: f64) -> Vec<f64> {
     for k in 2..z.len().saturating_sub(2) {
         let (d, left, right) = (second(&z, k), second(&z, k - 1), second(&z, k + 1));
         let opposite = |e: f64| e * d < 0.0 && e.abs() > 0.3 * d.abs();
-        if d.is_nan() || (d.abs() > limit && opposite(left) && opposite(right)) {
+        if d.abs() > limit && opposite(left) && opposite(right) {
             z[k] = 0.5 * (z[k - 1] + z[k + 1]);
         }
     }
     z
+}
+
+/// Median time from one sample to the next, s.
+fn typical_step(times: &[f64]) -> f64 {
+    median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
 }
 
 fn arc_end(times: &[f64], impact: f64, near: f64) -> usize {

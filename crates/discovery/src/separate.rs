@@ -100,7 +100,6 @@ fn distance(
     let end = run.impacts.get(MOST_IMPACTS).map_or(f64::INFINITY, |i| i.time);
     let n = record.times.iter().take_while(|t| **t < end).count();
     record.times.truncate(n);
-    record.linked = (0..n).map(|k| k > 0).collect();
     for (c, &axis) in h.world.axes.indices().iter().enumerate() {
         record.y.push(run.positions[..n].iter().map(|p| p[axis]).collect());
         record.weight.push(vec![1.0 / noise_m[c]; n]);
@@ -116,7 +115,7 @@ fn blank(sample: &Sample<'_>, design: &Design, step: f64) -> Option<Record> {
         times: (0..n).map(|k| k as f64 * step).collect(),
         y: Vec::new(),
         weight: Vec::new(),
-        linked: Vec::new(),
+        memory_s: f64::INFINITY,
         covariates: Covariates {
             clock_s: 0.0,
             spin_rad_s: [0.0, design.spin_rad_s, 0.0],

@@ -17,11 +17,12 @@ pub(crate) fn spikes(sample: &Sample<'_>, fit: &Fit) -> Vec<(usize, usize, usize
         let record = &sample.data.records[j];
         for (channel, left) in residuals(sample, fit, i).iter().enumerate() {
             let weight = &record.weight[channel];
-            // Residual in units of the noise, if sample k is used and follows or precedes its neighbour without a gap.
-            let at = |k: usize| (weight.get(k).is_some_and(|w| *w > 0.0)).then(|| left[k] * weight[k]);
-            for k in 1..left.len().saturating_sub(1) {
-                let (Some(a), Some(x), Some(b)) = (at(k - 1), at(k), at(k + 1)) else { continue };
-                let linked = record.linked[k] && record.linked[k + 1];
+            let used: Vec<usize> = (0..left.len()).filter(|&k| weight[k] > 0.0).collect();
+            for triple in used.windows(3) {
+                let &[before, k, after] = triple else { continue };
+                // Residuals in units of the noise.
+                let [a, x, b] = [before, k, after].map(|k| left[k] * weight[k]);
+                let linked = record.follows(before, k) && record.follows(k, after);
                 let alone = (x - 0.5 * (a + b)).abs() > SPIKE * 1.5f64.sqrt();
                 let agree = (a - b).abs() < SPIKE * 2f64.sqrt();
                 if linked && alone && agree {

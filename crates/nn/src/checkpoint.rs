@@ -1,11 +1,10 @@
 //! Checkpoint files, and the only place that knows bincode.
 //!
 //! Layout: magic (8 bytes), format version (u32), length of the body (u64), CRC-32 of the body (u32),
-//! all little-endian, then the body: a value serialised by bincode. A file is written to a temporary
-//! name in the same folder, synced and renamed, so that a checkpoint is whole or absent.
+//! all little-endian, then the body: a value serialised by bincode. Who writes the bytes of [`encode`] to a file takes
+//! care that the file is whole or absent.
 
 use serde::{Serialize, de::DeserializeOwned};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"AUGSIMCK";
@@ -15,18 +14,22 @@ const HEADER: usize = 8 + 4 + 8 + 4;
 /// Largest body that is decoded: no net of this kind comes near it, so a larger length is damage.
 const MAX_BODY: usize = 1 << 30;
 
-/// Why a checkpoint could not be written or read.
+/// Why a checkpoint could not be made or read.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file system refused.
-    #[error("{}: cannot {action} the checkpoint: {source}", path.display())]
+    #[error("{}: cannot read the checkpoint: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// `read` or `write`.
-        action: &'static str,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// The value cannot be stored.
+    #[error("the state of training cannot be stored: {reason}")]
+    Encode {
+        /// What the writer said.
+        reason: String,
     },
     /// The file does not begin as a checkpoint does.
     #[error("{}: not an augsim checkpoint; give the checkpoint.bin of a run directory", path.display())]
@@ -56,25 +59,20 @@ pub enum CheckpointError {
     },
 }
 
-/// Writes `value` atomically.
+/// The bytes of a checkpoint file that holds `value`.
 ///
 /// # Errors
-/// [`CheckpointError::Io`]; a previous file of that name stays as it was.
-pub fn save<T: Serialize>(path: &Path, value: &T) -> Result<(), CheckpointError> {
-    let io = |source| CheckpointError::Io { path: path.to_owned(), action: "write", source };
+/// [`CheckpointError::Encode`].
+pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CheckpointError> {
     let body = bincode::serde::encode_to_vec(value, bincode::config::standard())
-        .map_err(|e| io(std::io::Error::other(e)))?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(io)?;
-    let mut header = Vec::with_capacity(HEADER);
-    header.extend(MAGIC);
-    header.extend(VERSION.to_le_bytes());
-    header.extend((body.len() as u64).to_le_bytes());
-    header.extend(crc32fast::hash(&body).to_le_bytes());
-    file.write_all(&header).and_then(|()| file.write_all(&body)).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+        .map_err(|e| CheckpointError::Encode { reason: e.to_string() })?;
+    let mut file = Vec::with_capacity(HEADER + body.len());
+    file.extend(MAGIC);
+    file.extend(VERSION.to_le_bytes());
+    file.extend((body.len() as u64).to_le_bytes());
+    file.extend(crc32fast::hash(&body).to_le_bytes());
+    file.extend(body);
+    Ok(file)
 }
 
 /// Reads a value back.
@@ -83,11 +81,7 @@ pub fn save<T: Serialize>(path: &Path, value: &T) -> Result<(), CheckpointError>
 /// [`CheckpointError`], naming the file and what is wrong with it.
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let owned = || path.to_owned();
-    let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io {
-        path: owned(),
-        action: "read",
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io { path: owned(), source })?;
     let damaged = |what: String| CheckpointError::Damaged { path: owned(), what };
     if !bytes.starts_with(&MAGIC) {
         return Err(CheckpointError::NotACheckpoint { path: owned() });
@@ -125,7 +119,8 @@ mod tests {
     fn saved() -> (tempfile::TempDir, PathBuf) {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("checkpoint.bin");
-        save(&path, &(7_u64, vec![1.5_f32, -2.0], "name".to_owned())).unwrap();
+        let value = (7_u64, vec![1.5_f32, -2.0], "name".to_owned());
+        std::fs::write(&path, encode(&value).unwrap()).unwrap();
         (dir, path)
     }
 

@@ -16,6 +16,12 @@ pub enum WeightsError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The parameters make no safetensors file.
+    #[error("the weights cannot be written as safetensors: {reason}")]
+    Encode {
+        /// What the writer said.
+        reason: String,
+    },
     /// Not a safetensors file.
     #[error("{}: not a usable safetensors file: {reason}", path.display())]
     Format {
@@ -56,15 +62,12 @@ pub enum WeightsError {
     },
 }
 
-/// Writes all parameters as 32-bit floats.
+/// The bytes of a safetensors file of all parameters, as 32-bit floats.
 ///
 /// # Errors
-/// [`WeightsError::Io`] or [`WeightsError::Format`].
-pub fn export<T: Scalar>(path: &Path, params: &Params<T>) -> Result<(), WeightsError> {
-    let format = |e: safetensors::SafeTensorError| WeightsError::Format {
-        path: path.to_owned(),
-        reason: e.to_string(),
-    };
+/// [`WeightsError::Encode`].
+pub fn encode<T: Scalar>(params: &Params<T>) -> Result<Vec<u8>, WeightsError> {
+    let failed = |e: safetensors::SafeTensorError| WeightsError::Encode { reason: e.to_string() };
     let bytes: Vec<(String, Vec<usize>, Vec<u8>)> = params
         .iter()
         .map(|(name, dims, values)| {
@@ -76,9 +79,8 @@ pub fn export<T: Scalar>(path: &Path, params: &Params<T>) -> Result<(), WeightsE
         .iter()
         .map(|(name, dims, data)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), data)?)))
         .collect::<Result<Vec<_>, _>>()
-        .map_err(format)?;
-    let file = safetensors::serialize(views, None).map_err(format)?;
-    std::fs::write(path, file).map_err(|source| WeightsError::Io { path: path.to_owned(), source })
+        .map_err(failed)?;
+    safetensors::serialize(views, None).map_err(failed)
 }
 
 /// Reads all parameters from 32- or 64-bit floats. Names and extents must match exactly.

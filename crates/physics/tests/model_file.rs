@@ -40,6 +40,40 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
+fn names_that_a_user_chose_are_read_back_whatever_they_hold() {
+    // Blanks that do not break, quotes, backslashes, dots, letters of any script, nothing at all.
+    for name in ["golf\u{a0}ball", "5\" steel", "a\\b", "a.b", "Kugel \u{fc}", "\u{1f3c0}", ""] {
+        let mut model = Model::parse(GOOD, "ball.toml").expect("good");
+        model.effects[0].parameters[0].groups = vec![(name.into(), 1.5e-9)];
+        assert_eq!(Model::parse(&model.to_toml(), "ball.toml").expect(name), model);
+    }
+}
+
+#[test]
+fn values_by_group_without_per_group_are_refused() {
+    let text =
+        refusal("scenario = \"ball\"\n[parameters]\nrestitution = { nominal = 0.6, groups = { a = 0.5 } }\n");
+    assert!(
+        text.contains("ball.toml:3: `groups` must be left out, or stand beside per = \"group\""),
+        "{text}"
+    );
+}
+
+#[test]
+fn tables_without_values_or_width_are_refused() {
+    let table = |first: f64, last: f64, values: &str| {
+        refusal(&format!(
+            "scenario = \"ball\"\n[[effect]]\nkind = \"table\"\ntarget = \"restitution\"\nagainst = \"impact-speed\"\n\
+             first = {first:?}\nlast = {last:?}\nvalues = {values}\n"
+        ))
+    };
+    let text = table(0.5, 5.0, "[]");
+    assert!(text.contains("ball.toml:8: `values` must be a list of one number or more"), "{text}");
+    let text = table(5.0, 0.5, "[0.0, 0.1]");
+    assert!(text.contains("ball.toml:7: `last` must be above `first`"), "{text}");
+}
+
+#[test]
 fn unknown_things_are_refused_with_line_and_nearest_name() {
     assert_eq!(
         refusal("scenario = \"ball\"\n[[effect]]\nkind = \"quadratic-darg\"\n"),
@@ -81,4 +115,12 @@ fn wrong_types_missing_keys_and_conflicts_are_refused() {
 fn a_file_that_is_not_there_is_named() {
     let text = Model::read(std::path::Path::new("nowhere/ball.toml")).expect_err("refused").to_string();
     assert!(text.starts_with("nowhere/ball.toml: cannot be read"), "{text}");
+}
+
+#[test]
+fn the_model_of_one_group_has_the_value_of_that_group() {
+    let model = Model::parse(GOOD, "ball.toml").expect("good");
+    let drag = |m: &Model| (m.effects[0].parameters[0].nominal, m.effects[0].parameters[0].per);
+    assert_eq!(drag(&model.of_group("golf ball")), (0.01, Per::All));
+    assert_eq!(drag(&model.of_group("baseball")), (0.0132, Per::Group));
 }

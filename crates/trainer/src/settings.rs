@@ -2,6 +2,7 @@
 
 use crate::push::PushEngine;
 use crate::{EngineSpec, TrainerError};
+use augsim_data::Limit;
 use augsim_nn::{Adam, StepDecay};
 use serde::{Deserialize, Serialize};
 
@@ -136,6 +137,17 @@ impl Settings {
         }
     }
 
+    /// At least as many parameters as the net has, in floating point, where no product overflows.
+    ///
+    /// Let w be the units, the latent and 64 for all else that enters a layer (states, conditions, extractors of at
+    /// most 32). Three recurrent nets of three gates have fewer than 9 w^2 parameters a layer; the rest of 16 w^2
+    /// is for heads, extractors and biases.
+    fn most_parameters(&self) -> f64 {
+        let NetSettings { hidden, layers, latent, .. } = self.net;
+        let width = hidden as f64 + latent as f64 + 64.0;
+        16.0 * layers as f64 * width * width
+    }
+
     /// Checks every range.
     ///
     /// # Errors
@@ -168,6 +180,12 @@ impl Settings {
                 });
             }
         }
+        if Limit::Parameters.check(self.most_parameters() as u64).is_err() {
+            let NetSettings { hidden, layers, latent, .. } = self.net;
+            let value = format!("{hidden} units, {layers} layers, latent {latent}");
+            let rule = "too many parameters; lower these sizes, or set AUGSIM_LIMIT_PARAMETERS to allow more";
+            return Err(TrainerError::Setting { key: "net", value, rule });
+        }
         let positive = [
             ("learning_rate.initial", self.learning_rate.initial),
             ("learning_rate.factor", self.learning_rate.factor),
@@ -188,5 +206,45 @@ impl Settings {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a net is refused by its sizes before it is made, and the bound that refuses it lies above every net.
+    use super::*;
+    use crate::nets::Net;
+    use augsim_data::random_stream;
+    use augsim_nn::Params;
+    use augsim_physics::ball::paper_law::paper_engine;
+
+    fn settings(recipe: Recipe, hidden: usize, layers: usize, latent: usize) -> Settings {
+        let paper = Settings::ball(recipe, 10, 1, EngineSpec::PybulletBall(paper_engine()));
+        Settings { net: NetSettings { hidden, layers, latent, ..paper.net }, ..paper }
+    }
+
+    #[test]
+    fn no_net_has_more_parameters_than_its_bound() {
+        for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
+            for (hidden, layers, latent) in [(1, 1, 1), (16, 2, 4), (200, 1, 1), (4, 3, 150), (128, 2, 128)] {
+                let settings = settings(recipe, hidden, layers, latent);
+                let mut params = Params::<f32>::new(random_stream(1, "init", 0));
+                Net::new(&settings, 2, &mut params);
+                assert!(params.values().len() as f64 <= settings.most_parameters(), "{:?}", settings.net);
+            }
+        }
+    }
+
+    #[test]
+    fn sizes_that_no_machine_holds_are_refused() {
+        for (hidden, layers, latent) in
+            [(usize::MAX, 1, 1), (16, usize::MAX, 4), (16, 2, usize::MAX), (5000, 1, 1)]
+        {
+            let error = settings(Recipe::Neural, hidden, layers, latent).check().unwrap_err().to_string();
+            assert!(
+                error.contains("too many parameters") && error.contains("AUGSIM_LIMIT_PARAMETERS"),
+                "{error}"
+            );
+        }
     }
 }

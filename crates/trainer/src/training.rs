@@ -239,6 +239,8 @@ impl Training {
 /// # Errors
 /// [`TrainerError::Foreign`] if the number of parameters does not fit the settings.
 pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
+    // A file may hold any sizes: they are looked at before memory is asked for.
+    state.settings.check().map_err(|e| TrainerError::Foreign { what: e.to_string() })?;
     let mut params = Params::new(random_stream(state.settings.seed, "init", 0));
     let net = Net::new(&state.settings, state.columns.len(), &mut params);
     let (expected, found) = (params.values().len(), state.params.len());

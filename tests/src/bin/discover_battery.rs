@@ -1,9 +1,12 @@
 //! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
-//! noise, push-null, push-single. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
+//! noise, push-null, push-single; the first five also as null-gaps, …, with empty cells. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
 #![expect(clippy::print_stdout, reason = "a tool for the terminal")]
 
-use augsim_tests::battery::{Battery, run};
+use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
 use augsim_tests::push_battery;
+
+/// How a battery is run: complete, or with empty cells.
+type Family = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
@@ -20,10 +23,12 @@ fn main() {
         println!("{summary}");
         return;
     }
-    let kind = args.get(1).and_then(|k| Battery::from_name(k)).unwrap_or(Battery::Null);
+    let name = args.get(1).map_or("null", String::as_str);
+    let (name, family) = name.strip_suffix("-gaps").map_or((name, run as Family), |n| (n, run_with_gaps));
+    let kind = Battery::from_name(name).unwrap_or(Battery::Null);
     let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
     let verbose = args.len() > 4;
-    let summary = run(kind, number(2, 1), number(3, 20), &mut |row| {
+    let summary = family(kind, number(2, 1), number(3, 20), &mut |row| {
         if verbose || !row.right {
             println!("{}", row.line);
         }

@@ -3,20 +3,20 @@
 use super::report::report;
 use super::rows::{Errors, Row};
 use super::{load, paper_engine, read, sequences};
+use crate::destination::{Claim, REPORT, RESULT};
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource, RunDir};
-use crate::session::{self, Trained};
-use augsim_data::{Dataset, atomic_write};
+use crate::session::{self, Times};
+use augsim_data::Dataset;
 use augsim_physics::ball::floor::{FloorOptions, paper_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_trainer::models::{Law, Physics, Zero};
 use augsim_trainer::score::Score;
 use augsim_trainer::{
-    Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, evaluate_forecast, evaluate_reconstruction,
+    Forecaster, Protocol, Recipe, Sequences, Settings, evaluate_forecast, evaluate_reconstruction,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// One net to train.
@@ -45,8 +45,6 @@ pub struct Experiment {
     pub nets: Vec<NetPlan>,
     /// Seed.
     pub seed: u64,
-    /// Directory for everything.
-    pub out: PathBuf,
     /// Go on with runs that are there.
     pub resume: bool,
 }
@@ -64,8 +62,6 @@ pub struct ResultFile {
     pub test_trajectories: usize,
     /// The table.
     pub rows: Vec<Row>,
-    /// Wall-clock seconds per training iteration, by model.
-    pub seconds_per_iteration: BTreeMap<String, Option<f64>>,
     /// Iterations, by model.
     pub iterations: BTreeMap<String, u64>,
     /// Seed.
@@ -90,17 +86,18 @@ pub struct Scored<'a> {
 }
 
 impl Experiment {
-    /// Runs it; `None` if the user stopped it (run again with `--resume`).
-    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
+    /// Runs it into the claimed folder; `None` if the user stopped it (run again with `--resume`).
+    pub fn run(&self, claim: &Claim, output: &Output) -> anyhow::Result<Option<Finished>> {
         let engine = paper_engine();
         let (train, test_data) = (load(&self.train, &engine)?, read(&self.test, &engine)?);
         let test = sequences(&test_data)?;
+        claim.begin()?;
         let mut trained = Vec::new();
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
             let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, engine.clone());
             let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
-            let folder = self.run_dir(plan.recipe);
+            let folder = run_dir(claim, plan.recipe);
             match session::train_again(&folder, &config, &train, self.resume, output)? {
                 Some(t) => trained.push(t),
                 None => return Ok(None),
@@ -131,24 +128,18 @@ impl Experiment {
         rows.push(Row::of_net(law.name(), Protocol::Floor, &score));
         scored.push(Scored { model: &law, score });
 
-        let result = self.result(&test, &trained, rows);
-        let dir = RunDir::create(&self.out)?;
-        let json = serde_json::to_string_pretty(&result)?;
-        atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
-        let curves = self.learning_curves()?;
+        let result = self.result(&test, rows);
+        claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+        let curves = self.learning_curves(claim)?;
         let html = augsim_report::training_report(&report(self, &result, &trained, &scored, &test, &curves)?);
-        let path = dir.file("report.html");
-        atomic_write(&path, |w| w.write_all(html.as_bytes()))?;
+        let path = claim.write(REPORT, &html)?;
+        claim.write_timing(Times::of(&trained))?;
         Ok(Some(Finished { result, report: path }))
     }
 
-    fn run_dir(&self, recipe: Recipe) -> PathBuf {
-        self.out.join(recipe.label().to_lowercase().replace('+', "-plus"))
-    }
-
-    fn learning_curves(&self) -> anyhow::Result<Vec<(Recipe, Vec<augsim_trainer::Losses>)>> {
+    fn learning_curves(&self, claim: &Claim) -> anyhow::Result<Vec<(Recipe, Vec<augsim_trainer::Losses>)>> {
         let read =
-            |plan: &NetPlan| Ok((plan.recipe, RunDir::open(&self.run_dir(plan.recipe)).read_metrics()?));
+            |plan: &NetPlan| Ok((plan.recipe, RunDir::open(&run_dir(claim, plan.recipe)).read_metrics()?));
         self.nets.iter().map(read).collect()
     }
 
@@ -164,20 +155,20 @@ impl Experiment {
         Ok(Row::of_floor(errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
     }
 
-    fn result(&self, test: &Sequences, trained: &[Trained], rows: Vec<Row>) -> ResultFile {
-        let name = |m: &NetModel| m.name().to_owned();
+    fn result(&self, test: &Sequences, rows: Vec<Row>) -> ResultFile {
         ResultFile {
             schema: "augsim.reproduce/1",
             scenario: "ball",
             test_set: self.test_name.clone(),
             test_trajectories: test.items.len(),
             rows,
-            seconds_per_iteration: trained
-                .iter()
-                .map(|t| (name(&t.model), t.seconds_per_iteration))
-                .collect(),
             iterations: self.nets.iter().map(|p| (p.recipe.label().to_owned(), p.iterations)).collect(),
             seed: self.seed,
         }
     }
+}
+
+/// Where a net is trained.
+fn run_dir(claim: &Claim, recipe: Recipe) -> PathBuf {
+    claim.folder().join(recipe.label().to_lowercase().replace('+', "-plus"))
 }

@@ -2,6 +2,7 @@
 
 use super::experiment::{Experiment, ResultFile, Scored};
 use super::rows::Row;
+use crate::record::fingerprint;
 use crate::run_dir::DataSource;
 use crate::session::Trained;
 use augsim_report::page::{DataSource as PageSource, Method, Provenance};
@@ -100,7 +101,6 @@ pub fn report(
                 recipe: describe(t.model.state().settings.recipe).to_owned(),
                 parameters: Some(t.parameters as u64),
                 iterations: Some(t.model.state().settings.iterations),
-                seconds_per_iteration: t.seconds_per_iteration,
             })
             .collect(),
         notes: notes(),
@@ -213,8 +213,7 @@ fn notes() -> Vec<String> {
 fn source(role: &str, source: &DataSource) -> PageSource {
     match source {
         DataSource::File(path) => {
-            let hash = std::fs::read(path).map(|b| format!("crc32:{:08x}", crc32fast::hash(&b)));
-            PageSource { path: format!("{role}: {}", path.display()), hash: hash.unwrap_or_default() }
+            PageSource { path: format!("{role}: {}", path.display()), hash: fingerprint(path) }
         }
         DataSource::PushLaboratory { object, surface, pushes, seed } => PageSource {
             path: format!(

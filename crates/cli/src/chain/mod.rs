@@ -8,18 +8,18 @@ mod sets;
 
 use crate::args::Reproduce;
 use crate::ball::{Row, table};
-use crate::commands::reproduce::ITERATIONS;
+use crate::commands::reproduce::{ITERATIONS, claim, repeat};
+use crate::destination::{REPORT, RESULT};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::push::{Plan, sets as push_table};
-use crate::run_dir::RunDir;
-use augsim_data::atomic_write;
+use crate::record::Record;
 use nets::Runs;
 use push::Pushing;
 use serde::Serialize;
 use sets::{PYBULLET, SetRow};
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::path::Path;
 
 #[derive(Serialize)]
 struct ResultFile {
@@ -35,13 +35,20 @@ struct ResultFile {
 }
 
 /// Runs it.
-pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         let what = "reproduce loop reads measured data: give the folder of the sets with --data".to_owned();
         return Err(Usage(what).into());
     };
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
+    let record = Record::new("reproduce loop")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", iterations)
+        .input("data", data);
+    let claim = claim(&out_dir, record, &[data], args.resume, force)?;
+    claim.begin()?;
     let runs = Runs { out: &out_dir, iterations, seed, resume: args.resume };
     let sets = sets::run(data, &out_dir, seed, output)?;
     let chain = match sets.iter().find(|s| s.set == PYBULLET) {
@@ -59,14 +66,25 @@ pub fn run(args: &Reproduce, seed: u64, output: &Output) -> anyhow::Result<Outco
     let Some(pushing) = (push::Chain { plan, runs }).run(output)? else { return Ok(Outcome::Interrupted) };
     let result =
         ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
-    let dir = RunDir::create(&out_dir)?;
-    let json = serde_json::to_string_pretty(&result)?;
-    atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
-    let report = dir.file("report.html");
-    let html = page::page(&result, data).render();
-    atomic_write(&report, |w| w.write_all(html.as_bytes()))?;
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let html = page::page(&result, data, &command(args, data, seed)).render();
+    let report = claim.write(REPORT, &html)?;
+    claim.write_timing(())?;
     output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
     Ok(Outcome::Done)
+}
+
+/// The command that repeats it.
+fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
+    let mut words = vec!["loop".to_owned(), "--data".to_owned(), data.display().to_string()];
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    words.extend(["--seed".to_owned(), seed.to_string()]);
+    repeat(words)
 }
 
 fn text(result: &ResultFile) -> String {

@@ -7,14 +7,16 @@ use augsim_discovery::Rmse;
 use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
 use std::path::Path;
 
-/// The page.
-pub fn page(result: &ResultFile, data: &Path) -> Page {
+/// The page; `command` repeats the run.
+pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections = vec![found("Measured sets", &result.sets)];
     if !result.chain.is_empty() {
         sections.push(chain_on_the_ball(&result.chain));
     }
     sections.push(found("Pushes of the virtual laboratory", std::slice::from_ref(&result.pushing.set)));
     sections.push(chain_on_pushing(&result.pushing.chain));
+    let code = Block::Code { caption: String::new(), text: command.to_owned() };
+    sections.push(Section { title: "How to reproduce".to_owned(), blocks: vec![code] });
     Page {
         overline: "closing the loop".to_owned(),
         title: "What data say about the models".to_owned(),

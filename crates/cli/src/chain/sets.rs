@@ -2,7 +2,10 @@
 
 use crate::args::Discover;
 use crate::commands::discover::close_loop;
+use crate::destination::{REPORT, RESULT};
+use crate::folders;
 use crate::output::Output;
+use anyhow::Context;
 use augsim_data::convert::{CONVERTERS, is_of_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
 use augsim_discovery::Discovery;
@@ -46,7 +49,7 @@ pub struct SetRow {
     pub set: String,
     /// Trajectories in it.
     pub trajectories: usize,
-    /// Its report.
+    /// Its report, from the folder of the results.
     pub report: PathBuf,
     /// The discovery.
     #[serde(flatten)]
@@ -89,7 +92,7 @@ pub fn one(
     output: &Output,
 ) -> anyhow::Result<SetRow> {
     let out = out.join(set);
-    std::fs::create_dir_all(&out)?;
+    folders::make(&out)?;
     let args = Discover {
         model: out.join("declared.toml"),
         data: out.join("data.csv.gz"),
@@ -102,18 +105,20 @@ pub fn one(
         Some(found) => found,
         None => {
             // An answer to other data must not outlive them, should this be stopped.
-            let result = out.join("result.json");
+            let result = out.join(RESULT);
             if result.exists() {
-                std::fs::remove_file(&result)?;
+                std::fs::remove_file(&result)
+                    .with_context(|| format!("{}: cannot remove it", result.display()))?;
             }
             atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
             write_dataset(data, &args.data)?;
-            close_loop(&args, seed, output)?
+            // The claim on the outer folder decided what may be replaced here.
+            close_loop(&args, seed, true, output)?
         }
     };
     output.note(format!("{set}: {}", found.sentence));
     let trajectories = data.trajectories().len();
-    Ok(SetRow { set: set.to_owned(), trajectories, report: out.join("report.html"), found })
+    Ok(SetRow { set: set.to_owned(), trajectories, report: Path::new(set).join(REPORT), found })
 }
 
 /// The answer of an earlier run on the same model and data.
@@ -122,6 +127,6 @@ fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
     let before = read_dataset(&args.data, MissingCells::AsGap).ok()?;
     let same =
         same_model && before.columns() == data.columns() && before.trajectories() == data.trajectories();
-    let text = std::fs::read_to_string(args.out.join("result.json")).ok()?;
+    let text = std::fs::read_to_string(args.out.join(RESULT)).ok()?;
     serde_json::from_str(&text).ok().filter(|_| same)
 }

@@ -1,9 +1,11 @@
 //! `augsim data inspect` and `augsim data convert`.
 
 use crate::args::{Data, DataAction, Frame};
+use crate::destination::{Results, check_model, data_file};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
-use augsim_data::convert::{CONVERTERS, Converter};
+use crate::record::Record;
+use augsim_data::convert::{CONVERTERS, Converted, Converter};
 use augsim_data::push::{in_start_frame, resample};
 use augsim_data::{MissingCells, Summary, atomic_write, read_dataset, write_dataset};
 use serde::Serialize;
@@ -28,25 +30,41 @@ struct Conversion<'a> {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Data, output: &Output) -> anyhow::Result<Outcome> {
+pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
         DataAction::Inspect { file } => {
             let summary = Summary::of(&read_dataset(file, MissingCells::AsGap)?);
             output.result(&summary, || summary.to_string())?;
         }
         DataAction::Convert { set, input, file, out, rate_hz, frame } => {
-            let conversion = match (input, file) {
+            let written = match (input, file) {
                 (Some(input), Some(file)) => {
-                    Conversion { converter: converter(set)?, input, data: file.clone(), model: beside(file) }
+                    let (data, model) = (file.clone(), beside(file));
+                    let conversion = Conversion { converter: converter(set)?, input, data, model };
+                    data_file(file, std::slice::from_ref(&conversion.model), &[input])?;
+                    let converted = conversion.run(*rate_hz, *frame)?;
+                    if let Some(text) = &converted.model_toml {
+                        check_model(&conversion.model, text, force)?;
+                    }
+                    conversion.write(converted)?
                 }
-                _ => Conversion {
-                    converter: converter(Path::new(set.file_name().unwrap_or_default()))?,
-                    input: set,
-                    data: out.join("data.csv"),
-                    model: out.join("model.toml"),
-                },
+                _ => {
+                    let [data, model] = ["data.csv", "model.toml"].map(|name| out.join(name));
+                    let name = set.file_name().unwrap_or_default();
+                    let converter = converter(Path::new(name))?;
+                    let record = Record::new("data convert")
+                        .setting("set", name.display())
+                        .setting("rate-hz", rate_hz.map_or("as recorded".to_owned(), |r| r.to_string()))
+                        .setting("frame", format!("{frame:?}").to_lowercase())
+                        .input("data", set);
+                    let (files, inputs) = (&["data.csv", "model.toml"], &[set.as_path()]);
+                    let claim = Results { folder: out, files, inputs, record, force }.claim()?;
+                    let conversion = Conversion { converter, input: set, data, model };
+                    let converted = conversion.run(*rate_hz, *frame)?;
+                    claim.begin()?;
+                    conversion.write(converted)?
+                }
             };
-            let written = convert(conversion, *rate_hz, *frame)?;
             output.result(&written, || text(&written))?;
         }
     }
@@ -89,28 +107,32 @@ fn beside(file: &Path) -> PathBuf {
     file.with_file_name(format!("{stem}.model.toml"))
 }
 
-fn convert(conversion: Conversion<'_>, rate_hz: Option<f64>, frame: Frame) -> anyhow::Result<Written> {
-    let Conversion { converter, input, data, model } = conversion;
-    let converted = converter(input)?;
-    let mut set = converted.data;
-    if let Some(rate_hz) = rate_hz {
-        set = resample(&set, rate_hz)?;
-    }
-    if frame == Frame::Start {
-        set = in_start_frame(&set)?;
-    }
-    if let Some(folder) = data.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    write_dataset(&set, &data)?;
-    let model = match converted.model_toml {
-        Some(text) => {
-            atomic_write(&model, |w| w.write_all(text.as_bytes()))?;
-            Some(model)
+impl Conversion<'_> {
+    /// Reads the set.
+    fn run(&self, rate_hz: Option<f64>, frame: Frame) -> anyhow::Result<Converted> {
+        let mut converted = (self.converter)(self.input)?;
+        if let Some(rate_hz) = rate_hz {
+            converted.data = resample(&converted.data, rate_hz)?;
         }
-        None => None,
-    };
-    let samples = set.trajectories().iter().map(|t| t.len()).sum();
-    let pushes = set.has_column("pusher_x_m");
-    Ok(Written { data, model, trajectories: set.trajectories().len(), samples, pushes })
+        if frame == Frame::Start {
+            converted.data = in_start_frame(&converted.data)?;
+        }
+        Ok(converted)
+    }
+
+    /// Writes the data and, where there is one, the model.
+    fn write(self, converted: Converted) -> anyhow::Result<Written> {
+        let Converted { data: set, model_toml } = converted;
+        write_dataset(&set, &self.data)?;
+        let model = match model_toml {
+            Some(text) => {
+                atomic_write(&self.model, |w| w.write_all(text.as_bytes()))?;
+                Some(self.model)
+            }
+            None => None,
+        };
+        let samples = set.trajectories().iter().map(|t| t.len()).sum();
+        let pushes = set.has_column("pusher_x_m");
+        Ok(Written { data: self.data, model, trajectories: set.trajectories().len(), samples, pushes })
+    }
 }

@@ -3,8 +3,11 @@
 use super::discover::close_loop;
 use crate::args::{Demo, Discover};
 use crate::ball::{self, Experiment, NetPlan};
+use crate::destination::{REPORT, RESULT, Results};
 use crate::exit::Outcome;
+use crate::folders;
 use crate::output::Output;
+use crate::record::Record;
 use crate::run_dir::DataSource;
 use augsim_data::atomic_write;
 use augsim_trainer::Recipe;
@@ -13,25 +16,29 @@ use std::io::Write;
 /// A measured set with an effect that its model file does not declare, and that model file.
 const SEALED: [(&str, &[u8]); 2] = [
     ("bounces.csv", include_bytes!("../../../../fixtures/sealed/bounces.csv")),
-    ("model.toml", include_bytes!("../../../../fixtures/sealed/model.toml")),
+    ("declared.toml", include_bytes!("../../../../fixtures/sealed/model.toml")),
 ];
 
 /// Runs the subcommand.
-pub fn run(args: &Demo, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let sealed = args.out.join("sealed");
-    std::fs::create_dir_all(&sealed)?;
+pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let record = Record::new("demo").setting("seed", seed);
+    let claim =
+        Results { folder: &args.out, files: &[RESULT, REPORT], inputs: &[], record, force }.claim()?;
+    claim.begin()?;
+    let out = args.out.join("discover");
+    folders::make(&out)?;
     for (name, bytes) in SEALED {
-        atomic_write(&sealed.join(name), |w| w.write_all(bytes))?;
+        atomic_write(&out.join(name), |w| w.write_all(bytes))?;
     }
     output.note("First, throws of a ball whose model file misses something, and nobody says what:");
     let discover = Discover {
-        model: sealed.join("model.toml"),
-        data: sealed.join("bounces.csv"),
-        out: args.out.join("discover"),
+        model: out.join("declared.toml"),
+        data: out.join("bounces.csv"),
+        out,
         train_share: 0.7,
         group: Vec::new(),
     };
-    let found = close_loop(&discover, seed, output)?;
+    let found = close_loop(&discover, seed, true, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));
     output.note(
         "Then, drops of a ball: each one has its own restitution, which cannot be seen at release. The physics model \
@@ -39,7 +46,7 @@ pub fn run(args: &Demo, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     );
     let experiment = Experiment {
         title: "Demo: a bouncing ball".to_owned(),
-        command: format!("augsim demo --out {} --seed {seed}", args.out.display()),
+        command: format!("augsim demo --seed {seed} --out DIR"),
         train: DataSource::PaperLaw { trajectories: 400, seed },
         test: DataSource::PaperLaw { trajectories: 200, seed: seed.wrapping_add(1_000_000) },
         test_name: "generated".to_owned(),
@@ -47,10 +54,9 @@ pub fn run(args: &Demo, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
             .map(|(recipe, iterations)| NetPlan { recipe, iterations })
             .into(),
         seed,
-        out: args.out.clone(),
         resume: false,
     };
-    let Some(finished) = experiment.run(output)? else { return Ok(Outcome::Interrupted) };
+    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
     output.result(&finished.result, || {
         format!(
             "{}The best that any forecast can do from the first state is the row \"Floor\".\nreport: {}",

@@ -1,31 +1,41 @@
 //! `augsim discover`.
 
 use crate::args::Discover;
+use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::discovery_page::page;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
-use augsim_data::{Dataset, MissingCells, Trajectory, atomic_write, read_dataset};
+use crate::record::Record;
+use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
 use augsim_discovery::{Discovery, Options, discover, discover_push};
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 /// Runs the subcommand.
-pub fn run(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if !(args.train_share > 0.0 && args.train_share < 1.0) {
         return Err(Usage(format!("--train-share {}: must lie between 0 and 1", args.train_share)).into());
     }
-    let found = close_loop(args, seed, output)?;
+    let found = close_loop(args, seed, force, output)?;
     output.result(&found, || text(args, &found))?;
     Ok(Outcome::Done)
 }
 
-/// Makes the discovery and writes `result.json`, `model.toml` and `report.html`.
-pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result<Discovery> {
-    let model = ModelFile::read(&args.model)?;
+/// Name of the augmented model.
+const MODEL: &str = "model.toml";
+
+/// Makes the discovery and writes `result.json`, `model.toml` and `report.html`. With `force` it replaces what another run
+/// left in the folder.
+pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
+    let claim = claim(args, seed, force)?;
+    let mut model = ModelFile::read(&args.model)?;
     let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
+    if !args.group.is_empty() {
+        // The model may have values for groups that were not asked for.
+        model.keep_groups(&args.group);
+    }
     let options = Options { seed, train_share: args.train_share };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
@@ -35,12 +45,24 @@ pub fn close_loop(args: &Discover, seed: u64, output: &Output) -> anyhow::Result
     };
     steps.finish();
 
-    std::fs::create_dir_all(&args.out)?;
-    let write = |name: &str, text: &str| atomic_write(&args.out.join(name), |w| w.write_all(text.as_bytes()));
-    write("result.json", &serde_json::to_string_pretty(&found)?)?;
-    write("model.toml", &found.model_toml)?;
-    write("report.html", &augsim_report::discovery_report(&page(args, seed, &model, &found)))?;
+    claim.begin()?;
+    claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
+    claim.write(MODEL, &found.model_toml)?;
+    claim.write(REPORT, &augsim_report::discovery_report(&page(args, seed, &model, &found)))?;
+    claim.write_timing(())?;
     Ok(found)
+}
+
+/// The folder of the results, for these settings and inputs.
+fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
+    let record = Record::new("discover")
+        .setting("seed", seed)
+        .setting("train-share", args.train_share)
+        .setting("group", args.group.join(", "))
+        .input("model", &args.model)
+        .input("data", &args.data);
+    let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
+    Results { folder: &args.out, files, inputs, record, force }.claim()
 }
 
 /// The trajectories of the groups asked for; all without such a wish.

@@ -9,21 +9,21 @@ pub mod reproduce;
 mod simulate;
 mod train;
 
-use crate::args::{Args, Command};
+use crate::args::{Args, Command, Global};
 use crate::exit::Outcome;
 use crate::output::Output;
 
 /// Runs the subcommand.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
-    let seed = args.global.seed;
+    let Global { seed, force, .. } = args.global;
     match &args.command {
-        Command::Demo(a) => demo::run(a, seed, output),
-        Command::Simulate(a) => simulate::run(a, seed, output),
-        Command::Discover(a) => discover::run(a, seed, output),
-        Command::Train(a) => train::run(a, seed, output),
+        Command::Demo(a) => demo::run(a, seed, force, output),
+        Command::Simulate(a) => simulate::run(a, seed, force, output),
+        Command::Discover(a) => discover::run(a, seed, force, output),
+        Command::Train(a) => train::run(a, seed, force, output),
         Command::Predict(a) => predict::run(a, output),
         Command::Evaluate(a) => evaluate::run(a, output),
-        Command::Reproduce(a) => reproduce::run(a, seed, output),
-        Command::Data(a) => data::run(a, output),
+        Command::Reproduce(a) => reproduce::run(a, seed, force, output),
+        Command::Data(a) => data::run(a, force, output),
     }
 }

@@ -1,16 +1,17 @@
 //! `augsim predict`.
 
 use crate::args::Predict;
-use crate::exit::Outcome;
+use crate::destination::data_file;
+use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::run_data;
-use crate::run_dir::{DataSource, RunDir};
-use augsim_data::{Column, Dataset, Trajectory, write_csv};
+use crate::run_dir::{DataSource, FILES, RunDir};
+use augsim_data::{Column, Dataset, Limit, Trajectory, write_dataset};
 use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Task};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Written {
@@ -21,10 +22,17 @@ struct Written {
 
 /// Runs the subcommand.
 pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
-    let model = NetModel::new(RunDir::open(&args.run).read_model()?)?;
+    let run = RunDir::open(&args.run);
+    let trained = FILES.map(|name| run.file(name));
+    let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
+    data_file(&args.out, &[], &inputs)?;
+    let model = NetModel::new(run.read_model()?)?;
     let source = DataSource::File(args.data.clone());
     let (starts, times) = run_data::load_timed(&source, &model.state().settings.engine)?;
     let samples = args.samples as usize;
+    let longest = starts.items.iter().map(|q| q.time).max().unwrap_or(0) as u64;
+    let cells = u64::from(args.samples).saturating_mul(longest).saturating_mul(starts.columns.len() as u64);
+    Limit::Cells.check(cells).map_err(|e| Usage(format!("--samples {samples}: each forecast {e}")))?;
     let rows = starts
         .items
         .par_iter()
@@ -38,10 +46,7 @@ pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
         .collect::<anyhow::Result<Vec<_>>>()?;
     let names = starts.columns.iter().flat_map(|c| column_names(c)).collect::<Vec<_>>();
     let columns = names.iter().map(|n| Column::new(n)).collect::<Result<Vec<_>, _>>()?;
-    if let Some(folder) = args.out.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    write_csv(&Dataset::new(columns, rows)?, &args.out)?;
+    write_dataset(&Dataset::new(columns, rows)?, &args.out)?;
     let written = Written { forecast: args.out.clone(), trajectories: starts.items.len(), samples };
     output.result(&written, || {
         format!(

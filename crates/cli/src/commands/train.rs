@@ -1,20 +1,24 @@
 //! `augsim train`.
 
 use crate::args::{RecipeArg, Train};
+use crate::destination::{RESULT, check_file};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
-use crate::run_dir::{Config, DataSource, RunDir};
+use crate::record::RECORD;
+use crate::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
+use crate::run_lock::RunLock;
 use crate::session::{self, Ended};
 use crate::{ball, residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// Trajectories that are generated when no data are given: the paper's number.
 const GENERATED: usize = 800;
 
 #[derive(Serialize)]
 struct Summary {
-    run: std::path::PathBuf,
+    run: PathBuf,
     recipe: Recipe,
     parameters: usize,
     iterations: u64,
@@ -22,16 +26,25 @@ struct Summary {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let run = RunDir::create(&args.out)?;
+pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let model = args.residual_of.as_ref().map(|found| found.join(residual::MODEL));
+    let inputs: Vec<&Path> = args.data.iter().chain(&model).map(PathBuf::as_path).collect();
+    for name in FILES {
+        check_file(&args.out.join(name), &inputs)?;
+    }
+    let _lock = RunLock::take(&args.out)?;
+    let run = RunDir::open(&args.out);
     let config = match args.resume {
-        true => run.read_config()?,
+        true => {
+            let config = run.read_config()?;
+            if let DataSource::File(data) = &config.data {
+                FILES.iter().try_for_each(|name| check_file(&run.file(name), &[data]))?;
+            }
+            config
+        }
         false => {
-            if run.checkpoint().exists() {
-                let run = args.out.display();
-                let text =
-                    format!("{run} holds a run already; add --resume to go on, or choose another --out");
-                return Err(Usage(text).into());
+            if !force {
+                check_free(&run)?;
             }
             let data = match &args.data {
                 Some(path) => DataSource::File(path.clone()),
@@ -47,10 +60,13 @@ pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> 
         }
     };
     let train = run_data::load(&config.data, &config.settings.engine)?;
+    if !args.resume {
+        run.clear()?;
+    }
     run.write_config(&config)?;
     match session::train(&run, &config, &train, args.resume, output)? {
         Ended::Interrupted { iteration } => {
-            output.note(format!(
+            output.notice(format!(
                 "interrupted after iteration {iteration}; go on with: augsim train --resume --out {}",
                 args.out.display()
             ));
@@ -79,6 +95,18 @@ pub fn run(args: &Train, seed: u64, output: &Output) -> anyhow::Result<Outcome> 
             Ok(Outcome::Done)
         }
     }
+}
+
+/// A run that is there is not thrown away.
+fn check_free(run: &RunDir) -> anyhow::Result<()> {
+    let found = [CHECKPOINT, RESULT, RECORD].into_iter().find(|name| run.file(name).exists());
+    let Some(name) = found else { return Ok(()) };
+    let resume = if name == CHECKPOINT { "add --resume to go on with it, " } else { "" };
+    let text = format!(
+        "{}: holds a run already; {resume}add --force to replace it, or choose another --out",
+        run.file(name).display()
+    );
+    Err(Usage(text).into())
 }
 
 /// What the word on the command line means.

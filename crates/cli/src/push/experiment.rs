@@ -6,17 +6,16 @@ use super::repeat::{Clouds, Repeated, compare};
 use super::report::report;
 use super::rows::Row;
 use super::runs::{Measured, measured};
+use crate::destination::{Claim, REPORT, RESULT};
 use crate::output::Output;
 use crate::run_dir::{Config, RunDir};
-use crate::session::{self, Trained};
-use augsim_data::atomic_write;
+use crate::session::{self, Times, Trained};
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::Estimate;
 use augsim_trainer::push::score::{PushScore, evaluate_pushes};
 use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{EngineSpec, Forecaster, Losses, NetModel, Recipe, Sequences, Settings};
 use serde::Serialize;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Nets trained on the whole training set.
@@ -39,8 +38,6 @@ pub struct Experiment {
     pub quick: bool,
     /// Seed.
     pub seed: u64,
-    /// Directory for everything.
-    pub out: PathBuf,
     /// Go on with runs that are there.
     pub resume: bool,
 }
@@ -115,8 +112,8 @@ pub struct Drawn<'a> {
 }
 
 impl Experiment {
-    /// Runs it; `None` if the user stopped it (run again with `--resume`).
-    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Finished>> {
+    /// Runs it into the claimed folder; `None` if the user stopped it (run again with `--resume`).
+    pub fn run(&self, claim: &Claim, output: &Output) -> anyhow::Result<Option<Finished>> {
         let plan = &self.plan;
         let data = match &self.published {
             Some(folder) => PushData::published(folder, plan, self.seed)?,
@@ -128,10 +125,11 @@ impl Experiment {
         for note in &data.notes {
             output.note(note);
         }
+        claim.begin()?;
         let whole = data.train.items.len();
         let mut nets = Vec::new();
         for recipe in NETS {
-            match self.net(recipe, whole, &data, output)? {
+            match self.net(recipe, whole, &data, claim, output)? {
                 Some(t) => nets.push(t),
                 None => return Ok(None),
             }
@@ -139,7 +137,7 @@ impl Experiment {
         let mut curve = Vec::new();
         for recipe in CURVE {
             for &size in plan.sizes.iter().filter(|&&size| size < whole) {
-                let Some(t) = self.net(recipe, size, &data, output)? else { return Ok(None) };
+                let Some(t) = self.net(recipe, size, &data, claim, output)? else { return Ok(None) };
                 curve.push(point(recipe, size, &evaluate_pushes(&t.model, &data.tests[0].pushes)?));
             }
         }
@@ -175,10 +173,6 @@ impl Experiment {
         curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
         let clouds = self.clouds(&gp, &nets, output)?;
         let runs = self.measured(output)?;
-        if runs.as_ref().is_some_and(|r| r.interrupted) {
-            output.note("interrupted; go on with --resume");
-            return Ok(None);
-        }
         let mut notes = data.notes.clone();
         let (mut calibration, mut test_runs) = (None, Vec::new());
         if let Some(m) = runs {
@@ -200,11 +194,9 @@ impl Experiment {
             notes,
             seed: self.seed,
         };
-        let dir = RunDir::create(&self.out)?;
-        let json = serde_json::to_string_pretty(&result)?;
-        atomic_write(&dir.file("result.json"), |w| w.write_all(json.as_bytes()))?;
+        claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
         let drawn = Drawn {
-            losses: self.losses(whole)?,
+            losses: losses(claim, whole)?,
             others: vec![&gp],
             over_push,
             test: &data.tests[0].pushes,
@@ -212,13 +204,9 @@ impl Experiment {
             nets: &nets,
         };
         let html = augsim_report::push_report(&report(self, &result, &drawn)?);
-        let path = dir.file("report.html");
-        atomic_write(&path, |w| w.write_all(html.as_bytes()))?;
+        let path = claim.write(REPORT, &html)?;
+        claim.write_timing(Times::of(&nets))?;
         Ok(Some(Finished { result, report: path }))
-    }
-
-    fn run_dir(&self, recipe: Recipe, size: usize) -> PathBuf {
-        self.out.join(format!("{}-{size}", recipe.label().to_lowercase().replace('+', "-plus")))
     }
 
     /// Trains a net on the first `size` pushes; `None` if the user stopped it.
@@ -227,6 +215,7 @@ impl Experiment {
         recipe: Recipe,
         size: usize,
         data: &PushData,
+        claim: &Claim,
         output: &Output,
     ) -> anyhow::Result<Option<Trained>> {
         let iterations = match recipe {
@@ -237,12 +226,7 @@ impl Experiment {
         let train = part(&data.train, 0, size);
         let settings = Settings::push(recipe, iterations, self.seed, data.engine.clone());
         let config = Config { checkpoint_every: 1000, data: data.source.clone(), settings };
-        session::train_again(&self.run_dir(recipe, size), &config, &train, self.resume, output)
-    }
-
-    fn losses(&self, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
-        let read = |r: Recipe| Ok((r, RunDir::open(&self.run_dir(r, whole)).read_metrics()?));
-        NETS.into_iter().map(read).collect()
+        session::train_again(&run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 
     /// The repeated push, which only the laboratory has.
@@ -261,6 +245,17 @@ impl Experiment {
         output.note(format!("measured runs: {}", folder.display()));
         measured(folder, self.seed, self.quick).map(Some)
     }
+}
+
+/// Where a net is trained on the first `size` pushes.
+fn run_dir(claim: &Claim, recipe: Recipe, size: usize) -> PathBuf {
+    claim.folder().join(format!("{}-{size}", recipe.label().to_lowercase().replace('+', "-plus")))
+}
+
+/// Losses of the nets that were trained on `whole` pushes.
+fn losses(claim: &Claim, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
+    let read = |r: Recipe| Ok((r, RunDir::open(&run_dir(claim, r, whole)).read_metrics()?));
+    NETS.into_iter().map(read).collect()
 }
 
 fn point(recipe: Recipe, train_pushes: usize, score: &PushScore) -> CurvePoint {

@@ -235,7 +235,6 @@ fn training(t: &crate::session::Trained) -> TrainingRun {
         recipe: recipe.to_owned(),
         parameters: Some(t.parameters as u64),
         iterations: Some(settings.iterations),
-        seconds_per_iteration: t.seconds_per_iteration,
     }
 }
 

@@ -35,8 +35,6 @@ pub struct Measured {
     pub calibration: Calibration,
     /// Names of the runs that were tested on.
     pub test_runs: Vec<String>,
-    /// Whether the user stopped it.
-    pub interrupted: bool,
 }
 
 /// The folder of the runs below `data`, or `data` itself, if it is there.
@@ -82,7 +80,6 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
     }
     let mut nets = Vec::new();
-    let mut interrupted = false;
     for (recipe, engine) in [
         (Recipe::Neural, &engine),
         (Recipe::NeuralPlus, &engine),
@@ -91,12 +88,8 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     ] {
         let iterations = if quick { ITERATIONS / 4 } else { ITERATIONS };
         let mut training = Training::new(Settings::push(recipe, iterations, seed, engine.clone()), &train)?;
-        while training.iteration() < iterations && !crate::interrupt::requested() {
+        while training.iteration() < iterations {
             training.step()?;
-        }
-        interrupted |= training.iteration() < iterations;
-        if interrupted {
-            break;
         }
         nets.push(NetModel::new(training.finish()?.clone())?);
     }
@@ -117,5 +110,5 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         }
     }
     let name = |i: &usize| data.trajectories()[*i].id().to_owned();
-    Ok(Measured { rows, calibration, test_runs: test.iter().map(name).collect(), interrupted })
+    Ok(Measured { rows, calibration, test_runs: test.iter().map(name).collect() })
 }

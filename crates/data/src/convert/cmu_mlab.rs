@@ -10,6 +10,7 @@ use crate::error::DataError;
 use crate::push::union_clock::{Source, union};
 use crate::push::{PlanarPose, PushError, TRIAL_COLUMNS};
 use crate::trajectory::Trajectory;
+use crate::whole_file::read_log;
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,8 +42,7 @@ angle_sd_rad = 0.005
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     for file in logs(path)? {
-        let text =
-            fs::read_to_string(&file).map_err(|cause| DataError::Unreadable { path: file.clone(), cause })?;
+        let text = read_log(&file)?;
         let mut log = Log { path: &file, lines: text.lines(), line: 0 };
         let [count] = log.numbers("the number of pushes")?;
         let (name, group) = names(&file);

@@ -3,10 +3,10 @@
 use super::{Converted, required};
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
-use crate::error::DataError;
+use crate::error::{DataError, RowRemedy};
 use crate::trajectory::Trajectory;
+use crate::whole_file::read_log;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 const LAYOUT: &str = "the index has `traj_file,x_spin,y_spin,z_spin`";
@@ -54,15 +54,21 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         if !path.exists() || !plausible {
             continue;
         }
-        let text =
-            fs::read_to_string(&path).map_err(|cause| DataError::Unreadable { path: path.clone(), cause })?;
+        let text = read_log(&path)?;
         let mut columns: [Vec<f64>; 4] = Default::default();
         for (line, row) in text.lines().enumerate() {
             let cells: Vec<&str> = row.split(';').map(str::trim).collect();
             if cells.len() != 4 {
                 let (found, expected) = (cells.len(), 4);
                 let (line, first_column) = (line as u64 + 1, "t".into());
-                return Err(DataError::RaggedRow { path, line, found, expected, first_column });
+                return Err(DataError::RaggedRow {
+                    path,
+                    line,
+                    found,
+                    expected,
+                    first_column,
+                    remedy: RowRemedy::Complete,
+                });
             }
             for (cell, column) in cells.iter().zip(&mut columns) {
                 match cell.parse::<f64>() {

@@ -1,12 +1,12 @@
 //! Zip archives, read from memory: the published push files and NPZ come in them.
 
 use super::error::PushError;
-use std::io::{Cursor, Read};
+use crate::limits::Limit;
+use crate::printable::shown;
+use crate::whole_file::within;
+use std::io::Cursor;
 use std::path::Path;
 use zip::ZipArchive;
-
-/// Largest member that is unpacked: a guard against damaged and malicious archives, bytes.
-const LARGEST_MEMBER: u64 = 1 << 32;
 
 /// Whether the bytes begin as a zip archive does.
 pub(crate) fn is_zip(bytes: &[u8]) -> bool {
@@ -35,13 +35,16 @@ pub(crate) fn unpack(
 ) -> Result<(), crate::DataError> {
     let mut archive = open(path, bytes)?;
     for name in names {
-        let damaged = |cause: String| damaged(path, format!("member `{name}`: "), cause);
+        let part = || format!("member `{}`", shown(name));
+        let damaged = |cause: String| damaged(path, format!("{}: ", part()), cause);
         let member = archive.by_name(name).map_err(|e| damaged(e.to_string()))?;
-        if member.size() > LARGEST_MEMBER {
-            return Err(damaged(format!("{} bytes, more than any such file has", member.size())).into());
-        }
-        let mut content = Vec::new();
-        member.take(LARGEST_MEMBER).read_to_end(&mut content).map_err(|e| damaged(e.to_string()))?;
+        // The size that the archive states may be a lie: what counts is how much comes out.
+        let content = within(member, Limit::Bytes).map_err(|e| damaged(e.to_string()))?;
+        let content = content.ok_or_else(|| PushError::Limit {
+            path: path.to_owned(),
+            part: format!("{} ", part()),
+            cause: Limit::Bytes.exceeded(),
+        })?;
         each(name, content)?;
     }
     Ok(())

@@ -5,6 +5,7 @@ use super::error::PushError;
 use super::trial::{PushTrial, TRIAL_COLUMNS};
 use crate::dataset::Dataset;
 use crate::error::{DataError, Source};
+use crate::whole_file::read_whole;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,11 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
     } else {
         read_file(path, &mut trials)?;
     }
+    checked(path, trials)
+}
+
+/// That there are trials, and none twice.
+fn checked(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
     if trials.is_empty() {
         return Err(PushError::Nothing { path: path.to_owned(), expected: EXPECTED }.into());
     }
@@ -44,14 +50,27 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
 /// # Errors
 /// As [`read_push_trials`], and a trial whose streams have no time in common.
 pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
-    let trials = read_push_trials(path)?;
+    dataset(path, read_push_trials(path)?)
+}
+
+/// [`read_push_dataset`] of a file whose bytes were read; `path` gives the trial's name.
+pub(crate) fn push_dataset_of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Dataset, DataError> {
+    let mut trials = Vec::new();
+    add_trials(path, bytes, &mut trials)?;
+    dataset(path, checked(path, trials)?)
+}
+
+fn dataset(path: &Path, trials: Vec<PushTrial>) -> Result<Dataset, DataError> {
     let trajectories = trials.iter().map(PushTrial::trajectory).collect::<Result<Vec<_>, _>>()?;
     let columns = TRIAL_COLUMNS.iter().map(|name| crate::Column::new(name)).collect::<Result<Vec<_>, _>>()?;
     Dataset::with_origin(columns, trajectories, Source::File(path.to_owned()))
 }
 
 fn read_file(path: &Path, trials: &mut Vec<PushTrial>) -> Result<(), DataError> {
-    let bytes = fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })?;
+    add_trials(path, read_whole(path)?, trials)
+}
+
+fn add_trials(path: &Path, bytes: Vec<u8>, trials: &mut Vec<PushTrial>) -> Result<(), DataError> {
     if !is_zip(&bytes) {
         trials.push(PushTrial::from_bytes(path, bytes)?);
         return Ok(());

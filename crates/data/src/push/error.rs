@@ -1,5 +1,7 @@
 //! What can be wrong with the files of the push sets, each with file, key and remedy.
 
+use crate::limits::LimitExceeded;
+use crate::printable::{shown, shown_cause, shown_list};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -12,8 +14,7 @@ pub enum PushError {
     /// A field of the file name holds what no table knows.
     #[error(
         "{}: file name: unknown {field} `{value}`; known are {}; correct the name or take the file out",
-        path.display(), known.join(", ")
-    )]
+        path.display(), known.join(", "), value = shown(value))]
     UnknownName {
         /// File.
         path: PathBuf,
@@ -42,7 +43,7 @@ pub enum PushError {
         path: PathBuf,
     },
     /// The HDF5 file, or one data set in it, cannot be decoded.
-    #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display())]
+    #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = shown(key), cause = shown_cause(cause))]
     Hdf5 {
         /// File.
         path: PathBuf,
@@ -52,7 +53,7 @@ pub enum PushError {
         cause: Box<hdf5_reader::error::Error>,
     },
     /// The JSON text is no JSON, or is cut off.
-    #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display())]
+    #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = shown_cause(cause))]
     Json {
         /// File.
         path: PathBuf,
@@ -62,7 +63,7 @@ pub enum PushError {
     /// One of the streams is not there.
     #[error(
         "{}: stream `{key}` is missing; the file has: {}; a trial needs tip_pose, object_pose and ft_wrench: \
-         copy or download it again, or take it out", path.display(), found.join(", ")
+         copy or download it again, or take it out", path.display(), shown_list(found)
     )]
     MissingStream {
         /// File.
@@ -83,7 +84,7 @@ pub enum PushError {
         found: String,
     },
     /// A value that is no finite number.
-    #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display())]
+    #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = shown(key))]
     NotFinite {
         /// File.
         path: PathBuf,
@@ -127,7 +128,7 @@ pub enum PushError {
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
-    #[error("{}: {member}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display())]
+    #[error("{}: {member}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), cause = shown_cause(cause))]
     Zip {
         /// Archive.
         path: PathBuf,
@@ -156,7 +157,7 @@ pub enum PushError {
         expected: &'static str,
     },
     /// A file listed in an index is not there, or the other way round.
-    #[error("{}: lists `{file}`, which is not there; restore it or remove its row", path.display())]
+    #[error("{}: lists `{file}`, which is not there; restore it or remove its row", path.display(), file = shown(file))]
     Unlisted {
         /// Index.
         path: PathBuf,
@@ -173,10 +174,28 @@ pub enum PushError {
         /// What should stand there.
         expected: &'static str,
     },
+    /// More than [`Limit`](crate::Limit)s allow.
+    #[error("{}: {part}{cause}", path.display())]
+    Limit {
+        /// File or archive.
+        path: PathBuf,
+        /// "member `name` " or "stream `key` ", or nothing where the file as a whole is meant.
+        part: String,
+        /// Which limit.
+        cause: LimitExceeded,
+    },
     /// A sampling rate that is no positive number.
     #[error("a common clock of {rate_hz} Hz makes no sense; give a positive rate such as 100")]
     Rate {
         /// Rate asked for, Hz.
         rate_hz: f64,
+    },
+    /// A sampling rate that makes more samples than [`Limit`](crate::Limit)s allow.
+    #[error("on a common clock of {rate_hz} Hz the set {cause}")]
+    RateTooHigh {
+        /// Rate asked for, Hz.
+        rate_hz: f64,
+        /// Which limit.
+        cause: LimitExceeded,
     },
 }

@@ -1,13 +1,13 @@
 //! The HDF5 form of a trial: one two-dimensional data set of doubles for each stream.
 
 use super::error::PushError;
+use crate::limits::Limit;
 use hdf5_reader::error::Error;
 use hdf5_reader::{Hdf5File, OpenOptions};
 use std::path::Path;
 
-/// A stream of the published set has some 200 rows, one of a long repeat 4,000; this is a guard against
-/// damaged headers, bytes.
-const LARGEST_STREAM: usize = 256 << 20;
+/// A row of a stream: four doubles, bytes.
+const ROW: u64 = 32;
 
 /// Rows of the streams `keys`.
 pub(super) fn rows<const N: usize>(
@@ -19,7 +19,8 @@ pub(super) fn rows<const N: usize>(
         let (path, key) = (path.to_owned(), key.to_owned());
         move |cause| PushError::Hdf5 { path, key, cause: Box::new(cause) }
     };
-    let options = OpenOptions::default().with_max_read_bytes(LARGEST_STREAM);
+    let most = usize::try_from(Limit::Samples.value().saturating_mul(ROW)).unwrap_or(usize::MAX);
+    let options = OpenOptions::default().with_max_read_bytes(most);
     let file = Hdf5File::from_vec_with_options(bytes, options).map_err(damaged("/"))?;
     let mut all: [Vec<[f64; 4]>; N] = std::array::from_fn(|_| Vec::new());
     for (rows, key) in all.iter_mut().zip(keys) {
@@ -33,9 +34,15 @@ pub(super) fn rows<const N: usize>(
             Err(cause) => return Err(damaged(key)(cause)),
         };
         let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
-        let [_, 4] = stream.shape() else {
+        let [count, 4] = *stream.shape() else {
             return Err(layout(format!("a data set of shape {:?}", stream.shape())));
         };
+        // A header of a few bytes can state any shape, and what is not stored is filled in.
+        Limit::Samples.check(count).map_err(|cause| PushError::Limit {
+            path: path.to_owned(),
+            part: format!("stream `{key}` "),
+            cause,
+        })?;
         let cells = match stream.read_array::<f64>() {
             Ok(cells) => cells,
             Err(Error::Context { source, .. }) if matches!(*source, Error::TypeMismatch { .. }) => {

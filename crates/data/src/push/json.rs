@@ -1,6 +1,8 @@
 //! The JSON form of a trial: an object with one array of rows for each stream.
 
 use super::error::PushError;
+use crate::limits::Limit;
+use crate::printable::shown_cause;
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,8 +23,15 @@ pub(super) fn rows<const N: usize>(
             found: members.keys().cloned().collect(),
         })?;
         let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
+        // Each row and each cell takes many times the bytes it has in the file; both are counted before.
+        let count = |mark: u8| raw.get().bytes().filter(|&byte| byte == mark).count() as u64;
+        Limit::Samples.check(count(b'[').max(count(b',') / 4)).map_err(|cause| PushError::Limit {
+            path: path.to_owned(),
+            part: format!("stream `{key}` "),
+            cause,
+        })?;
         let cells: Vec<Vec<Option<f64>>> = serde_json::from_str(raw.get())
-            .map_err(|cause| layout(format!("other than rows of numbers ({cause})")))?;
+            .map_err(|cause| layout(format!("other than rows of numbers ({})", shown_cause(&cause))))?;
         for (row, cells) in cells.iter().enumerate() {
             let [t, a, b, c] = cells[..] else {
                 return Err(layout(format!("row {row} has {} numbers", cells.len())));

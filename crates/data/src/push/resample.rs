@@ -5,6 +5,7 @@ use super::union_clock::between;
 use crate::column::Column;
 use crate::dataset::Dataset;
 use crate::error::DataError;
+use crate::limits::Limit;
 use crate::trajectory::Trajectory;
 use crate::unit::Unit;
 
@@ -18,23 +19,33 @@ pub(crate) const FRESH_SUFFIX: &str = "_new";
 /// Signals are not smoothed: at a rate far below the sensor's, noise folds into what remains.
 ///
 /// # Errors
-/// A rate that is not positive.
+/// A rate that is not positive, or so high that a trajectory or the whole set exceeds a [`Limit`].
 pub fn resample(data: &Dataset, rate_hz: f64) -> Result<Dataset, DataError> {
     if !(rate_hz > 0.0 && rate_hz.is_finite()) {
         return Err(PushError::Rate { rate_hz }.into());
     }
     let kept: Vec<(usize, &Column)> =
         data.columns().iter().enumerate().filter(|(_, c)| !c.name().ends_with(FRESH_SUFFIX)).collect();
-    let columns = kept.iter().map(|(_, column)| (*column).clone()).collect();
+    let columns: Vec<Column> = kept.iter().map(|(_, column)| (*column).clone()).collect();
+    // A duration of whole intervals keeps its last instant in spite of rounding.
+    let steps = |t: &Trajectory| {
+        let duration = t.time_s()[t.len() - 1] - t.time_s()[0];
+        (duration * rate_hz * (1.0 + 4.0 * f64::EPSILON)).floor()
+    };
+    // Counted in floating point, where no product overflows.
+    let longest = data.trajectories().iter().map(steps).fold(0.0, f64::max);
+    let samples: f64 = data.trajectories().iter().map(|t| steps(t) + 1.0).sum();
+    Limit::Samples
+        .check((longest + 1.0) as u64)
+        .and_then(|()| Limit::Cells.check((samples * kept.len() as f64) as u64))
+        .map_err(|cause| PushError::RateTooHigh { rate_hz, cause })?;
     let on_grid = |t: &Trajectory| {
         let (clock, last) = (t.time_s(), t.len() - 1);
-        let duration = clock[last] - clock[0];
-        // A duration of whole intervals keeps its last instant in spite of rounding.
-        let steps = (duration * rate_hz * (1.0 + 4.0 * f64::EPSILON)).floor() as usize;
+        let steps = steps(t) as usize;
         let time_s: Vec<f64> =
             (0..=steps).map(|k| (clock[0] + k as f64 / rate_hz).min(clock[last])).collect();
         let values = kept.iter().map(|&(i, column)| {
-            let (samples, angle) = (t.column(i), column.unit() == Unit::Radian);
+            let (samples, angle) = (t.column(i), column.unit() == Unit::RADIAN);
             time_s.iter().map(|&at| value_at(clock, samples, at, angle)).collect()
         });
         t.with_samples(time_s.clone(), values.collect())

@@ -9,6 +9,7 @@ use super::union_clock::{Source, union};
 use super::{hdf5, json};
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
+use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
 /// Columns of a data set of pushes whose force (on the rod) was measured.
@@ -50,9 +51,7 @@ impl PushTrial {
     /// # Errors
     /// [`DataError::Unreadable`], or any [`PushError`] of a single file.
     pub fn read(path: &Path) -> Result<Self, DataError> {
-        let bytes =
-            std::fs::read(path).map_err(|cause| DataError::Unreadable { path: path.to_owned(), cause })?;
-        Ok(Self::from_bytes(path, bytes)?)
+        Ok(Self::from_bytes(path, read_whole(path)?)?)
     }
 
     pub(super) fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, PushError> {

@@ -16,12 +16,10 @@ use crate::{DiscoveryError, Options, Progress};
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::SCATTER_KIND;
-use std::time::Instant;
 
 /// Finds what `model` lacks to explain pushes.
 ///
-/// Deterministic: the same inputs and seed give the same answer for any number of threads, but for
-/// [`Discovery::seconds`].
+/// Deterministic: the same inputs and seed give the same answer for any number of threads.
 ///
 /// # Errors
 /// [`DiscoveryError`], when the data or the model do not allow an answer.
@@ -31,7 +29,6 @@ pub fn discover_push(
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
-    let begun = Instant::now();
     progress(Progress::Noise);
     let measured = measure(model, data, options)?;
     progress(Progress::Search);
@@ -78,7 +75,7 @@ pub fn discover_push(
     let [calibrated, last] = decided.refitted(&everything);
     let sd_m = scatter.as_ref().and_then(|_| scatter::size(model, &everything, &last));
     let residual_anatomy = anatomy(&everything, &calibrated, &last);
-    Ok(report(Parts {
+    report(Parts {
         model,
         decided: &decided,
         everything: &everything,
@@ -91,8 +88,7 @@ pub fn discover_push(
         horizons: lists.horizons(seed),
         folds,
         anatomy: residual_anatomy,
-        seconds: begun.elapsed().as_secs_f64(),
-    }))
+    })
 }
 
 /// Fits the calibrated model with the effects `kinds` (unknown kinds are left out): what someone would gain who is told what

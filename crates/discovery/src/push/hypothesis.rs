@@ -72,6 +72,8 @@ pub(crate) struct Hypothesis {
     pub world: World,
     /// All parameters; the free ones are replaced by fitted values.
     pub values: Vec<f64>,
+    /// Frozen parameters that have values by group: the place of each in the vector, and its values by group number.
+    by_group: Vec<(usize, Vec<f64>)>,
     pub free: Vec<Free>,
     /// Added kinds.
     pub kinds: Vec<&'static str>,
@@ -81,7 +83,7 @@ impl Hypothesis {
     /// `groups` are those of the data.
     pub fn new(model: &PushModel, groups: &[String], kinds: &[&'static str]) -> Self {
         let (mut world, mut values) = model.world();
-        let mut free = Vec::new();
+        let (mut free, mut by_group) = (Vec::new(), Vec::new());
         // Scatter is no law and has no place in the vector.
         let blocks = model.effects.iter().filter(|b| index_of(&b.kind).is_some());
         let of_effects =
@@ -105,11 +107,14 @@ impl Hypothesis {
             }
         }
         for (index, p) in model.parameters.iter().enumerate().filter(|(_, p)| p.per == Per::Group) {
-            let of = |name: &String| p.groups.iter().find(|(n, _)| n == name).map_or(p.nominal, |(_, v)| *v);
-            let Some(at) = free.iter().position(|f| f.index == index) else { continue };
-            free[at].nominal = groups.first().map_or(p.nominal, of);
+            let of = p.values_of(groups);
+            let Some(at) = free.iter().position(|f| f.index == index) else {
+                by_group.push((index, of));
+                continue;
+            };
+            free[at].nominal = of.first().copied().unwrap_or(p.nominal);
             let first = free[at].clone();
-            free.extend(first.differences(groups.len(), None, |g| of(&groups[g]) - first.nominal));
+            free.extend(first.differences(groups.len(), None, |g| of[g] - first.nominal));
         }
         for kind in kinds {
             let base = base_per_group(kind).and_then(|index| free.iter().position(|f| f.index == index));
@@ -134,7 +139,7 @@ impl Hypothesis {
                 values.push(p.null);
             }
         }
-        Self { world, values, free, kinds: kinds.to_vec() }
+        Self { world, values, by_group, free, kinds: kinds.to_vec() }
     }
 
     /// Nominal values of the free parameters.
@@ -145,6 +150,9 @@ impl Hypothesis {
     /// The whole vector, for a push of `group`, with `theta` filled in.
     pub fn filled(&self, theta: &[f64], group: usize) -> Vec<f64> {
         let mut values = self.values.clone();
+        for (index, by_group) in &self.by_group {
+            values[*index] = by_group[group];
+        }
         for (f, &v) in self.free.iter().zip(theta) {
             match f.group {
                 None => values[f.index] = v,

@@ -140,6 +140,8 @@ impl Noise {
 /// Pushes, their noise, and who is held out.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
+    /// Where the data come from, for messages.
+    pub name: String,
     pub records: Vec<Record>,
     /// Names of the groups, one at least.
     pub groups: Vec<String>,
@@ -164,6 +166,9 @@ pub(crate) fn measure(
 ) -> Result<Measured, DiscoveryError> {
     let name = data.path().map_or_else(|| data.origin().to_string(), |p| p.display().to_string());
     let groups = group_names(data);
+    if let Some(unknown) = model.unknown_group(&groups.iter().map(String::as_str).collect::<Vec<_>>()) {
+        return Err(DiscoveryError::unknown_group(&model.file, &name, unknown, &groups));
+    }
     let mut records = records(data, &groups, &name)?;
     let found = records.len();
     if found < 2 {
@@ -177,7 +182,7 @@ pub(crate) fn measure(
     }
     let everything: Vec<usize> = (0..found).collect();
     let tally = Arc::default();
-    let mut measured = Measured { records, groups, noise, train: Vec::new(), test: Vec::new(), tally };
+    let mut measured = Measured { name, records, groups, noise, train: Vec::new(), test: Vec::new(), tally };
     (measured.train, measured.test) = split(&measured, &everything, options);
     Ok(measured)
 }

@@ -5,13 +5,15 @@ use super::experiment::{confirm, separate, stands_for};
 use super::fit::{Fit, Sample};
 use super::numbers::Numbers;
 use super::search::{Judged, Search};
+use crate::DiscoveryError;
+use crate::accept::accepted;
 use crate::crossed::again;
 use crate::result::{
     Anatomy, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA,
     Tests, Verdict,
 };
 use augsim_physics::effects::{EffectSpec, ScatterPer};
-use augsim_physics::model::{EffectBlock, Parameter, Per, PushModel};
+use augsim_physics::model::{EffectBlock, ModelFile, Parameter, Per, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, SCATTER_SPEC, spec_of};
 use std::collections::BTreeMap;
 
@@ -52,7 +54,6 @@ pub(crate) struct Parts<'a> {
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
-    pub seconds: f64,
 }
 
 /// Share of the gain in likelihood that each effect of a set is worth.
@@ -255,11 +256,16 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
     for (i, f) in h.free.iter().enumerate().filter(|(_, f)| f.group.is_none()) {
         if let Some(p) = slots.get_mut(f.index) {
             let e = numbers.estimate(i);
-            p.nominal = e.value;
+            // Rounding must not carry the mean of groups at a bound beyond it.
+            p.nominal = e.value.clamp(p.min, p.max);
             p.ci95 = Some(e.ci95);
             if !e.groups.is_empty() {
                 p.per = Per::Group;
                 p.groups = e.groups.into_iter().map(|(name, e)| (name, e.value)).collect();
+            } else if p.per == Per::Group {
+                // One group in the data: its value is the only one.
+                let groups = &parts.decided.search.train.data.groups;
+                p.groups = groups.iter().map(|name| (name.clone(), p.nominal)).collect();
             }
         }
     }
@@ -319,7 +325,7 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
     }
 }
 
-pub(crate) fn report(parts: Parts<'_>) -> Discovery {
+pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let numbers = Numbers::of(parts.everything, parts.full);
     let found = effects(&parts, &numbers);
     let rivals = parts.decided.ranking.alternatives.clone();
@@ -331,8 +337,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
     let noise = &parts.decided.search.train.data.noise;
+    let augmented = augmented(&parts, &numbers);
     let search = &parts.decided.search;
-    Discovery {
+    let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
@@ -342,9 +349,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
             sd: noise.white.unwrap_or(noise.sd)[0],
             unit: "m".into(),
             by_channel: noise.white.unwrap_or(noise.sd).to_vec(),
-            correlation: 0.0,
-            jitter_s: 0.0,
-            outliers: 0,
+            correlation: None,
+            jitter_s: None,
+            outliers: None,
             findings: noise.findings.clone(),
         },
         candidates: parts.decided.ranking.candidates.clone(),
@@ -366,9 +373,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Discovery {
             rotation: parts.rotation.clone(),
             horizons: parts.horizons.clone(),
         }),
-        model_toml: augmented(&parts, &numbers).to_toml(),
+        model_toml: augmented.to_toml(),
         error: parts.error,
         work: search.train.data.tally.work(),
-        seconds: parts.seconds,
-    }
+    };
+    accepted(found, &ModelFile::Push(augmented), &search.train.data.name)
 }

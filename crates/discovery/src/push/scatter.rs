@@ -18,7 +18,7 @@
 //! Not told apart: anything else that stays for one push and changes to the next with the same signature (a marker glued on
 //! anew, the place of contact, dirt, wear), and a law not in the library that acts by start orientation or contact place alone.
 
-use super::evaluate::{MOST_FREE, Piece};
+use super::evaluate::Piece;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
 use super::score::Dispersion;
@@ -192,7 +192,7 @@ pub(crate) fn size(model: &PushModel, sample: &Sample<'_>, fit: &Fit) -> Option<
 }
 
 impl Common {
-    /// At the best fit with a common centre; none where there is no room for it, or the pushes are few or short.
+    /// At the best fit with a common centre; none where the pushes are few or short.
     fn of(model: &PushModel, sample: &Sample<'_>, from: &Fit) -> Option<Self> {
         Self::with(model, sample, from, &from.hypothesis.kinds)
     }
@@ -212,9 +212,6 @@ impl Common {
             None => kinds.push(CENTRE_KIND),
         }
         let hypothesis = Hypothesis::new(&model, &sample.data.groups, &kinds);
-        if hypothesis.lane_count() > MOST_FREE {
-            return None;
-        }
         let old = &from.hypothesis.free;
         let mut theta = hypothesis.start();
         for (f, value) in hypothesis.free.iter().zip(&mut theta) {

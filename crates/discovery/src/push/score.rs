@@ -1,6 +1,6 @@
 //! What an addition promises at a fit, before it is fitted.
 
-use super::evaluate::{MOST_FREE, Piece};
+use super::evaluate::Piece;
 use super::fit::{Fit, Sample};
 use super::hypothesis::{Hypothesis, polar, probe, size_of};
 use super::search::{BEND, Search};
@@ -123,14 +123,8 @@ impl Search<'_> {
     /// What the kinds that a fit lacks promise, best first.
     pub fn scores(&self, from: &Fit) -> Vec<Score> {
         let (kinds, groups) = (&from.hypothesis.kinds, self.train.data.groups.len());
-        let room = MOST_FREE - from.hypothesis.lane_count();
-        let candidates: Vec<(&'static str, Vec<f64>)> = self
-            .library
-            .iter()
-            .filter(|k| self.may_join(k, kinds))
-            .filter(|k| spec_of(k).is_none_or(|s| s.parameters.len() <= room))
-            .map(|k| (*k, probe(k, groups)))
-            .collect();
+        let candidates: Vec<(&'static str, Vec<f64>)> =
+            self.library.iter().filter(|k| self.may_join(k, kinds)).map(|k| (*k, probe(k, groups))).collect();
         let mut list: Vec<Score> =
             candidates.into_par_iter().map(|(k, probe)| self.score(from, k, &probe)).collect();
         // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.

@@ -8,11 +8,14 @@
 
 use super::bullet::{BulletBall, Ground};
 use super::score::ScoreError;
-use augsim_data::{DataError, Dataset, Trajectory, random_stream};
+use augsim_data::{DataError, Dataset, Limit, Source, Trajectory, random_stream};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// Columns of a drop.
+const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
 
 /// Times in files may be rounded to 1e-5 s; a tenth of a millisecond is still far below a step.
 const TIME_TOLERANCE_S: f64 = 1e-4;
@@ -74,8 +77,16 @@ impl PaperLaw {
     /// Trajectory i depends on the seed and i alone, whatever their number and the threads.
     ///
     /// # Errors
-    /// The law has no samples, or a height that is infinite.
+    /// The law has no samples, a height that is infinite, or more of either than [`Limit`]s allow.
     pub fn generate(&self, trajectories: usize, seed: u64) -> Result<(Dataset, Vec<Drop>), DataError> {
+        let (count, samples) = (trajectories as u64, self.samples as u64);
+        Limit::Trajectories
+            .check(count)
+            .and_then(|()| Limit::Samples.check(samples))
+            .and_then(|()| {
+                Limit::Cells.check(count.saturating_mul(samples).saturating_mul(COLUMNS.len() as u64))
+            })
+            .map_err(|cause| DataError::Limit { origin: Source::Memory, cause })?;
         let drops: Vec<Drop> = (0..trajectories as u64)
             .map(|index| self.draw(&mut random_stream(seed, "paper-law", index)))
             .collect();
@@ -94,7 +105,7 @@ impl PaperLaw {
             Trajectory::new(index.to_string(), time_s.clone(), path.into())
         };
         let rows = drops.par_iter().enumerate().map(simulate).collect::<Result<_, _>>()?;
-        Dataset::from_names(&["height_m", "velocity_m_s"], rows)
+        Dataset::from_names(&COLUMNS, rows)
     }
 }
 

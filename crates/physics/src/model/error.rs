@@ -1,17 +1,27 @@
 //! What can be wrong with a model file.
 
+use augsim_data::shown;
 use thiserror::Error;
 
 /// A model file that cannot be used. Every message names the file, the line and the remedy.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// The file cannot be read.
-    #[error("{file}: cannot be read: {source}; check the path")]
+    #[error("{file}: cannot be read: {cause}; check the path")]
     Read {
         /// The file.
         file: String,
         /// The reason.
-        source: std::io::Error,
+        cause: std::io::Error,
+    },
+    /// No key at all.
+    #[error(
+        "{file}: the model file is empty; it begins with `scenario = \"ball\"` or `scenario = \"push\"`, followed by a \
+         [parameters] table"
+    )]
+    Empty {
+        /// The file.
+        file: String,
     },
     /// Not TOML.
     #[error(
@@ -26,7 +36,7 @@ pub enum ModelError {
         reason: String,
     },
     /// A key that nothing reads.
-    #[error("{file}:{line}: unknown key `{key}` in {place}; {remedy}")]
+    #[error("{file}:{line}: unknown key `{}` in {place}; {remedy}", shown(key))]
     UnknownKey {
         /// The file.
         file: String,
@@ -40,7 +50,7 @@ pub enum ModelError {
         remedy: String,
     },
     /// An effect that the library does not have.
-    #[error("{file}:{line}: unknown effect kind `{kind}`; did you mean `{nearest}`?")]
+    #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{nearest}`?", shown(kind))]
     UnknownKind {
         /// The file.
         file: String,
@@ -66,7 +76,7 @@ pub enum ModelError {
         example: String,
     },
     /// A value of the wrong kind.
-    #[error("{file}:{line}: `{key}` must be {expected}")]
+    #[error("{file}:{line}: `{}` must be {expected}", shown(key))]
     WrongType {
         /// The file.
         file: String,

@@ -1,6 +1,7 @@
 //! Model files: what is declared about a system, and what `discover` adds to it.
 
 mod error;
+mod groups;
 mod open;
 mod parse;
 mod push;
@@ -13,6 +14,7 @@ use crate::system::EffectParameter;
 use std::path::Path;
 
 pub use error::ModelError;
+pub use groups::UnknownGroup;
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use scenario::ModelFile;
@@ -20,9 +22,9 @@ pub use scenario::ModelFile;
 /// Reads a file and parses it by `parse(text, file)`.
 fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match augsim_data::read_text(path) {
         Ok(text) => parse(&text, &file),
-        Err(source) => Err(ModelError::Read { file, source }),
+        Err(cause) => Err(ModelError::Read { file, cause }),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::ball::BASE_PARAMETERS;
 use crate::effects::{
     self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
 };
+use augsim_data::shown_cause;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -86,7 +87,7 @@ impl<'t> Reader<'t> {
         DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
             file: self.file.into(),
             line: self.line(e.span().unwrap_or(0..0)),
-            reason: e.message().into(),
+            reason: shown_cause(&e.message()),
         })
     }
 
@@ -223,6 +224,9 @@ impl<'t> Reader<'t> {
                 }
             }
             if let Some(v) = table.get("groups") {
+                if p.per != Per::Group {
+                    return Err(self.wrong("groups", v, "left out, or stand beside per = \"group\""));
+                }
                 for (group, v) in self.table("groups", v)?.iter() {
                     let group: &str = group.get_ref();
                     p.groups.push((group.into(), self.number(group, v)?));
@@ -329,7 +333,11 @@ impl<'t> Reader<'t> {
         let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
         let target = self.word("target", need("target", "target = \"restitution\"")?, &targets)?;
         let against = self.word("against", need("against", "against = \"impact-speed\"")?, &features)?;
-        let values = self.numbers("values", need("values", "values = [0.0, -0.01, -0.02]")?)?;
+        let knots = need("values", "values = [0.0, -0.01, -0.02]")?;
+        let values = self.numbers("values", knots)?;
+        if values.is_empty() {
+            return Err(self.wrong("values", knots, "a list of one number or more: the values at the knots"));
+        }
         let (Some(target), Some(against)) = (Target::from_name(target), Against::from_name(against)) else {
             return Err(self.missing(line, "[[effect]] `table`", "target", "target = \"restitution\""));
         };
@@ -339,6 +347,10 @@ impl<'t> Reader<'t> {
             first: self.number("first", need("first", "first = 0.5")?)?,
             last: self.number("last", need("last", "last = 5.0")?)?,
         };
+        if shape.first >= shape.last {
+            let last = need("last", "last = 5.0")?;
+            return Err(self.wrong("last", last, "above `first`: the knots stand evenly from first to last"));
+        }
         Ok(EffectBlock {
             kind: TABLE_KIND.into(),
             scatter: None,

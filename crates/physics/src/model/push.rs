@@ -107,6 +107,9 @@ impl PushModel {
                     let measured = ["rod_radius_m", "support_friction", "mass_kg"].contains(&p.name.as_str());
                     let plain_number = v.get_ref().as_table().is_none();
                     reader.parameter(p, v, !(plain_number && measured))?;
+                    if p.per == Per::Trajectory {
+                        return Err(reader.wrong("per", v, "\"all\" or \"group\" in a model of pushing"));
+                    }
                     declared.push(p.name.clone());
                 }
             }
@@ -127,7 +130,13 @@ impl PushModel {
             }
         }
         let effects = reader.effects(root, |block, earlier| {
+            let value = block;
             let block = reader.listed(block, earlier, &PUSH, &[])?;
+            if let Some(p) = block.parameters.iter().find(|p| p.per != Per::All) {
+                let expected =
+                    "\"all\" in [[effect]] blocks: effects on pushes have one value for all groups";
+                return Err(reader.wrong(&format!("{}.per", p.name), value, expected));
+            }
             let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Trajectory);
             Ok(EffectBlock { scatter, ..block })
         })?;
@@ -161,11 +170,10 @@ impl PushModel {
     pub fn to_toml(&self) -> String {
         let mut s = String::from("scenario = \"push\"\n");
         if self.polygon_m.is_none() || self.object.name != "polygon" {
-            let _ = writeln!(s, "object = {:?}", self.object.name);
+            let _ = writeln!(s, "object = {}", write::value(&self.object.name));
         }
         if let Some(vertices) = &self.polygon_m {
-            let list: Vec<_> = vertices.iter().map(|v| format!("[{:?}, {:?}]", v[0], v[1])).collect();
-            let _ = writeln!(s, "polygon_m = [{}]", list.join(", "));
+            let _ = writeln!(s, "polygon_m = {}", write::value(vertices));
         }
         s.push_str("\n[parameters]\n");
         for p in self.parameters.iter().filter(|p| self.declared.contains(&p.name)) {
@@ -175,12 +183,12 @@ impl PushModel {
             s.push_str("\n[sensor]\n");
             for (key, sd) in [("position_sd_m", self.position_sd_m), ("angle_sd_rad", self.angle_sd_rad)] {
                 if let Some(sd) = sd {
-                    let _ = writeln!(s, "{key} = {sd:?}");
+                    let _ = writeln!(s, "{key} = {}", write::value(&sd));
                 }
             }
         }
         for block in &self.effects {
-            let _ = write!(s, "\n[[effect]]\nkind = \"{}\"\n", block.kind);
+            let _ = write!(s, "\n[[effect]]\nkind = {}\n", write::value(&block.kind));
             block.parameters.iter().for_each(|p| s.push_str(&write::entry(p)));
         }
         s

@@ -30,7 +30,11 @@ impl ModelFile {
         let reader = Reader { text, file };
         let root = reader.root()?;
         let root = root.get_ref();
-        let example = "scenario = \"push\"";
+        if root.is_empty() {
+            return Err(ModelError::Empty { file: file.into() });
+        }
+        // Shown between backticks: a choice of two.
+        let example = "scenario = \"ball\"` or `scenario = \"push\"";
         let value = root.get("scenario");
         let value = value.ok_or_else(|| reader.missing(1, "the model file", "scenario", example))?;
         match reader.word("scenario", value, &["ball", "push"])? {

@@ -1,37 +1,54 @@
-//! Model files out.
+//! Model files out: the layout is ours, every value and every name that a user chose is written by the `toml` crate.
 
 use super::{Model, Parameter, Per, Release};
+use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
-/// The name of a key, quoted where TOML needs it.
-fn key(name: &str) -> String {
-    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        name.to_string()
-    } else {
-        format!("{:?}", name)
+/// A value as TOML has it: strings quoted, lists and tables in one line.
+pub(super) fn value(v: &(impl Serialize + ?Sized)) -> String {
+    let mut text = String::new();
+    // Numbers, strings, lists and tables of these all have a form in TOML.
+    match v.serialize(toml::ser::ValueSerializer::new(&mut text)) {
+        Ok(_) => text,
+        Err(_) => String::new(),
     }
 }
 
+/// A parameter's table.
+#[derive(Serialize)]
+struct Entry<'a> {
+    nominal: f64,
+    min: f64,
+    max: f64,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    frozen: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    per: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ci95: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty", serialize_with = "as_map")]
+    groups: &'a [(String, f64)],
+}
+
+fn as_map<S: Serializer>(groups: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(groups.iter().map(|(name, value)| (name, value)))
+}
+
 pub(super) fn entry(p: &Parameter) -> String {
-    let mut s = format!("{} = {{ nominal = {:?}", p.name, p.nominal);
-    let _ = write!(s, ", min = {:?}, max = {:?}", p.min, p.max);
-    if p.frozen {
-        s.push_str(", frozen = true");
-    }
-    match p.per {
-        Per::All => {}
-        Per::Group => s.push_str(", per = \"group\""),
-        Per::Trajectory => s.push_str(", per = \"trajectory\""),
-    }
-    if let Some([low, high]) = p.ci95 {
-        let _ = write!(s, ", ci95 = [{low:?}, {high:?}]");
-    }
-    if !p.groups.is_empty() {
-        let groups: Vec<_> = p.groups.iter().map(|(n, v)| format!("{} = {v:?}", key(n))).collect();
-        let _ = write!(s, ", groups = {{ {} }}", groups.join(", "));
-    }
-    s.push_str(" }\n");
-    s
+    let table = Entry {
+        nominal: p.nominal,
+        min: p.min,
+        max: p.max,
+        frozen: p.frozen,
+        per: match p.per {
+            Per::All => None,
+            Per::Group => Some("group"),
+            Per::Trajectory => Some("trajectory"),
+        },
+        ci95: p.ci95,
+        groups: &p.groups,
+    };
+    format!("{} = {}\n", p.name, value(&table))
 }
 
 pub(super) fn to_toml(model: &Model) -> String {
@@ -43,32 +60,34 @@ pub(super) fn to_toml(model: &Model) -> String {
     if sensor.iter().any(|(_, value)| value.is_some()) {
         s.push_str("\n[sensor]\n");
     }
-    for (name, value) in sensor {
-        if let Some(value) = value {
-            let _ = writeln!(s, "{name} = {value:?}");
+    // Writing to a string cannot fail.
+    for (name, number) in sensor {
+        if let Some(number) = number {
+            let _ = writeln!(s, "{name} = {}", value(&number));
         }
     }
     let release = match model.release {
         Release::Rest => "rest",
         Release::Free => "free",
     };
-    let _ = write!(s, "\n[release]\nkind = \"{release}\"\n");
+    let _ = write!(s, "\n[release]\nkind = {}\n", value(release));
     for block in &model.effects {
-        let _ = write!(s, "\n[[effect]]\nkind = \"{}\"\n", block.kind);
+        let _ = write!(s, "\n[[effect]]\nkind = {}\n", value(&block.kind));
         if let Some(per) = block.scatter {
-            let _ = writeln!(s, "per = \"{}\"", per.name());
+            let _ = writeln!(s, "per = {}", value(per.name()));
         }
         if let Some(t) = &block.table {
-            let values: Vec<_> = block.parameters.iter().map(|p| format!("{:?}", p.nominal)).collect();
-            let _ = write!(
-                s,
-                "target = \"{}\"\nagainst = \"{}\"\nfirst = {:?}\nlast = {:?}\nvalues = [{}]\n",
-                t.target.name(),
-                t.against.name(),
-                t.first,
-                t.last,
-                values.join(", ")
-            );
+            let knots: Vec<f64> = block.parameters.iter().map(|p| p.nominal).collect();
+            let rows = [
+                ("target", value(t.target.name())),
+                ("against", value(t.against.name())),
+                ("first", value(&t.first)),
+                ("last", value(&t.last)),
+                ("values", value(&knots)),
+            ];
+            for (name, text) in rows {
+                let _ = writeln!(s, "{name} = {text}");
+            }
         } else {
             block.parameters.iter().for_each(|p| s.push_str(&entry(p)));
         }

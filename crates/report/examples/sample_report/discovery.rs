@@ -238,7 +238,6 @@ pub fn sample() -> DiscoveryReport {
             Method { name: "Score test".into(), purpose: "structure that a candidate would explain, without a refit.".into(), reference: "Rao, Large sample tests of statistical hypotheses, Proc. Camb. Phil. Soc. 44, 1948.".into() },
             Method { name: "Bootstrap".into(), purpose: "intervals of the held-out error, over trajectories.".into(), reference: "Efron, Bootstrap methods: another look at the jackknife, Ann. Stat. 7, 1979.".into() },
         ],
-        seconds: Some(0.82),
         provenance: provenance("data/drops.csv"),
     }
 }

@@ -63,8 +63,6 @@ pub struct DiscoveryReport {
     /// Methods with references.
     #[serde(default)]
     pub methods: Vec<Method>,
-    /// Time of the run, s.
-    pub seconds: Option<f64>,
     /// Where it comes from.
     pub provenance: Provenance,
 }

@@ -63,12 +63,6 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
         figure("error as declared", rmse(e.declared), &e.unit, "held-out, root mean square".to_owned()),
         figure(after_label, rmse(e.augmented.or(e.calibrated)), &e.unit, floor),
         figure("removable error removed", e.explained_share.map(|s| s * 100.0), "%", share_note.to_owned()),
-        report.seconds.map(|s| KeyFigure {
-            value: significant(s, 2),
-            unit: "s".to_owned(),
-            label: "time of the run".to_owned(),
-            note: String::new(),
-        }),
     ]
     .into_iter()
     .flatten()

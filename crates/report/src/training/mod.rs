@@ -187,8 +187,6 @@ pub struct TrainingRun {
     pub parameters: Option<u64>,
     /// Iterations.
     pub iterations: Option<u64>,
-    /// Seconds per iteration.
-    pub seconds_per_iteration: Option<f64>,
 }
 
 /// The report as one HTML page.

@@ -344,17 +344,14 @@ fn runs(runs: &[TrainingRun]) -> Table {
             Column::text("recipe"),
             Column::number("parameters", "").decimals(0),
             Column::number("iterations", "").decimals(0),
-            Column::number("time per iteration", "ms").decimals(1),
         ],
         rows: (runs.iter())
             .map(|r| {
-                let time = r.seconds_per_iteration.map(|s| s * 1e3);
                 Row::from(vec![
                     Cell::text(&r.model),
                     Cell::text(&r.recipe),
                     count(r.parameters),
                     count(r.iterations),
-                    Cell::number(time),
                 ])
             })
             .collect(),

@@ -1,10 +1,10 @@
 //! `augsim simulate --scenario ball`.
 
-use super::{beside, prepared};
+use super::prepared;
 use crate::args::Simulate;
 use crate::exit::Outcome;
 use crate::output::Output;
-use augsim_data::{atomic_write, write_csv};
+use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::ball::paper_law::PaperLaw;
 use serde::Serialize;
 use std::io::Write;
@@ -20,11 +20,10 @@ struct Written {
 
 /// Drops of the paper's law.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    let (out, [truth]) = prepared(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
     let law = PaperLaw { samples: args.samples as usize, ..PaperLaw::default() };
     let (data, drops) = law.generate(args.trajectories as usize, seed)?;
-    let out = prepared(args.out.as_deref(), "out/ball.csv")?;
-    write_csv(&data, &out)?;
-    let truth = beside(&out, "truth.csv");
+    write_dataset(&data, &out)?;
     atomic_write(&truth, |w| {
         writeln!(w, "trajectory,drop_height_m,restitution")?;
         for (i, d) in drops.iter().enumerate() {

@@ -1,10 +1,11 @@
 //! `augsim simulate --scenario push`.
 
-use super::{beside, prepared};
+use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
+use crate::destination::check_model;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
-use augsim_data::{atomic_write, write_csv};
+use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Generated, Made, Protocol, Recipe, SupportSheet};
 use serde::Serialize;
@@ -56,7 +57,9 @@ struct Hidden {
 }
 
 /// Pushes of the virtual laboratory.
-pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let suffixes = ["model.toml", "truth.toml", "truth.csv"];
+    let (out, [model, truth, pushes]) = prepared(args.out.as_deref(), "out/push.csv", suffixes)?;
     let protocol = match args.protocol {
         PushProtocolArg::Mit => Protocol::Mit,
         PushProtocolArg::Repeat => Protocol::Repeat,
@@ -73,12 +76,13 @@ pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result
     };
     let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
         augsim_physics::push::laboratory::LaboratoryError::Setting { .. } => Usage(e.to_string()).into(),
+        augsim_physics::push::laboratory::LaboratoryError::Data(e) => e.into(),
         other => anyhow::Error::from(other),
     })?;
-    let out = prepared(args.out.as_deref(), "out/push.csv")?;
-    write_csv(&data, &out)?;
-    let model = beside(&out, "model.toml");
-    atomic_write(&model, |w| w.write_all(declared.to_toml().as_bytes()))?;
+    let declared_toml = declared.to_toml();
+    check_model(&model, &declared_toml, force)?;
+    write_dataset(&data, &out)?;
+    atomic_write(&model, |w| w.write_all(declared_toml.as_bytes()))?;
     let value = |i: usize| declared.parameters.get(i).map_or(f64::NAN, |p| p.nominal);
     let record = Record {
         schema: "augsim.push-laboratory/1",
@@ -104,10 +108,8 @@ pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result
         },
         recipe: &recipe,
     };
-    let truth = beside(&out, "truth.toml");
     let text = toml::to_string_pretty(&record)?;
     atomic_write(&truth, |w| w.write_all(text.as_bytes()))?;
-    let pushes = beside(&out, "truth.csv");
     write_pushes(&pushes, &made)?;
     let written = Written {
         data: out,

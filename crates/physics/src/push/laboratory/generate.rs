@@ -8,7 +8,7 @@ use crate::push::{
     CONTACT_FRICTION, Motion, Object, Path, Pose, Push, PushError, ROD_RADIUS, Run, SUPPORT_FRICTION, Steps,
     StraightPiece, StraightPush, World, simulate,
 };
-use augsim_data::{DataError, Dataset, Trajectory, random_stream};
+use augsim_data::{DataError, Dataset, Limit, Source, Trajectory, random_stream};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -22,6 +22,10 @@ const BEFORE_S: f64 = 0.05;
 const AFTER_S: f64 = 0.25;
 /// Standard deviations at which the scatter of the object's place is cut.
 const CUT: f64 = 3.3;
+/// Rates that a sensor may have: below the first a push is over between two samples, Hz.
+const LOWEST_RATE_HZ: f64 = 1.0;
+/// The simulation takes a step for each sample at least, Hz.
+const HIGHEST_RATE_HZ: f64 = 1e5;
 /// Patches across the object.
 const PATCHES: usize = 8;
 
@@ -102,12 +106,14 @@ pub enum LaboratoryError {
         name: String,
     },
     /// A setting that cannot be.
-    #[error("`{setting}` = {value} must be a positive number")]
+    #[error("`{setting}` = {value} {rule}")]
     Setting {
         /// The setting.
         setting: &'static str,
         /// Its value.
         value: f64,
+        /// What it must be.
+        rule: &'static str,
     },
     /// A push that cannot be simulated.
     #[error("push {index}: {source}")]
@@ -130,23 +136,37 @@ impl Recipe {
     pub fn generate(&self, seed: u64) -> Result<Generated, LaboratoryError> {
         let object = Object::named(&self.object)
             .ok_or_else(|| LaboratoryError::Object { name: self.object.clone() })?;
-        for (setting, value, fits) in [
-            ("rate_hz", self.rate_hz, self.rate_hz > 0.0),
-            ("position_sd_m", self.position_sd_m, self.position_sd_m >= 0.0),
-            ("angle_sd_rad", self.angle_sd_rad, self.angle_sd_rad >= 0.0),
-            ("place_sd_m", self.place_sd_m, self.place_sd_m >= 0.0),
-            ("place_sd_rad", self.place_sd_rad, self.place_sd_rad >= 0.0),
+        if !(LOWEST_RATE_HZ..=HIGHEST_RATE_HZ).contains(&self.rate_hz) {
+            let rule = "must lie between 1 and 100,000 Hz";
+            return Err(LaboratoryError::Setting { setting: "rate_hz", value: self.rate_hz, rule });
+        }
+        for (setting, value) in [
+            ("position_sd_m", self.position_sd_m),
+            ("angle_sd_rad", self.angle_sd_rad),
+            ("place_sd_m", self.place_sd_m),
+            ("place_sd_rad", self.place_sd_rad),
         ] {
-            if !fits || !value.is_finite() {
-                return Err(LaboratoryError::Setting { setting, value });
+            if !(value >= 0.0 && value.is_finite()) {
+                let rule = "must be a finite number that is not negative";
+                return Err(LaboratoryError::Setting { setting, value, rule });
             }
         }
+        let too_much = |cause| LaboratoryError::Data(DataError::Limit { origin: Source::Memory, cause });
+        Limit::Trajectories.check(self.pushes as u64).map_err(too_much)?;
         let mut declared = PushModel::textbook(object.clone());
         declared.parameters[SUPPORT_FRICTION].nominal = self.support.friction;
         declared.position_sd_m = (self.position_sd_m > 0.0).then_some(self.position_sd_m);
         declared.angle_sd_rad = (self.angle_sd_rad > 0.0).then_some(self.angle_sd_rad);
         let truth = Truth::new(self, &object);
         let plans = self.protocol.plan(&object, self.pushes, seed);
+        // Without the clearance, which is some millimetres: a limit need not be exact.
+        let samples = plans.iter().map(|plan| {
+            let push = path(&object, plan, &Pose::new(0.0, 0.0, 0.0), 0.0, 0.0);
+            (BEFORE_S + push.duration_s() + AFTER_S) * self.rate_hz + 2.0
+        });
+        let (longest, all) = samples.fold((0.0, 0.0), |(longest, all), n| (f64::max(longest, n), all + n));
+        Limit::Samples.check(longest as u64).map_err(too_much)?;
+        Limit::Cells.check((all * COLUMNS.len() as f64) as u64).map_err(too_much)?;
         let rows: Vec<_> = plans
             .par_iter()
             .enumerate()

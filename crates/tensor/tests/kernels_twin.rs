@@ -2,10 +2,27 @@
 //! random shapes that include tails in the batch and in the features, empty extents and single elements,
 //! with and without an initial state. The twin runs in f64, so the tolerance is single-precision rounding times the length
 //! of the longest sum (about eps * sqrt(T * B) * values of order 1).
+//!
+//! The file lies beside the kernels and not in `tests/`, so that `.ci/neon` builds one small crate to run it on
+//! an emulated AArch64 machine.
 
 use augsim_tensor::kernels::*;
 use augsim_tensor::simd::Level;
-use augsim_tests::random::normals_f32;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+fn normals_f32(seed: u64, n: usize) -> Vec<f32> {
+    let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    Distribution::<f64>::sample_iter(StandardNormal, rng).take(n).map(|v| v as f32).collect()
+}
+
+/// Without this the tests below would pass on a machine where the level is not found at all.
+#[cfg(target_arch = "aarch64")]
+#[test]
+fn neon_is_among_the_levels_that_are_compared() {
+    assert_eq!(Level::available().collect::<Vec<_>>(), [Level::Scalar, Level::Neon]);
+}
 
 fn wide(x: &[f32]) -> Vec<f64> {
     x.iter().map(|v| f64::from(*v)).collect()

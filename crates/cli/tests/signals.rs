@@ -1,0 +1,164 @@
+//! Contract: SIGINT, SIGTERM and SIGHUP end every command within two seconds with code 130, 143 and 129, in a sentence that
+//! names the signal; nothing half written, no temporary file and no empty folder stays. Training writes a checkpoint first.
+//! Work is stopped while it computes, and while it waits for data: a pipe that nobody writes to.
+#![cfg(unix)]
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SIGNALS: [(&str, i32); 3] = [("INT", 130), ("TERM", 143), ("HUP", 129)];
+/// The promised two seconds, and one more for a machine that is busy with other tests.
+const LIMIT: Duration = Duration::from_secs(3);
+
+/// Starts the command with the signals' default actions: whoever runs the tests may have set others.
+fn start(args: &[&str], dir: &Path) -> Child {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP,INT,TERM", env!("CARGO_BIN_EXE_augsim")]).args(args).current_dir(dir);
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("env starts the binary")
+}
+
+/// Sends the signal; gives what was said on standard error.
+fn stop(mut child: Child, signal: &str, code: i32, args: &[&str]) -> String {
+    assert!(child.try_wait().expect("its state").is_none(), "{args:?} ended before it could be stopped");
+    let sent = Instant::now();
+    let kill = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    let out = child.wait_with_output().expect("it ends");
+    assert!(sent.elapsed() < LIMIT, "{args:?}: {signal} took {:?}", sent.elapsed());
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(code), "{args:?}, {signal}: {error}");
+    error
+}
+
+/// Waits until `ready`, at most a minute.
+fn wait_until(ready: impl Fn() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !ready() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(ready(), "the command did not get that far in a minute");
+}
+
+fn run(args: &[&str], dir: &Path) {
+    let out = Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output();
+    let out = out.expect("the binary runs");
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+}
+
+/// All paths below a folder.
+fn tree(dir: &Path) -> Vec<String> {
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(dir).expect("a folder").flatten() {
+        all.push(entry.path().display().to_string());
+        if entry.path().is_dir() {
+            all.extend(tree(&entry.path()));
+        }
+    }
+    all.sort();
+    all
+}
+
+/// Opens the pipe's end for writing, which waits until a command reads from the other.
+fn read_from(pipe: PathBuf) -> File {
+    let (tell, told) = std::sync::mpsc::channel();
+    std::thread::spawn(move || tell.send(File::options().write(true).open(pipe)));
+    told.recv_timeout(Duration::from_secs(60)).expect("the command opens its data").expect("a pipe")
+}
+
+#[test]
+fn work_that_waits_for_data_ends_and_leaves_nothing() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    run(&["simulate", "--trajectories", "4", "--samples", "20", "--out", "d.csv"], d);
+    run(&["train", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
+    std::fs::write(d.join("model.toml"), "scenario = \"ball\"\n").expect("a model");
+    assert!(Command::new("mkfifo").arg(d.join("pipe.csv")).status().expect("mkfifo runs").success());
+    let before = tree(d);
+    for (k, args) in [
+        &["discover", "model.toml", "pipe.csv", "--out", "new/found"][..],
+        &["train", "--data", "pipe.csv", "--out", "new/run"],
+        &["predict", "run", "--data", "pipe.csv", "--out", "new/forecast.csv"],
+        &["evaluate", "run", "--data", "pipe.csv"],
+        &["data", "convert", "mit-push", "pipe.csv", "new/pushes.csv"],
+        &["data", "inspect", "pipe.csv"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (signal, code) = SIGNALS[k % SIGNALS.len()];
+        let child = start(args, d);
+        let _writer = read_from(d.join("pipe.csv"));
+        let error = stop(child, signal, code, args);
+        assert!(error.contains(&format!("stopped by SIG{signal}")), "{error}");
+        assert_eq!(tree(d), before, "{args:?}");
+    }
+}
+
+#[test]
+fn work_that_computes_ends_and_leaves_nothing() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    run(&["simulate", "--trajectories", "400", "--samples", "100", "--out", "d.csv"], d);
+    run(&["train", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
+    std::fs::write(d.join("model.toml"), "scenario = \"ball\"\n").expect("a model");
+    let before = tree(d);
+    for (k, args) in [
+        &["discover", "model.toml", "d.csv", "--out", "new/found"][..],
+        &["predict", "run", "--data", "d.csv", "--samples", "4000", "--out", "new/forecast.csv"],
+        &["simulate", "--scenario", "push", "--trajectories", "5000", "--out", "new/pushes.csv"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (signal, code) = SIGNALS[k % SIGNALS.len()];
+        let child = start(args, d);
+        wait_until(|| d.join("new").exists());
+        std::thread::sleep(Duration::from_millis(100));
+        stop(child, signal, code, args);
+        assert_eq!(tree(d), before, "{args:?}");
+    }
+}
+
+#[test]
+fn training_writes_a_checkpoint_for_every_signal_and_resumes_bit_for_bit() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    run(&["simulate", "--trajectories", "20", "--samples", "40", "--out", "d.csv"], d);
+    let train = ["train", "--data", "d.csv", "--recipe", "hybrid", "--iterations", "1500", "--out"];
+    run(&[&train[..], &["whole"]].concat(), d);
+    for (signal, code) in SIGNALS {
+        let args = [&train[..], &[signal]].concat();
+        let child = start(&args, d);
+        wait_until(|| std::fs::metadata(d.join(signal).join("metrics.jsonl")).is_ok_and(|m| m.len() > 0));
+        let error = stop(child, signal, code, &args);
+        assert!(error.contains("interrupted after iteration") && error.contains("--resume"), "{error}");
+        assert!(d.join(signal).join("checkpoint.bin").exists());
+        run(&["train", "--resume", "--out", signal], d);
+        for file in ["checkpoint.bin", "weights.safetensors", "metrics.jsonl"] {
+            let read = |run: &str| std::fs::read(d.join(run).join(file)).expect("a file of the run");
+            assert!(read("whole") == read(signal), "{signal}: {file} differs");
+        }
+        assert!(!tree(&d.join(signal)).iter().any(|name| name.ends_with(".tmp")));
+    }
+}
+
+#[test]
+fn a_reproduction_goes_on_after_a_signal_as_if_it_had_never_stopped() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    let args =
+        |out: &'static str| ["reproduce", "ball", "--iterations", "12", "--test-drops", "2", "--out", out];
+    run(&args("whole"), d);
+    let child = start(&args("stopped"), d);
+    wait_until(|| std::fs::metadata(d.join("stopped/neural/metrics.jsonl")).is_ok());
+    let error = stop(child, "TERM", 143, &args("stopped"));
+    assert!(error.contains("interrupted after iteration"), "{error}");
+    assert!(d.join("stopped/neural/checkpoint.bin").exists() && !d.join("stopped/result.json").exists());
+    run(&[&args("stopped")[..], &["--resume"]].concat(), d);
+    for file in ["result.json", "report.html", "run.toml", "hybrid-plus/checkpoint.bin"] {
+        let read = |run: &str| std::fs::read(d.join(run).join(file)).expect("a file of the run");
+        assert!(read("whole") == read("stopped"), "{file} differs");
+    }
+}

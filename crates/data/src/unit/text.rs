@@ -1,0 +1,87 @@
+//! Reading a unit written as in print: `N s/m`, `V^0.5/s`, `rad/(V s^2)`.
+
+use super::Unit;
+use super::dimensions::whole_twelfths;
+use super::symbol::Symbol;
+
+/// Largest exponent of a written unit, either way.
+const LARGEST_EXPONENT: f64 = 9.0;
+
+impl Unit {
+    /// Unit of `text`, in the form that [`Unit::symbol`] prints: symbols side by side are multiplied, `^` gives an
+    /// exponent (whole or a root, such as 0.5), at most one `/` is there, and a divisor of several symbols stands
+    /// in parentheses. `1` and the empty text are a pure number. `None` for anything else.
+    pub fn of_text(text: &str) -> Option<Unit> {
+        let (numerator, divisor) = match text.trim().split_once('/') {
+            Some((numerator, divisor)) => (numerator.trim(), Some(divisor.trim())),
+            None => (text.trim(), None),
+        };
+        let mut factors = match numerator {
+            "1" => Vec::new(),
+            "" if divisor.is_none() => Vec::new(),
+            _ => product(numerator)?,
+        };
+        if let Some(divisor) = divisor {
+            let inner = divisor.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
+            let under = product(inner.unwrap_or(divisor))?;
+            // `N/m s` could be either: without parentheses one symbol is divided by.
+            if inner.is_none() && under.len() > 1 {
+                return None;
+            }
+            factors.extend(under.into_iter().map(|(symbol, twelfths)| (symbol, -twelfths)));
+        }
+        Unit::of_factors(&factors)
+    }
+}
+
+/// Factors of `N s` or `kg m^2`, at least one.
+fn product(text: &str) -> Option<Vec<(Symbol, i32)>> {
+    let factors: Option<Vec<_>> = text.split_whitespace().map(factor).collect();
+    factors.filter(|factors| !factors.is_empty())
+}
+
+fn factor(text: &str) -> Option<(Symbol, i32)> {
+    let (symbol, exponent) = match text.split_once('^') {
+        Some((symbol, exponent)) => (symbol, exponent.parse::<f64>().ok()?),
+        None => (text, 1.0),
+    };
+    let twelfths = whole_twelfths(exponent).filter(|t| *t != 0 && exponent.abs() <= LARGEST_EXPONENT)?;
+    Some((Symbol::from_text(symbol)?, twelfths))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what is printed reads back as the same unit, and nothing ambiguous is read.
+    use super::*;
+
+    #[test]
+    fn a_printed_unit_reads_back() {
+        for text in ["", "m", "m/s^2", "N m", "N s/m", "1/s", "rad/(V s^2)", "kg m^2", "V^0.5/s", "Ohm"] {
+            assert_eq!(Unit::of_text(text).map(Unit::symbol).as_deref(), Some(text), "{text}");
+        }
+        assert_eq!(Unit::of_text("1"), Some(Unit::DIMENSIONLESS));
+        assert_eq!(Unit::of_text("m^0.5").unwrap().dimensions().power(2.0), Some(Unit::METRE.dimensions()));
+    }
+
+    #[test]
+    fn a_text_that_is_no_unit_is_none() {
+        for text in [
+            "mm",
+            "N/m s",
+            "m/",
+            "/s",
+            "m/s/s",
+            "m^",
+            "m^x",
+            "m^0",
+            "m^0.3",
+            "m^10",
+            "(m)",
+            "m/(s",
+            "m m m m m m m",
+            "2",
+        ] {
+            assert_eq!(Unit::of_text(text), None, "{text}");
+        }
+    }
+}

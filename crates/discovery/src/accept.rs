@@ -1,0 +1,86 @@
+//! When a result may be handed out: all of its numbers are numbers, and the model file in it can be read.
+
+use crate::DiscoveryError;
+use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
+use augsim_physics::model::ModelFile;
+use std::collections::BTreeMap;
+
+/// The result itself, if every number in it is finite and its model file reads back as `model`.
+///
+/// # Errors
+/// [`DiscoveryError::NotFinite`] and [`DiscoveryError::NotReadable`].
+pub(crate) fn accepted(found: Discovery, model: &ModelFile, data: &str) -> Result<Discovery, DiscoveryError> {
+    if let Some((place, value)) = numbers(&found).into_iter().find(|(_, value)| !value.is_finite()) {
+        return Err(DiscoveryError::NotFinite { data: data.into(), place, value });
+    }
+    let file = match model {
+        ModelFile::Ball(m) => &m.file,
+        ModelFile::Push(m) => &m.file,
+    };
+    match ModelFile::parse(&found.model_toml, file) {
+        Ok(back) if back == *model => Ok(found),
+        Ok(_) => Err(DiscoveryError::NotReadable { model: file.clone(), source: None }),
+        Err(e) => Err(DiscoveryError::NotReadable { model: file.clone(), source: Some(e) }),
+    }
+}
+
+/// Every number of a result, with the entry that it stands in.
+fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
+    let mut all = Vec::new();
+    let mut put = |place: &'static str, values: &[f64]| all.extend(values.iter().map(|v| (place, *v)));
+    put("calibrated", &estimates(&d.calibrated));
+    put("parameters", &estimates(&d.parameters));
+    for e in &d.effects {
+        put("effects", &estimates(&e.parameters));
+        put("effects", &[e.share]);
+    }
+    put("error", &table(&d.error));
+    let n = &d.noise;
+    put("noise", &n.by_channel);
+    put("noise", &[n.sd, n.correlation.unwrap_or(0.0), n.jitter_s.unwrap_or(0.0)]);
+    let t = &d.tests;
+    let optional = [t.laws.unwrap_or(1.0), t.periodicity.unwrap_or(1.0)];
+    put("tests", &[t.lack_of_fit, t.library, t.heterogeneity]);
+    put("tests", &optional);
+    put("anatomy", &anatomy(&d.anatomy));
+    for row in &d.correlations.1 {
+        put("correlations", row);
+    }
+    for row in d.unexplained.iter().flat_map(|u| &u.table) {
+        put("unexplained", row);
+    }
+    for c in &d.candidates {
+        put("candidates", &estimates(&c.parameters));
+        put("candidates", &[c.gain, c.penalty, c.heldout_gain.unwrap_or(0.0)]);
+    }
+    if let Some(p) = &d.push {
+        put("push.rotation", &table(&p.rotation));
+        put("push", &[p.dispersion]);
+        for h in &p.horizons {
+            let rows = h.position_m.iter().chain(&h.rotation_deg).chain([&h.reduction_m]);
+            put("push.horizons", &rows.flat_map(rmse).collect::<Vec<_>>());
+        }
+    }
+    all
+}
+
+fn rmse(r: &Rmse) -> [f64; 3] {
+    [r.rmse, r.ci95[0], r.ci95[1]]
+}
+
+fn estimates(all: &BTreeMap<String, Estimate>) -> Vec<f64> {
+    all.values().flat_map(|e| [vec![e.value, e.ci95[0], e.ci95[1]], estimates(&e.groups)].concat()).collect()
+}
+
+fn table(t: &ErrorTable) -> Vec<f64> {
+    let rows = [&t.declared, &t.calibrated, &t.augmented, &t.noise_floor, &t.reduction];
+    let shares = [t.explained_share.unwrap_or(0.0), t.heldout_gain];
+    rows.into_iter().flat_map(rmse).chain(shares).collect()
+}
+
+fn anatomy(a: &Anatomy) -> Vec<f64> {
+    let bins = a.before.values().chain(a.after.values()).flatten().flat_map(|b| [b.x, b.mean, b.rms]);
+    let lists =
+        [&a.autocorrelation_before, &a.autocorrelation_after, &a.quantiles_before, &a.quantiles_after];
+    bins.chain(lists.into_iter().flatten().copied()).collect()
+}

@@ -1,0 +1,77 @@
+//! Values by group: a model file names groups, the data have them.
+
+use super::{Model, ModelFile, Parameter, Per, PushModel};
+
+/// A value for a group that the data do not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownGroup {
+    /// The parameter.
+    pub parameter: String,
+    /// The group that its value is for.
+    pub group: String,
+}
+
+impl Parameter {
+    /// The values for `groups` in turn: a group without a value of its own has the nominal one.
+    pub fn values_of(&self, groups: &[String]) -> Vec<f64> {
+        let own = |name: &String| self.groups.iter().find(|(n, _)| n == name);
+        groups.iter().map(|name| own(name).map_or(self.nominal, |(_, v)| *v)).collect()
+    }
+}
+
+fn unknown<'p>(mut parameters: impl Iterator<Item = &'p Parameter>, groups: &[&str]) -> Option<UnknownGroup> {
+    parameters.find_map(|p| {
+        let (group, _) = p.groups.iter().find(|(name, _)| !groups.contains(&name.as_str()))?;
+        Some(UnknownGroup { parameter: p.name.clone(), group: group.clone() })
+    })
+}
+
+impl Model {
+    /// The first value by group whose group is none of `groups`.
+    pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
+        unknown(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
+    }
+}
+
+impl Model {
+    /// The model of one group: where a parameter has a value for it, that is the one for all trajectories.
+    pub fn of_group(&self, group: &str) -> Self {
+        let mut model = self.clone();
+        let effects = model.effects.iter_mut().flat_map(|b| &mut b.parameters);
+        for p in model.parameters.iter_mut().chain(effects) {
+            if let Some((_, value)) = p.groups.iter().find(|(name, _)| name == group) {
+                (p.nominal, p.per) = (*value, Per::All);
+                p.groups.clear();
+            }
+        }
+        model
+    }
+}
+
+impl PushModel {
+    /// The first value by group whose group is none of `groups`.
+    pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
+        unknown(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
+    }
+}
+
+impl ModelFile {
+    /// The first value by group whose group is none of `groups`.
+    pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
+        match self {
+            ModelFile::Ball(model) => model.unknown_group(groups),
+            ModelFile::Push(model) => model.unknown_group(groups),
+        }
+    }
+
+    /// Drops the values of all groups but `groups`, where only these are looked at.
+    pub fn keep_groups(&mut self, groups: &[String]) {
+        let (parameters, effects) = match self {
+            ModelFile::Ball(model) => (&mut model.parameters, &mut model.effects),
+            ModelFile::Push(model) => (&mut model.parameters, &mut model.effects),
+        };
+        for p in parameters.iter_mut().chain(effects.iter_mut().flat_map(|b| &mut b.parameters)) {
+            p.groups.retain(|(name, _)| groups.contains(name));
+        }
+    }
+}

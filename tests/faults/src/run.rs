@@ -1,0 +1,83 @@
+//! Runs a command, plainly or under strace, which counts its system calls or meddles with one of them.
+
+use anyhow::Context;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// System calls that change files or tell the user something: half of the kills happen at these, because among all
+/// calls of a command that computes they are rare.
+pub const CHANGING: &str = "write,writev,pwrite64,openat,rename,renameat,renameat2,unlink,unlinkat,mkdir,fsync,fdatasync,ftruncate,flock,fchmod";
+
+/// How a command ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Exit code; `None` if a signal ended it.
+    pub code: Option<i32>,
+    /// What it wrote to standard error.
+    pub stderr: String,
+}
+
+/// Runs `program` in `folder`.
+///
+/// # Errors
+/// It cannot be started.
+pub fn run(program: &Path, arguments: &[String], folder: &Path) -> anyhow::Result<Ended> {
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
+    let output = command.output().with_context(|| program.display().to_string())?;
+    Ok(Ended { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
+}
+
+/// The system calls of `set` that `program` makes, as places: a call's place is its number among those of its thread,
+/// because strace counts so where it injects.
+///
+/// # Errors
+/// strace cannot be started, or the command fails under it.
+pub fn places(program: &Path, arguments: &[String], folder: &Path, set: &str) -> anyhow::Result<Vec<u64>> {
+    let log = folder.join("strace.log");
+    let ended = strace(program, arguments, folder, &["-o", "strace.log", "-e", &format!("trace={set}")])?;
+    anyhow::ensure!(ended.code == Some(0), "the command fails under strace: {}", ended.stderr);
+    let text = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
+    fs::remove_file(&log)?;
+    let mut threads: Vec<(&str, u64)> = Vec::new();
+    let mut places = Vec::new();
+    for line in text.lines().filter(|line| !line.contains(" resumed>") && line.contains('(')) {
+        let thread = line.split_whitespace().next().unwrap_or_default();
+        let at = match threads.iter().position(|(name, _)| *name == thread) {
+            Some(at) => at,
+            None => {
+                threads.push((thread, 0));
+                threads.len() - 1
+            }
+        };
+        threads[at].1 += 1;
+        places.push(threads[at].1);
+    }
+    anyhow::ensure!(!places.is_empty(), "strace saw no system call");
+    Ok(places)
+}
+
+/// Runs `program` with `injection` at the call of `set` at `place`.
+///
+/// # Errors
+/// strace cannot be started.
+pub fn injected(
+    program: &Path,
+    arguments: &[String],
+    folder: &Path,
+    set: &str,
+    injection: &str,
+) -> anyhow::Result<Ended> {
+    let (trace, inject) = (format!("trace={set}"), format!("inject={set}:{injection}"));
+    strace(program, arguments, folder, &["-o", "/dev/null", "-e", &trace, "-e", &inject])
+}
+
+fn strace(program: &Path, arguments: &[String], folder: &Path, options: &[&str]) -> anyhow::Result<Ended> {
+    let mut command = Command::new("strace");
+    command.args(["-f", "--seccomp-bpf", "-qqq"]).args(options).arg(program).args(arguments);
+    command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
+    let output =
+        command.output().context("strace: cannot be started; install it (apt-get install strace)")?;
+    Ok(Ended { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
+}

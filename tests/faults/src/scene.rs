@@ -1,0 +1,106 @@
+//! The commands under attack. Each runs in a folder of its own, in which it writes to `out` and to nothing else, and is
+//! repeated by the same words, with `--resume` where the command has it.
+
+use crate::run::run;
+use anyhow::Context;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+/// A command, and how it goes on after it was killed.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Name in reports.
+    pub name: &'static str,
+    /// Arguments of the command.
+    pub arguments: Vec<String>,
+    /// Arguments that repeat or resume it.
+    pub again: Vec<String>,
+}
+
+/// Where what all scenes read lies, seen from the folder of a case.
+const INPUTS: &str = "../inputs";
+
+/// Makes the inputs below `root` and gives the scenes that use them.
+///
+/// # Errors
+/// The inputs cannot be made.
+pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
+    let inputs = root.join("inputs");
+    fs::create_dir_all(&inputs)?;
+    let fixtures = workspace().join("fixtures");
+    let copy = |from: &str, to: &str| {
+        let from = fixtures.join(from);
+        fs::copy(&from, inputs.join(to)).with_context(|| from.display().to_string())
+    };
+    copy("sealed/model.toml", "model.toml")?;
+    // Both trials of the fixture, as the published sets have them.
+    fs::create_dir_all(inputs.join("pushes"))?;
+    for entry in fs::read_dir(fixtures.join("mit-push"))? {
+        let path = entry?.path();
+        if let Some(name) = path.file_name().filter(|_| path.extension().is_some_and(|e| e == "h5")) {
+            fs::copy(&path, inputs.join("pushes").join(name))?;
+        }
+    }
+    let bounces = fs::read_to_string(fixtures.join("sealed/bounces.csv"))?;
+    fs::write(inputs.join("bounces.csv"), trajectories(&bounces, 12))?;
+    let made = words("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
+    anyhow::ensure!(run(augsim, &made, &inputs)?.code == Some(0), "augsim simulate failed");
+    let train =
+        "train --data ../inputs/ball.csv --recipe hybrid --iterations 6 --checkpoint-every 2 --threads 2";
+    let net = words(&format!("{train} --out net").replace("../inputs/", ""));
+    anyhow::ensure!(run(augsim, &net, &inputs)?.code == Some(0), "augsim train failed");
+
+    let scene = |name, arguments: &str, again: &str| Scene {
+        name,
+        arguments: words(&arguments.replace("../inputs", INPUTS)),
+        again: words(&format!("{arguments} {again}").replace("../inputs", INPUTS)),
+    };
+    Ok(vec![
+        scene("train", &format!("{train} --out out"), "--resume"),
+        scene("discover", "discover ../inputs/model.toml ../inputs/bounces.csv --out out --seed 3", ""),
+        scene(
+            "predict",
+            "predict ../inputs/net --data ../inputs/ball.csv --samples 20 --out out/forecast.csv",
+            "",
+        ),
+        scene("convert", "data convert mit-push ../inputs/pushes out/pushes.csv", ""),
+        scene("reproduce", "reproduce ball --iterations 2 --test-drops 2 --seed 3 --out out", "--resume"),
+    ])
+}
+
+/// The program beside this one: cargo puts both in one folder.
+///
+/// # Errors
+/// It is not there.
+pub fn augsim() -> anyhow::Result<PathBuf> {
+    let path = env::current_exe()?.with_file_name("augsim");
+    anyhow::ensure!(path.is_file(), "{}: is missing; run `cargo build --release` first", path.display());
+    Ok(path)
+}
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn words(line: &str) -> Vec<String> {
+    line.split_whitespace().map(str::to_owned).collect()
+}
+
+/// The header and the first `count` trajectories of a file in long form.
+fn trajectories(text: &str, count: usize) -> String {
+    let mut seen: Vec<&str> = Vec::new();
+    let mut out = String::new();
+    for line in text.lines() {
+        let id = line.split(',').next().unwrap_or_default();
+        if !seen.contains(&id) {
+            seen.push(id);
+        }
+        // The header's first cell counts as one.
+        if seen.len() > count + 1 {
+            break;
+        }
+        out.push_str(line);
+        out.push('\n');
+    }
+    out
+}

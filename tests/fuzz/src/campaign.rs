@@ -1,0 +1,48 @@
+//! Inputs by number.
+
+use crate::reader::{Files, Reader};
+use crate::readers::READERS;
+use crate::seeds;
+use augsim_data::random_stream;
+use rand::RngExt;
+
+/// A series of inputs.
+#[derive(Debug)]
+pub struct Campaign {
+    seed: u64,
+    readers: Vec<(Reader, Vec<Files>)>,
+}
+
+impl Campaign {
+    /// The campaign of `seed` on all readers, or on the one called `only`.
+    ///
+    /// # Errors
+    /// No such reader, or seeds that cannot be made.
+    pub fn new(seed: u64, only: Option<&str>) -> anyhow::Result<Self> {
+        let mut readers = Vec::new();
+        for reader in READERS.into_iter().filter(|r| only.is_none_or(|name| name == r.name)) {
+            let files = seeds::of(reader.name)?;
+            anyhow::ensure!(!files.is_empty(), "the reader {} has no seeds", reader.name);
+            readers.push((reader, files));
+        }
+        let names = READERS.map(|r| r.name).join(", ");
+        anyhow::ensure!(
+            !readers.is_empty(),
+            "{}: no such reader; there are {names}",
+            only.unwrap_or_default()
+        );
+        Ok(Campaign { seed, readers })
+    }
+
+    /// Input `index`: its reader, and its files with one of them mutated.
+    pub fn input(&self, index: u64) -> (Reader, Files) {
+        let (reader, seeds) = &self.readers[(index % self.readers.len() as u64) as usize];
+        let mut rng = random_stream(self.seed, "fuzz", index);
+        let mut files = seeds[rng.random_range(0..seeds.len())].clone();
+        let donor = &seeds[rng.random_range(0..seeds.len())].0;
+        let at = rng.random_range(0..files.0.len());
+        let donor = &donor[at.min(donor.len() - 1)].1;
+        files.0[at].1 = reader.envelope.mutate(&mut rng, &files.0[at].1, donor);
+        (*reader, files)
+    }
+}

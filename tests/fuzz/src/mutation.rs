@@ -1,0 +1,178 @@
+//! Random changes to bytes, some blind, some aware that numbers, words and lines are what text files consist of.
+
+use crate::limits::LARGEST_INPUT;
+use rand::RngExt;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::ops::Range;
+
+/// Numbers at which parsers and arithmetic break.
+const NUMBERS: [&str; 22] = [
+    "0",
+    "-0",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e309",
+    "1e155",
+    "1e-320",
+    "5e-324",
+    "nan",
+    "NaN",
+    "inf",
+    "-Infinity",
+    "9223372036854775807",
+    "9223372036854775808",
+    "18446744073709551615",
+    "4294967296",
+    "2147483648",
+    "65536",
+    "0,5",
+    "1_000",
+    "0x10",
+];
+
+/// Words with a meaning in some of the formats, and characters with one for terminals and text tools.
+const WORDS: [&str; 30] = [
+    "trajectory",
+    "t_s",
+    "height_m",
+    "group",
+    "nominal",
+    "min",
+    "max",
+    "frozen",
+    "per = \"group\"",
+    "[[effect]]",
+    "kind",
+    "scenario = \"push\"",
+    "true",
+    "null",
+    "\u{a0}",
+    "\u{1b}[31m",
+    "\u{feff}",
+    "\u{202e}",
+    "\"",
+    "\"\"",
+    ",",
+    ";",
+    "\t",
+    "\r\n",
+    "\n\n",
+    "[",
+    "{",
+    "(",
+    "|S9223372036854775807",
+    "<f8",
+];
+
+const WIDE: [u64; 12] =
+    [0, 1, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
+
+/// `bytes` after one to six changes; `donor` is a file of the same format, parts of which may be put in.
+pub fn mutate(rng: &mut Xoshiro256PlusPlus, bytes: &[u8], donor: &[u8]) -> Vec<u8> {
+    let mut out = bytes.to_vec();
+    let changes = 1 + (rng.random_range(0..4u32) * rng.random_range(0..3u32)).min(5);
+    for _ in 0..changes {
+        change(rng, &mut out, donor);
+        out.truncate(LARGEST_INPUT);
+    }
+    out
+}
+
+fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
+    match rng.random_range(0..15u32) {
+        0 => {
+            if let Some(at) = place(rng, out) {
+                out[at] ^= 1 << rng.random_range(0..8u32);
+            }
+        }
+        1 => {
+            if let Some(at) = place(rng, out) {
+                out[at] = rng.random();
+            }
+        }
+        2 => overwrite_number(rng, out),
+        3 => drop(out.drain(range(rng, out.len()))),
+        4 => {
+            let piece = out[range(rng, out.len())].to_vec();
+            insert(rng, out, &piece);
+        }
+        5 => {
+            // Repeats make deep nests and long rows.
+            let piece = out[range(rng, out.len().min(64))].to_vec();
+            let times = 1 << rng.random_range(0..12u32);
+            insert(rng, out, &piece.repeat(times.min(LARGEST_INPUT / piece.len().max(1))));
+        }
+        6 => {
+            let piece = donor[range(rng, donor.len())].to_vec();
+            insert(rng, out, &piece);
+        }
+        7 => {
+            let end = rng.random_range(0..=out.len());
+            out.truncate(end);
+        }
+        8 | 9 => replace_token(rng, out, |b| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+'), &NUMBERS),
+        10 => replace_token(rng, out, |b| b.is_ascii_alphanumeric() || b == b'_', &WORDS),
+        11 => {
+            let word = WORDS[rng.random_range(0..WORDS.len())].as_bytes();
+            insert(rng, out, word);
+        }
+        12 => {
+            let line = line(rng, out);
+            out.drain(line);
+        }
+        13 => {
+            let line = out[line(rng, out)].to_vec();
+            insert(rng, out, &line);
+        }
+        _ => {
+            let bracket = b"[{(\"<"[rng.random_range(0..5usize)];
+            let deep = vec![bracket; 1 << rng.random_range(0..14u32)];
+            insert(rng, out, &deep);
+        }
+    }
+}
+
+fn place(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Option<usize> {
+    (!bytes.is_empty()).then(|| rng.random_range(0..bytes.len()))
+}
+
+fn range(rng: &mut Xoshiro256PlusPlus, len: usize) -> Range<usize> {
+    let start = rng.random_range(0..=len);
+    let longest = (len - start).min(1 << rng.random_range(0..14u32));
+    start..start + rng.random_range(0..=longest)
+}
+
+fn insert(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, piece: &[u8]) {
+    let at = rng.random_range(0..=out.len());
+    out.splice(at..at, piece.iter().copied());
+}
+
+fn overwrite_number(rng: &mut Xoshiro256PlusPlus, out: &mut [u8]) {
+    let width = 1 << rng.random_range(0..4u32);
+    if out.len() < width {
+        return;
+    }
+    let at = rng.random_range(0..=out.len() - width);
+    let value = WIDE[rng.random_range(0..WIDE.len())];
+    let bytes =
+        if rng.random() { value.to_le_bytes() } else { value.rotate_right(8 * width as u32).to_be_bytes() };
+    out[at..at + width].copy_from_slice(&bytes[..width]);
+}
+
+/// Replaces the run of bytes of one kind that follows a random place.
+fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(u8) -> bool, by: &[&str]) {
+    let from = rng.random_range(0..=out.len());
+    let Some(start) = out[from..].iter().position(|b| kind(*b)).map(|k| from + k) else { return };
+    let end = out[start..].iter().position(|b| !kind(*b)).map_or(out.len(), |k| start + k);
+    let token = by[rng.random_range(0..by.len())];
+    out.splice(start..end, token.bytes());
+}
+
+/// The line around a random place, with its end.
+fn line(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Range<usize> {
+    let at = rng.random_range(0..=bytes.len());
+    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| at + k + 1);
+    start..end
+}

@@ -1,0 +1,72 @@
+//! A reader under test, and the files that its inputs are mutated from.
+
+use crate::envelope::Envelope;
+use crate::verdict::Verdict;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Files that a reader accepts together: one, or a folder of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Files(pub Vec<(String, Vec<u8>)>);
+
+impl Files {
+    /// A single file.
+    pub fn one(name: &str, content: impl Into<Vec<u8>>) -> Self {
+        Files(vec![(name.to_owned(), content.into())])
+    }
+
+    /// Empties `folder` and writes the files into it.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        match fs::remove_dir_all(folder) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            _ => fs::create_dir_all(folder)?,
+        }
+        for (name, content) in &self.0 {
+            fs::write(folder.join(name), content)?;
+        }
+        Ok(())
+    }
+
+    /// The files in `folder`, by name.
+    ///
+    /// # Errors
+    /// The system's, and a name that is no Unicode.
+    pub fn read(folder: &Path) -> io::Result<Self> {
+        let mut files = Vec::new();
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            let name = entry.file_name().into_string();
+            let name = name.map_err(|name| io::Error::other(format!("{} is no Unicode", name.display())))?;
+            files.push((name, fs::read(entry.path())?));
+        }
+        files.sort_unstable();
+        Ok(Files(files))
+    }
+}
+
+/// One way into augsim.
+#[derive(Debug, Clone, Copy)]
+pub struct Reader {
+    /// Name in reports and of its folder in the corpus.
+    pub name: &'static str,
+    /// What its files are wrapped in.
+    pub envelope: Envelope,
+    /// Whether it takes the folder of the files instead of the first one.
+    pub takes_folder: bool,
+    /// Reads.
+    pub read: fn(&Path) -> Verdict,
+}
+
+impl Reader {
+    /// Path to hand to the reader for `files` that lie in `folder`.
+    pub fn path(&self, folder: &Path, files: &Files) -> PathBuf {
+        match files.0.first() {
+            Some((name, _)) if !self.takes_folder => folder.join(name),
+            _ => folder.to_owned(),
+        }
+    }
+}
