@@ -58,7 +58,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
             list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
         (worst * list.len() as f64).min(1.0)
     };
-    let candidates = laws(search.model, sample.data, &fit.impacts);
+    let candidates = laws(search.model, sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);
     let library = search.library_scores(fit);
     let varied = heterogeneity(sample, fit);
@@ -91,16 +91,14 @@ pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
     let lanes = Lanes::new(h, record, &[]);
-    let run = Point::new(h, &h.world, record, &fit.theta, &fit.nuisance[i]).plain(&lanes, record);
-    let axes = h.world.axes.indices();
+    let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[i]);
+    let run = point.plain(&lanes, record);
     (0..record.y.len())
         .map(|c| {
-            run.positions
-                .iter()
-                .enumerate()
-                .map(|(k, s)| match record.weight[c][k] {
+            (0..run.samples())
+                .map(|k| match record.weight[c][k] {
                     0.0 => f64::NAN,
-                    _ => record.y[c][k] - s[axes[c]],
+                    _ => record.y[c][k] - run.value(k, c),
                 })
                 .collect()
         })

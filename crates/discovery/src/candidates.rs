@@ -1,8 +1,9 @@
 //! Which effects and laws the data allow to look for.
 
+use crate::evaluate::Event;
 use crate::hypothesis::{Addition, Hypothesis};
 use crate::record::Measured;
-use augsim_physics::ball::{Axes, ImpactRecord, RADIUS, RESTITUTION};
+use augsim_physics::ball::{Axes, RADIUS, RESTITUTION};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
 use augsim_physics::model::{Model, Per, Release};
 
@@ -66,7 +67,7 @@ pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
 }
 
 /// One-feature laws over the features that vary in these data; knots between the 1 % and 99 % quantiles.
-pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<ImpactRecord<f64>>]) -> Vec<Addition> {
+pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<Event>]) -> Vec<Addition> {
     let horizontal = data.axes != Axes::Vertical;
     let mut pairs: Vec<(Target, Against)> = vec![
         (Target::AccelerationZ, Against::Z),
@@ -132,30 +133,9 @@ pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<ImpactRecord<f
 }
 
 /// 1 % and 99 % quantiles of a feature; `None` if it hardly varies.
-fn span(
-    target: Target,
-    against: Against,
-    data: &Measured,
-    impacts: &[Vec<ImpactRecord<f64>>],
-) -> Option<(f64, f64)> {
+fn span(target: Target, against: Against, data: &Measured, impacts: &[Vec<Event>]) -> Option<(f64, f64)> {
     let mut x: Vec<f64> = if target.location() == Location::Impact {
-        let clocks = data.records.iter().map(|r| r.covariates.clock_s);
-        impacts
-            .iter()
-            .zip(clocks)
-            .flat_map(|(list, clock)| list.iter().enumerate().map(move |(n, i)| (n, i, clock)))
-            .map(|(n, i, clock)| match against {
-                Against::Time => i.time,
-                Against::Clock => i.time + clock,
-                Against::Bounce => n as f64,
-                Against::TangentialSpeed | Against::VelocityX => i.tangential[0],
-                Against::Slip => i.slip[0],
-                Against::Spin => i.spin.iter().map(|w| w * w).sum::<f64>().sqrt(),
-                Against::X => i.position[0],
-                Against::Y => i.position[1],
-                _ => i.speed_in,
-            })
-            .collect()
+        impacts.iter().flatten().map(|event| event.feature(against)).collect()
     } else {
         let axes = data.axes.indices();
         let channel = |axis: usize| axes.iter().position(|&a| a == axis);

@@ -1,10 +1,9 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::evaluate::{Event, Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Measured, Record};
-use augsim_physics::ball::ImpactRecord;
 use rayon::prelude::*;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
@@ -54,8 +53,8 @@ pub(crate) struct Fit {
     pub information: Square,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
-    /// Simulated impacts of each chosen record.
-    pub impacts: Vec<Vec<ImpactRecord<f64>>>,
+    /// Simulated events of each chosen record.
+    pub events: Vec<Vec<Event>>,
 }
 
 impl Fit {
@@ -99,7 +98,7 @@ fn assemble(
         .map(|((&j, lanes), n)| {
             let record = &sample.data.records[j];
             sample.data.tally.simulation();
-            normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+            normal(&Point::new(h, &*h.system, lanes, record, &theta, n), lanes, record, sample.correlation)
         })
         .collect();
     let q = normals.iter().map(|n| n.q).sum();
@@ -219,7 +218,7 @@ fn fit_with(
         nuisance: state.nuisance,
         ll,
         information,
-        impacts: state.normals.into_iter().map(|n| n.impacts).collect(),
+        events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }
 
@@ -319,7 +318,12 @@ fn advance(
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
-                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+                normal(
+                    &Point::new(h, &*h.system, lanes, record, &theta, n),
+                    lanes,
+                    record,
+                    sample.correlation,
+                )
             };
             let full = nuisance_step(lanes, before, now, step, lambda);
             let mut best = (at(&full), full);
@@ -387,7 +391,12 @@ fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) ->
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
-                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+                normal(
+                    &Point::new(h, &*h.system, lanes, record, &theta, n),
+                    lanes,
+                    record,
+                    sample.correlation,
+                )
             };
             let rough = lanes.nuisance_start(h, record);
             let fresh = settle(&at, lanes, (at(&rough), rough), 0.0);

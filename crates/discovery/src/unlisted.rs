@@ -21,7 +21,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
     let mut now = start.clone();
     let mut added = false;
     for _ in 0..MOST_LAWS {
-        let mut candidates = laws(search.model, search.train.data, &now.fit.impacts);
+        let mut candidates = laws(search.model, search.train.data, &now.fit.events);
         candidates.extend(search.library.iter().cloned());
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
