@@ -2,9 +2,11 @@
 
 pub mod answers;
 pub mod battery;
+pub mod characterisation;
 pub mod gaps;
 pub mod golden;
 pub mod gradient;
+pub mod linear;
 pub mod operations;
 pub mod push_battery;
 pub mod random;

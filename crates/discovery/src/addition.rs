@@ -1,7 +1,10 @@
 //! What can be added to a declared model, and how sets of additions are named.
 
-use augsim_physics::effects::{SCATTER_KIND, ScatterPer, TABLE_KIND, Table, spec_of};
+use augsim_physics::effects::{
+    Against, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target, index_of, spec_of,
+};
 use augsim_physics::model::Per;
+use augsim_physics::system::{Law, Table as TableLaw};
 
 /// Knots of a one-feature law.
 pub(crate) const KNOTS: usize = 8;
@@ -35,6 +38,26 @@ impl Addition {
             Addition::Scatter(per) => format!("{SCATTER_KIND} per {}", per.name()),
             Addition::Law(t) => format!("{} against {}", t.target.name(), t.against.name()),
         }
+    }
+
+    /// The law that it adds to a system; none for scatter.
+    pub fn law(&self) -> Option<Law> {
+        match self {
+            Addition::Kind(kind, _) => index_of(kind).map(Law::Effect),
+            Addition::Scatter(_) => None,
+            Addition::Law(t) => Some(Law::Table(TableLaw {
+                target: Target::ALL.iter().position(|target| *target == t.target)?,
+                against: Against::ALL.iter().position(|against| *against == t.against)?,
+                first: t.first,
+                last: t.last,
+                knots: KNOTS,
+            })),
+        }
+    }
+
+    /// Whether this addition acts through the other and means nothing without it.
+    pub fn acts_through(&self, other: &Addition) -> bool {
+        spec_of(self.kind()).and_then(|s| s.joins).is_some_and(|join| join.kind == other.kind())
     }
 
     /// Whether the two cannot stand in one model.

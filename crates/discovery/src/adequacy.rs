@@ -71,7 +71,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
             list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
         (worst * list.len() as f64).min(1.0)
     };
-    let candidates = laws(search.model, sample.data, &fit.impacts);
+    let candidates = laws(search.model, sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);
     let library = search.library_scores(fit);
     let varied = heterogeneity(sample, fit);

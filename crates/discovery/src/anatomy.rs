@@ -93,7 +93,7 @@ fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
                         .sqrt();
                     out.against("speed_m_s", rate / dt, z);
                 }
-                let bounce = fit.impacts[i].iter().filter(|m| m.time < record.times[k]).count();
+                let bounce = fit.events[i].iter().filter(|m| m.time < record.times[k]).count();
                 out.against("bounce", bounce as f64, z);
                 for lag in 0..LAGS.min(k + 1) {
                     let other = r[k - lag] * record.weight[c][k - lag];

@@ -1,9 +1,10 @@
 //! Which effects and laws the data allow to look for.
 
 use crate::addition::{Addition, KNOTS};
+use crate::evaluate::Event;
 use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
-use augsim_physics::ball::{Axes, ImpactRecord, RADIUS, RESTITUTION};
+use augsim_physics::ball::{Axes, RADIUS, RESTITUTION};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
 use augsim_physics::model::{Model, Per, Release};
 
@@ -21,25 +22,24 @@ pub(crate) fn library(model: &Model, data: &Measured) -> Vec<Addition> {
         let spec = effect.spec();
         let declared =
             model.effects.iter().any(|b| b.kind == spec.kind || spec.excludes.contains(&b.kind.as_str()));
-        let friction = spec.kind.ends_with("-friction");
         let possible = match spec.needs {
             Needs::Nothing => true,
-            Needs::Horizontal => horizontal && !(friction && data.has_spin && !radius_known),
+            Needs::Horizontal => horizontal,
+            Needs::Slip => horizontal && (!data.has_spin || radius_known),
             Needs::Lateral => data.axes == Axes::Space,
             Needs::Spin => data.has_spin && horizontal,
             Needs::SpinInSpace => data.has_spin && data.axes == Axes::Space,
             Needs::StartTime => data.has_start_time,
             Needs::AreaPerMass => area_per_mass_varies(data),
             Needs::ReleaseAtRest => model.release == Release::Rest,
-            Needs::Effect(_) => horizontal,
+            Needs::Coasting => false,
         } && (spec.location != Location::Impact || data.has_impacts());
-        // A free gravity is the same term.
-        let known = spec.kind == "vertical-acceleration" && !model.parameters[0].frozen;
+        let known = model.parameters.iter().any(|p| spec.same_as == Some(p.name.as_str()) && !p.frozen);
         if possible && !declared && !known {
             out.push(Addition::Kind(spec.kind, Per::All));
             if (2..=MOST_GROUPS).contains(&data.groups.len())
                 && data.groups.len() < data.records.len()
-                && !matches!(spec.needs, Needs::Effect(_))
+                && spec.joins.is_none()
             {
                 out.push(Addition::Kind(spec.kind, Per::Group));
             }
@@ -63,14 +63,12 @@ pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
     if addition.kind() == SCATTER_KIND && h.scatter.is_some() {
         return false;
     }
-    match spec_of(addition.kind()).map(|s| s.needs) {
-        Some(Needs::Effect(kind)) => h.additions.iter().any(|a| a.kind() == kind),
-        _ => true,
-    }
+    let joins = spec_of(addition.kind()).is_some_and(|s| s.joins.is_some());
+    !joins || h.additions.iter().any(|a| addition.acts_through(a))
 }
 
 /// One-feature laws over the features that vary in these data; knots between the 1 % and 99 % quantiles.
-pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<ImpactRecord<f64>>]) -> Vec<Addition> {
+pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<Event>]) -> Vec<Addition> {
     let horizontal = data.axes != Axes::Vertical;
     let mut pairs: Vec<(Target, Against)> = vec![
         (Target::AccelerationZ, Against::Z),
@@ -136,30 +134,9 @@ pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<ImpactRecord<f
 }
 
 /// 1 % and 99 % quantiles of a feature; `None` if it hardly varies.
-fn span(
-    target: Target,
-    against: Against,
-    data: &Measured,
-    impacts: &[Vec<ImpactRecord<f64>>],
-) -> Option<(f64, f64)> {
+fn span(target: Target, against: Against, data: &Measured, impacts: &[Vec<Event>]) -> Option<(f64, f64)> {
     let mut x: Vec<f64> = if target.location() == Location::Impact {
-        let clocks = data.records.iter().map(|r| r.covariates.clock_s);
-        impacts
-            .iter()
-            .zip(clocks)
-            .flat_map(|(list, clock)| list.iter().enumerate().map(move |(n, i)| (n, i, clock)))
-            .map(|(n, i, clock)| match against {
-                Against::Time => i.time,
-                Against::Clock => i.time + clock,
-                Against::Bounce => n as f64,
-                Against::TangentialSpeed | Against::VelocityX => i.tangential[0],
-                Against::Slip => i.slip[0],
-                Against::Spin => i.spin.iter().map(|w| w * w).sum::<f64>().sqrt(),
-                Against::X => i.position[0],
-                Against::Y => i.position[1],
-                _ => i.speed_in,
-            })
-            .collect()
+        impacts.iter().flatten().map(|event| event.feature(against)).collect()
     } else {
         let axes = data.axes.indices();
         let channel = |axis: usize| axes.iter().position(|&a| a == axis);

@@ -3,30 +3,29 @@
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::record::Record;
-use augsim_physics::ball::{ImpactRecord, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
-use augsim_physics::effects::ScatterPer;
-use augsim_physics::model::{Per, Release};
-use augsim_physics::{Dual, Scalar};
+use augsim_physics::effects::{Against, ScatterPer};
+use augsim_physics::model::Per;
+use augsim_physics::system::{Begin, Offsets, Seed, Simulated, System, Task};
 
 /// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
-    /// World parameter of each lane, where it is one.
-    parameters: Vec<(usize, usize)>,
+    /// What each lane is the derivative with respect to.
+    seeds: Vec<Seed>,
     /// Entry of theta of each global lane.
     pub theta: Vec<usize>,
     pub extras: usize,
-    /// Coordinates of the start position, then velocity, that are fitted.
+    /// States of the start that are fitted.
     start: Vec<usize>,
     /// Parameters of this trajectory alone.
     own: Vec<usize>,
-    /// Number of offsets of restitution.
+    /// Number of offsets of the event's parameter.
     pub offsets: usize,
 }
 
 impl Lanes {
     pub fn new(h: &Hypothesis, record: &Record, extras: &[usize]) -> Self {
-        let (mut parameters, mut theta, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut theta, mut own) = (Vec::new(), Vec::new());
         let mut at = 0;
         for f in &h.free {
             match f.per {
@@ -36,26 +35,17 @@ impl Lanes {
             }
             at += h.width(f);
         }
-        for (lane, (index, _)) in theta.iter().enumerate() {
-            parameters.push((*index, lane));
-        }
-        for (i, index) in extras.iter().enumerate() {
-            parameters.push((*index, theta.len() + i));
-        }
-        let axes = h.world.axes.indices();
-        let mut start: Vec<usize> = axes.to_vec();
-        if h.release == Release::Free {
-            start.extend(axes.iter().map(|a| a + 3));
-        }
-        let first_own = theta.len() + extras.len() + start.len();
-        parameters.extend(own.iter().enumerate().map(|(i, &index)| (index, first_own + i)));
+        let start: Vec<usize> = h.system.schema().free_states().collect();
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
             Some(ScatterPer::Trajectory) => usize::from(!record.impacts.is_empty()),
             Some(ScatterPer::Impact) => record.impacts.len(),
         };
+        let parameters = theta.iter().map(|(index, _)| index).chain(extras).map(|&i| Seed::Parameter(i));
+        let nuisances = start.iter().map(|&i| Seed::Start(i)).chain(own.iter().map(|&i| Seed::Parameter(i)));
+        let seeds = parameters.chain(nuisances).chain((0..offsets).map(Seed::Offset)).collect();
         Self {
-            parameters,
+            seeds,
             theta: theta.into_iter().map(|(_, t)| t).collect(),
             extras: extras.len(),
             start,
@@ -75,11 +65,12 @@ impl Lanes {
 
     /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
     pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
-        let (p, v) = record.start;
-        let mut n: Vec<f64> = self.start.iter().map(|&i| if i < 3 { p[i] } else { v[i - 3] }).collect();
+        let rough = record.rough_start();
+        let mut n: Vec<f64> = self.start.iter().map(|&i| rough[i]).collect();
+        let event = h.system.schema().event.as_ref().map(|e| e.parameter);
         n.extend(self.own.iter().map(|&i| {
             let rough = crate::statistics::median(&mut record.ratios.clone());
-            if i == RESTITUTION && rough > 0.0 { rough } else { h.values[i] }
+            if event == Some(i) && rough > 0.0 { rough } else { h.values[i] }
         }));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
         n
@@ -93,28 +84,32 @@ impl Lanes {
 
 /// The point at which a trajectory is simulated.
 pub(crate) struct Point<'a> {
-    pub world: &'a World,
-    /// World parameters with theta in them; own parameters are overwritten by the nuisances.
-    pub values: Vec<f64>,
-    pub nuisance: &'a [f64],
+    system: &'a dyn System,
+    /// The system's parameters with theta and the trajectory's own in them.
+    values: Vec<f64>,
+    /// States at the beginning.
+    start: Vec<f64>,
+    nuisance: &'a [f64],
     /// 1/sd² of the offsets.
-    pub prior: f64,
-    pub shared: bool,
-    pub held: bool,
+    prior: f64,
+    shared: bool,
     /// Mean and 1/sd² of each of the trajectory's own parameters; 1/sd² is 0 where nothing is known.
     own_prior: Vec<(f64, f64)>,
 }
 
 impl<'a> Point<'a> {
+    /// The point of a hypothesis at `theta` and the nuisances of a record; `system` is the hypothesis's, or that with more laws
+    /// at their nulls.
     pub fn new(
         h: &'a Hypothesis,
-        world: &'a World,
+        system: &'a dyn System,
+        lanes: &Lanes,
         record: &Record,
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
         let mut values = h.values_of(record.group);
-        values.resize(world.parameter_count(), 0.0);
+        values.extend(system.parameters().iter().skip(values.len()).map(|p| p.nominal));
         let mut at = 0;
         for f in &h.free {
             match f.per {
@@ -124,85 +119,51 @@ impl<'a> Point<'a> {
             }
             at += h.width(f);
         }
-        if let Some(r) = record.radius_m {
-            values[RADIUS] = r;
+        for (&index, &value) in lanes.own.iter().zip(&nuisance[lanes.start.len()..]) {
+            values[index] = value;
         }
+        let begins = system.schema().states.iter().map(|state| match state.begin {
+            Begin::Fixed(value) => value,
+            _ => 0.0,
+        });
+        let mut start: Vec<f64> = begins.collect();
+        lanes.start.iter().zip(nuisance).for_each(|(&i, &value)| start[i] = value);
+        let own = h.free.iter().filter(|f| f.per == Per::Trajectory);
         Self {
-            world,
+            system,
             values,
+            start,
             nuisance,
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
             shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
-            held: h.release == Release::Rest,
-            own_prior: h
-                .free
-                .iter()
-                .filter(|f| f.per == Per::Trajectory)
-                .map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2))))
-                .collect(),
+            own_prior: own.map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2)))).collect(),
         }
     }
 
-    /// Simulates in the scalar whose independent variables `seed(value, lane)` makes.
-    pub fn simulate<S: Scalar>(
-        &self,
-        lanes: &Lanes,
-        record: &Record,
-        times: &[f64],
-        seed: impl Fn(f64, usize) -> S,
-    ) -> Run<S> {
-        let mut parameters: Vec<S> = self.values.iter().map(|&v| S::constant(v)).collect();
-        let common = lanes.common();
-        let first_own = common + lanes.start.len();
-        for &(index, lane) in &lanes.parameters {
-            let value = if lane >= first_own { self.nuisance[lane - common] } else { self.values[index] };
-            parameters[index] = seed(value, lane);
+    /// Simulates the record with the derivatives of `seeds`. A trajectory that cannot be simulated has values that are no
+    /// numbers: no fit goes there.
+    fn simulate(&self, lanes: &Lanes, record: &Record, seeds: &[Seed]) -> Simulated {
+        let offsets = match self.nuisance.get(lanes.fixed_nuisances()..) {
+            Some(&[xi, ..]) if self.shared && lanes.offsets > 0 => Offsets::Shared(xi),
+            Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
+            _ => Offsets::None,
+        };
+        let (record, window) = (&record.seen(), 0..record.times.len());
+        let (parameters, start) = (&self.values, &self.start);
+        let task = Task { parameters, record, window, start, offsets, seeds };
+        let mut out = Simulated::default();
+        if self.system.simulate(&task, &mut out).is_err() {
+            let schema = self.system.schema();
+            let (samples, channels) = (record.times.len(), schema.channels.len());
+            out.reset(samples, channels, seeds.len(), schema.features.len());
+            (0..samples).for_each(|k| (0..channels).for_each(|c| out.set(k, c, f64::NAN)));
         }
-        let zero = S::zero();
-        let t0 = if self.held { 0.0 } else { record.times.first().copied().unwrap_or(0.0) };
-        let mut start = State {
-            time: S::constant(t0),
-            position: [zero; 3],
-            velocity: [zero; 3],
-            spin: record.covariates.spin_rad_s.map(S::constant),
-        };
-        for (i, &component) in lanes.start.iter().enumerate() {
-            let value = seed(self.nuisance[i], common + i);
-            if component < 3 {
-                start.position[component] = value
-            } else {
-                start.velocity[component - 3] = value
-            }
-        }
-        let first = lanes.fixed_nuisances();
-        let xi: Vec<S> =
-            (0..lanes.offsets).map(|i| seed(self.nuisance[first + i], common + first + i)).collect();
-        let offsets = match xi.first() {
-            None => Offsets::None,
-            Some(&x) if self.shared => Offsets::Shared(x),
-            Some(_) => Offsets::PerImpact(&xi),
-        };
-        let mut run = Run {
-            positions: Vec::with_capacity(times.len()),
-            velocities: Vec::new(),
-            impacts: Vec::new(),
-            rest_time: None,
-        };
-        let throw = Throw {
-            world: self.world,
-            parameters: &parameters,
-            start,
-            covariates: &record.covariates,
-            offsets,
-            velocities: false,
-        };
-        simulate(&throw, times, &mut run);
-        run
+        out
     }
 
     /// The plain simulation at the record's times.
-    pub fn plain(&self, lanes: &Lanes, record: &Record) -> Run<f64> {
-        self.simulate(lanes, record, &record.times, |v, _| v)
+    pub fn plain(&self, lanes: &Lanes, record: &Record) -> Simulated {
+        self.simulate(lanes, record, &[])
     }
 }
 
@@ -217,6 +178,23 @@ fn robust(q: f64, m: f64) -> (f64, f64) {
     (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
 }
 
+/// An event that a simulation passed.
+#[derive(Clone, Debug)]
+pub(crate) struct Event {
+    /// When, s.
+    pub time: f64,
+    /// Features, in the order of the schema.
+    features: Vec<f64>,
+}
+
+impl Event {
+    /// A feature of the event; not a number where it has none of this kind.
+    pub fn feature(&self, feature: Against) -> f64 {
+        let place = Against::ALL.iter().position(|f| *f == feature);
+        place.and_then(|i| self.features.get(i).copied()).unwrap_or(f64::NAN)
+    }
+}
+
 /// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
 /// of the trajectory.
 #[derive(Clone, Debug)]
@@ -228,42 +206,55 @@ pub(crate) struct Normal {
     pub misfit: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
-    pub impacts: Vec<ImpactRecord<f64>>,
+    /// Events that the simulation passed.
+    pub events: Vec<Event>,
 }
 
 /// Simulates a trajectory with derivatives in all lanes and forms its normal equations.
 pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlation: f64) -> Normal {
-    let count = lanes.common() + lanes.nuisances();
-    // The smallest width that fits: a wider one computes zeros.
-    match count {
-        0..=4 => normal_wide::<4>(point, lanes, record, correlation),
-        5..=8 => normal_wide::<8>(point, lanes, record, correlation),
-        9..=12 => normal_wide::<12>(point, lanes, record, correlation),
-        13..=16 => normal_wide::<16>(point, lanes, record, correlation),
-        17..=24 => normal_wide::<24>(point, lanes, record, correlation),
-        25..=40 => normal_wide::<40>(point, lanes, record, correlation),
-        41..=80 => normal_wide::<80>(point, lanes, record, correlation),
-        _ => normal_in_blocks::<40>(point, lanes, record, correlation),
-    }
+    let run = point.simulate(lanes, record, &lanes.seeds);
+    // Rows of derivatives are as long as the next multiple of four lanes: a kernel for each length is twice as fast as one
+    // for any.
+    let sums = match run.width() {
+        4 => sums::<4>(&run, record, correlation),
+        8 => sums::<8>(&run, record, correlation),
+        12 => sums::<12>(&run, record, correlation),
+        16 => sums::<16>(&run, record, correlation),
+        20 => sums::<20>(&run, record, correlation),
+        24 => sums::<24>(&run, record, correlation),
+        28 => sums::<28>(&run, record, correlation),
+        32 => sums::<32>(&run, record, correlation),
+        36 => sums::<36>(&run, record, correlation),
+        40 => sums::<40>(&run, record, correlation),
+        _ => sums_of_any_width(&run, record, correlation),
+    };
+    let events = run.event_times().iter().enumerate();
+    let events = events.map(|(i, &time)| Event { time, features: run.event(i).to_vec() }).collect();
+    finish(point, lanes, sums, events)
 }
 
-/// All derivatives in one simulation of `N` lanes, as many as there are or more.
-fn normal_wide<const N: usize>(
-    point: &Point<'_>,
-    lanes: &Lanes,
-    record: &Record,
-    correlation: f64,
-) -> Normal {
-    let count = lanes.common() + lanes.nuisances();
-    let run = point.simulate(lanes, record, &record.times, Dual::<N>::variable);
-    let (mut h, mut g, mut sum) = (vec![[0.0; N]; N], [0.0; N], Misfit::default());
-    for (c, &axis) in point.world.axes.indices().iter().enumerate() {
+/// `J'J` and `J'r` of whitened residuals r and their derivatives J, their sum of squares and how many there are.
+struct Sums {
+    h: Square,
+    g: Vec<f64>,
+    squares: f64,
+    terms: f64,
+}
+
+/// The sums of a simulation whose rows of derivatives have the length `N`.
+fn sums<const N: usize>(run: &Simulated, record: &Record, correlation: f64) -> Sums {
+    let count = run.lanes();
+    let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
+    for c in 0..run.channels() {
         let residual = |k: usize| {
-            let (x, w) = (&run.positions[k][axis], record.weight[c][k]);
-            (w * (record.y[c][k] - x.value), x.d.map(|d| w * d))
+            let w = record.weight[c][k];
+            let mut d = [0.0; N];
+            d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
+            (w * (record.y[c][k] - run.value(k, c)), d)
         };
         whitened(record, c, correlation, residual, |r, d| {
-            sum.add(r);
+            squares += r * r;
+            terms += 1.0;
             for i in 0..count {
                 g[i] += d[i] * r;
                 let (row, di) = (&mut h[i], d[i]);
@@ -279,35 +270,22 @@ fn normal_wide<const N: usize>(
     for (to, from) in out.a.chunks_exact_mut(count.max(1)).zip(&h) {
         to.copy_from_slice(&from[..count]);
     }
-    finish(point, lanes, out, g[..count].to_vec(), sum, impacts_of(&run))
+    Sums { h: out, g: g[..count].to_vec(), squares, terms }
 }
 
-/// More derivatives than the widest dual number has lanes: one simulation for every `N` of them. A simulation's course does not
-/// depend on which derivatives it carries.
-fn normal_in_blocks<const N: usize>(
-    point: &Point<'_>,
-    lanes: &Lanes,
-    record: &Record,
-    correlation: f64,
-) -> Normal {
-    let count = lanes.common() + lanes.nuisances();
-    let runs: Vec<Run<Dual<N>>> = (0..count)
-        .step_by(N)
-        .map(|first| {
-            // Lanes before the block wrap around to numbers that no dual has: they stay constant, as those after it do.
-            point
-                .simulate(lanes, record, &record.times, |v, lane| Dual::variable(v, lane.wrapping_sub(first)))
-        })
-        .collect();
-    let (mut h, mut g, mut sum) = (Square::zero(count), vec![0.0; count], Misfit::default());
-    for (c, &axis) in point.world.axes.indices().iter().enumerate() {
+/// The sums of a simulation with so many derivatives that no kernel is made for their number.
+fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums {
+    let count = run.lanes();
+    let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
+    for c in 0..run.channels() {
         let residual = |k: usize| {
             let w = record.weight[c][k];
-            let d = runs.iter().flat_map(|run| run.positions[k][axis].d).take(count).map(|d| w * d);
-            (w * (record.y[c][k] - runs[0].positions[k][axis].value), d.collect::<Vec<f64>>())
+            let d: Vec<f64> = run.slopes(k, c)[..count].iter().map(|slope| w * slope).collect();
+            (w * (record.y[c][k] - run.value(k, c)), d)
         };
         whitened(record, c, correlation, residual, |r, d| {
-            sum.add(r);
+            squares += r * r;
+            terms += 1.0;
             for (i, di) in d.iter().enumerate() {
                 g[i] += di * r;
                 if *di != 0.0 {
@@ -316,21 +294,7 @@ fn normal_in_blocks<const N: usize>(
             }
         });
     }
-    finish(point, lanes, h, g, sum, impacts_of(&runs[0]))
-}
-
-/// Sum of squares of whitened residuals, and how many there are.
-#[derive(Clone, Copy, Default)]
-struct Misfit {
-    squares: f64,
-    terms: f64,
-}
-
-impl Misfit {
-    fn add(&mut self, residual: f64) {
-        self.squares += residual * residual;
-        self.terms += 1.0;
-    }
+    Sums { h, g, squares, terms }
 }
 
 /// Gives every measured sample of channel `c` to `each` with its derivatives, both in units of the noise and free of the part
@@ -363,33 +327,10 @@ fn whitened<D: AsMut<[f64]> + Clone>(
     }
 }
 
-/// Impacts of a run without their derivatives.
-fn impacts_of<const N: usize>(run: &Run<Dual<N>>) -> Vec<ImpactRecord<f64>> {
-    run.impacts
-        .iter()
-        .map(|i| ImpactRecord {
-            time: i.time.value,
-            position: i.position.map(|x| x.value),
-            speed_in: i.speed_in.value,
-            speed_out: i.speed_out.value,
-            tangential: i.tangential.map(|x| x.value),
-            slip: i.slip.map(|x| x.value),
-            spin: i.spin.map(|x| x.value),
-        })
-        .collect()
-}
-
 /// Weighs the normal equations of a trajectory by its misfit and adds the priors.
-fn finish(
-    point: &Point<'_>,
-    lanes: &Lanes,
-    mut h: Square,
-    mut g: Vec<f64>,
-    sum: Misfit,
-    impacts: Vec<ImpactRecord<f64>>,
-) -> Normal {
-    let free: f64 = sum.terms - lanes.fixed_nuisances() as f64;
-    let misfit = sum.squares;
+fn finish(point: &Point<'_>, lanes: &Lanes, sums: Sums, events: Vec<Event>) -> Normal {
+    let Sums { mut h, mut g, squares: misfit, terms } = sums;
+    let free: f64 = terms - lanes.fixed_nuisances() as f64;
     let (mut q, weight) = robust(misfit, free.max(1.0));
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
     let first = lanes.fixed_nuisances();
@@ -401,57 +342,5 @@ fn finish(
         g[lane] -= precision * (point.nuisance[i] - mean);
         q += precision * (point.nuisance[i] - mean).powi(2);
     }
-    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, impacts }
-}
-
-#[cfg(test)]
-mod tests {
-    //! Contract: derivatives computed in blocks are those of one wide simulation. The scene is a drop with two impacts, so that
-    //! derivatives pass through events; three lanes at a time cut the six of the model and the start in two.
-    use super::*;
-    use crate::prepare::prepare;
-    use crate::{Options, hypothesis::Hypothesis};
-    use augsim_data::{Dataset, Trajectory};
-    use augsim_physics::ball::{Axes, Covariates};
-    use augsim_physics::model::Model;
-
-    #[test]
-    fn blocks_of_derivatives_equal_one_wide_simulation() {
-        let mut model = Model::plain(9.81, 0.7);
-        model.parameters[0].frozen = false;
-        let (world, parameters) = model.world(Axes::Vertical);
-        let times: Vec<f64> = (0..130).map(|k| f64::from(k) / 100.0).collect();
-        let drops = (0..4).map(|j| {
-            let mut run = Run::default();
-            let (start, covariates) = (State::at_rest(1.0 + 0.1 * f64::from(j)), Covariates::default());
-            let throw = Throw {
-                world: &world,
-                parameters: &parameters,
-                start,
-                covariates: &covariates,
-                offsets: Offsets::None,
-                velocities: false,
-            };
-            simulate(&throw, &times, &mut run);
-            // A millimetre of ripple stands for noise.
-            let ripple = |k: usize| 1e-3 * ((k * k * 7) as f64 + f64::from(j)).sin();
-            let z = run.positions.iter().enumerate().map(|(k, p)| p[2] + ripple(k)).collect();
-            Trajectory::new(format!("{j}"), times.clone(), vec![z]).expect("well formed")
-        });
-        let data = Dataset::from_names(&["height_m"], drops.collect()).expect("well formed");
-        let prepared = prepare(&model, &data, &Options::default()).expect("usable");
-        let h = Hypothesis::new(&model, &prepared.data, &[]);
-        let record = &prepared.data.records[0];
-        let lanes = Lanes::new(&h, record, &[]);
-        let nuisance = lanes.nuisance_start(&h, record);
-        let theta = h.theta_start(0.0);
-        let point = Point::new(&h, &h.world, record, &theta, &nuisance);
-        assert!(lanes.common() + lanes.nuisances() > 3, "more than a block");
-        let wide = normal_wide::<8>(&point, &lanes, record, 0.3);
-        let blocks = normal_in_blocks::<3>(&point, &lanes, record, 0.3);
-        assert!((wide.q - blocks.q).abs() <= 1e-12 * wide.q, "{} {}", wide.q, blocks.q);
-        let scale = wide.h.a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        assert!(wide.h.a.iter().zip(&blocks.h.a).all(|(a, b)| (a - b).abs() < 1e-12 * scale));
-        assert!(wide.g.iter().zip(&blocks.g).all(|(a, b)| (a - b).abs() < 1e-12 * scale));
-    }
+    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, events }
 }

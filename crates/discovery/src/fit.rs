@@ -1,10 +1,9 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::evaluate::{Event, Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Measured, Record};
-use augsim_physics::ball::ImpactRecord;
 use rayon::prelude::*;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
@@ -54,8 +53,8 @@ pub(crate) struct Fit {
     pub information: Square,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
-    /// Simulated impacts of each chosen record.
-    pub impacts: Vec<Vec<ImpactRecord<f64>>>,
+    /// Simulated events of each chosen record.
+    pub events: Vec<Vec<Event>>,
 }
 
 impl Fit {
@@ -98,7 +97,8 @@ fn assemble(
         .zip(&nuisance)
         .map(|((&j, lanes), n)| {
             let record = &sample.data.records[j];
-            normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+            sample.data.tally.simulation();
+            normal(&Point::new(h, &*h.system, lanes, record, &theta, n), lanes, record, sample.correlation)
         })
         .collect();
     let q = normals.iter().map(|n| n.q).sum();
@@ -168,6 +168,7 @@ fn fit_with(
     nuisance: &[Vec<f64>],
     move_theta: bool,
 ) -> Fit {
+    sample.data.tally.fit();
     let mut h = hypothesis.clone();
     let lanes: Vec<Lanes> = sample.records().map(|r| Lanes::new(&h, r, &[])).collect();
     let nuisance: Vec<Vec<f64>> = lanes
@@ -217,7 +218,7 @@ fn fit_with(
         nuisance: state.nuisance,
         ll,
         information,
-        impacts: state.normals.into_iter().map(|n| n.impacts).collect(),
+        events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }
 
@@ -316,7 +317,13 @@ fn advance(
         .map(|(((&j, lanes), before), now)| {
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
-                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+                sample.data.tally.simulation();
+                normal(
+                    &Point::new(h, &*h.system, lanes, record, &theta, n),
+                    lanes,
+                    record,
+                    sample.correlation,
+                )
             };
             let full = nuisance_step(lanes, before, now, step, lambda);
             let mut best = (at(&full), full);
@@ -383,7 +390,13 @@ fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) ->
             }
             let record = &sample.data.records[j];
             let at = |n: &[f64]| {
-                normal(&Point::new(h, &h.world, record, &theta, n), lanes, record, sample.correlation)
+                sample.data.tally.simulation();
+                normal(
+                    &Point::new(h, &*h.system, lanes, record, &theta, n),
+                    lanes,
+                    record,
+                    sample.correlation,
+                )
             };
             let rough = lanes.nuisance_start(h, record);
             let fresh = settle(&at, lanes, (at(&rough), rough), 0.0);

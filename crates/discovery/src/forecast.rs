@@ -9,7 +9,7 @@ use crate::record::{Measured, Record};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::effects::ScatterPer;
-use augsim_physics::model::{Per, Release};
+use augsim_physics::model::Per;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -53,7 +53,7 @@ pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64])
 fn predictor(training: &Fit) -> Hypothesis {
     let mut h = training.hypothesis.clone();
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
-    let first = h.world.axes.count() * if h.release == Release::Free { 2 } else { 1 };
+    let first = h.system.schema().free_states().count();
     for k in 0..own {
         let mut values: Vec<f64> =
             training.nuisance.iter().filter_map(|n| n.get(first + k).copied()).collect();
@@ -96,12 +96,13 @@ fn one_error(
     let sample = Sample { data: &single, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
     let lanes = Lanes::new(h, &single.records[0], &[]);
-    let run = Point::new(h, &h.world, record, theta, &start.nuisance[0]).plain(&lanes, record);
+    let point = Point::new(h, &*h.system, &lanes, record, theta, &start.nuisance[0]);
+    let run = point.plain(&lanes, record);
     let (mut s, mut n) = (0.0, 0.0);
-    for (c, &axis) in h.world.axes.indices().iter().enumerate() {
+    for c in 0..run.channels() {
         for k in known..record.times.len() {
             if record.weight[c][k] > 0.0 {
-                s += (record.y[c][k] - run.positions[k][axis]).powi(2);
+                s += (record.y[c][k] - run.value(k, c)).powi(2);
                 n += 1.0;
             }
         }
@@ -142,12 +143,13 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
                     }
                 }
                 let full = &fit.hypothesis;
-                let run = Point::new(full, &full.world, record, &fit.theta, &nuisance).plain(&lanes, record);
+                let point = Point::new(full, &*full.system, &lanes, record, &fit.theta, &nuisance);
+                let run = point.plain(&lanes, record);
                 let mut copy = record.clone();
-                for (c, &axis) in full.world.axes.indices().iter().enumerate() {
+                for c in 0..run.channels() {
                     // The noise of the measured sample before, and its place.
                     let (mut last, mut before) = (0.0, None);
-                    for (k, sample_k) in run.positions.iter().enumerate() {
+                    for k in 0..run.samples() {
                         let w = record.weight[c][k];
                         if w == 0.0 {
                             continue;
@@ -156,7 +158,7 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
                         let rho = if linked { sample.correlation } else { 0.0 };
                         last = rho * last + (1.0 - rho * rho).sqrt() * normal();
                         before = Some(k);
-                        copy.y[c][k] = sample_k[axis] + last / w;
+                        copy.y[c][k] = run.value(k, c) + last / w;
                     }
                 }
                 let (a, b) = one_error(sample.data, &copy, &h, &fit.theta, sample.correlation);

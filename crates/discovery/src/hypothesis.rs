@@ -2,14 +2,15 @@
 
 use crate::addition::{Addition, KNOTS};
 use crate::record::Measured;
-use augsim_physics::ball::{LawRef, RADIUS, World};
-use augsim_physics::effects::{ScatterPer, index_of, spec_of};
+use augsim_physics::effects::{ScatterPer, spec_of};
 use augsim_physics::model::{EffectBlock, Model, Parameter, Per, Release};
+use augsim_physics::system::{Law, System};
+use std::sync::Arc;
 
 /// A parameter that is fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Free {
-    /// Place in the world's parameter vector.
+    /// Place in the system's parameter vector.
     pub index: usize,
     pub per: Per,
     pub min: f64,
@@ -29,10 +30,10 @@ pub(crate) struct Scatter {
     pub sd: f64,
 }
 
-/// World, nominal values and what is free in them. The values by group stand beside them.
+/// A system, nominal values and what is free in them. The values by group stand beside them.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
-    pub world: World,
+    pub system: Arc<dyn System>,
     pub values: Vec<f64>,
     /// Declared parameters that have values by group: the place of each in the vector, and its values by group number.
     pub by_group: Vec<(usize, Vec<f64>)>,
@@ -47,11 +48,11 @@ pub(crate) struct Hypothesis {
 impl Hypothesis {
     /// The declared model with additions; all of its free parameters are free.
     pub fn new(model: &Model, data: &Measured, additions: &[Addition]) -> Self {
-        let (mut world, mut values) = model.world(data.axes);
-        if values[RADIUS] <= 0.0 {
-            // Without spin only ratios to the radius enter, so that any radius will do.
-            values[RADIUS] = 1.0;
-        }
+        let laws: Vec<Law> = additions.iter().filter_map(Addition::law).collect();
+        // Kinds and tables come from this very system: there is none that it refuses.
+        let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
+        let values = system.parameters().iter().map(|p| p.nominal).collect();
+        let mut places = system.places().into_iter();
         let blocks = model.effects.iter().filter(|b| b.scatter.is_none());
         let declared = model.parameters.iter().chain(blocks.flat_map(|b| &b.parameters));
         let declared: Vec<(usize, &Parameter)> = declared.enumerate().collect();
@@ -78,12 +79,10 @@ impl Hypothesis {
             match addition {
                 Addition::Scatter(per) => scatter = Some(Scatter { per: *per, sd: 0.02 }),
                 Addition::Kind(kind, per) => {
-                    if let (Some(index), Some(spec)) = (index_of(kind), spec_of(kind)) {
-                        let first = world.add(LawRef::Listed(index), spec.parameters.len());
-                        for (i, p) in spec.parameters.iter().enumerate() {
-                            values.push(0.0);
+                    if let (Some(place), Some(spec)) = (places.next(), spec_of(kind)) {
+                        for (index, p) in place.zip(spec.parameters) {
                             free.push(Free {
-                                index: first + i,
+                                index,
                                 per: *per,
                                 min: p.min,
                                 max: p.max,
@@ -94,12 +93,10 @@ impl Hypothesis {
                         }
                     }
                 }
-                Addition::Law(table) => {
-                    let first = world.add(LawRef::Table(table.clone()), KNOTS);
-                    for i in 0..KNOTS {
-                        values.push(0.0);
+                Addition::Law(_) => {
+                    for index in places.next().unwrap_or_default() {
                         free.push(Free {
-                            index: first + i,
+                            index,
                             per: Per::All,
                             min: -100.0,
                             max: 100.0,
@@ -112,7 +109,7 @@ impl Hypothesis {
             }
         }
         Self {
-            world,
+            system,
             values,
             by_group,
             free,
@@ -152,7 +149,7 @@ impl Hypothesis {
         if first == usize::MAX { at..at } else { first..last }
     }
 
-    /// Entries of theta of the free world parameter `index`; `None` if it is frozen or each trajectory's own.
+    /// Entries of theta of the free parameter `index`; `None` if it is frozen or each trajectory's own.
     pub fn entries_of(&self, index: usize) -> Option<std::ops::Range<usize>> {
         let mut at = 0;
         for f in &self.free {
@@ -187,7 +184,7 @@ impl Hypothesis {
         theta
     }
 
-    /// The world's parameters for a trajectory of `group` as far as the model declares them.
+    /// The system's parameters for a trajectory of `group` as far as the model declares them.
     pub fn values_of(&self, group: usize) -> Vec<f64> {
         let mut values = self.values.clone();
         for (index, by_group) in &self.by_group {

@@ -45,6 +45,7 @@ mod separate;
 mod spikes;
 mod statistics;
 mod swapped;
+mod tally;
 mod unlisted;
 
 pub use assess::{Assessment, assess};
@@ -54,5 +55,5 @@ pub use options::{Options, Progress};
 pub use push::{assess_push, discover_push};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound,
-    Rmse, SCHEMA, Tests, Unexplained, Verdict,
+    Rmse, SCHEMA, Tests, Unexplained, Verdict, Work,
 };

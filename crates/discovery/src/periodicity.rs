@@ -2,7 +2,7 @@
 
 use crate::evaluate::Lanes;
 use crate::fit::{Fit, Sample};
-use augsim_physics::effects::ScatterPer;
+use augsim_physics::effects::{Against, ScatterPer};
 use rayon::prelude::*;
 
 /// Slow frequencies: multiples of the inverse of twice the time that the clock spans.
@@ -51,10 +51,10 @@ fn points(sample: &Sample<'_>, fit: &Fit) -> Vec<Point> {
         let lanes = Lanes::new(&fit.hypothesis, record, &[]);
         let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
         // An offset that a whole trajectory shares counts once.
-        let impacts = fit.impacts[i].iter().take(if shared { 1 } else { usize::MAX });
+        let impacts = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });
         points.extend(xi.iter().zip(impacts).map(|(&x, impact)| Point {
             time: impact.time + record.covariates.clock_s,
-            y: [x, x * impact.speed_in],
+            y: [x, x * impact.feature(Against::NormalSpeed)],
         }));
     }
     points

@@ -39,7 +39,7 @@ pub(crate) fn prepare(
     dataset: &Dataset,
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
-    let mut data = Measured::from_dataset(dataset, model.clock_reference_s)?;
+    let mut data = Measured::from_dataset(dataset, model)?;
     if let Some(unknown) = model.unknown_group(&data.groups.iter().map(String::as_str).collect::<Vec<_>>()) {
         return Err(DiscoveryError::unknown_group(&model.file, &data.name, unknown, &data.groups));
     }

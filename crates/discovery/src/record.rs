@@ -1,8 +1,12 @@
 //! One measured trajectory, ready for fits.
 
 use crate::DiscoveryError;
+use crate::tally::Tally;
 use augsim_data::Dataset;
 use augsim_physics::ball::{Axes, Covariates};
+use augsim_physics::model::Model;
+use augsim_physics::system::{Record as SystemRecord, System};
+use std::sync::Arc;
 
 /// One trajectory: times, positions by channel, and what is known about the whole of it.
 #[derive(Clone, Debug)]
@@ -34,6 +38,29 @@ impl Record {
     pub fn follows(&self, before: usize, k: usize) -> bool {
         self.times[k] - self.times[before] < self.memory_s
     }
+
+    /// Rough states at the start time, in the order of the ball's schema: positions, then velocities, of the observed axes.
+    pub fn rough_start(&self) -> Vec<f64> {
+        let axes: &[usize] = match self.y.len() {
+            0 | 1 => &[2],
+            2 => &[0, 2],
+            _ => &[0, 1, 2],
+        };
+        let (position, velocity) = self.start;
+        axes.iter().map(|&a| position[a]).chain(axes.iter().map(|&a| velocity[a])).collect()
+    }
+
+    /// The record as the system knows it.
+    pub fn seen(&self) -> SystemRecord {
+        let c = &self.covariates;
+        let [x, y, z] = c.spin_rad_s;
+        let radius = self.radius_m.unwrap_or(f64::NAN);
+        SystemRecord {
+            times: self.times.clone(),
+            covariates: vec![c.clock_s, x, y, z, c.area_per_mass_m2_kg, radius],
+            ..SystemRecord::default()
+        }
+    }
 }
 
 /// All trajectories of a data set with what they have in common.
@@ -41,18 +68,23 @@ impl Record {
 pub(crate) struct Measured {
     pub name: String,
     pub axes: Axes,
+    /// What the model declares.
+    pub system: Arc<dyn System>,
     pub records: Vec<Record>,
     pub groups: Vec<String>,
     pub has_spin: bool,
     pub has_start_time: bool,
     /// Session time that the clocks of the records count from, s.
     pub clock_reference_s: f64,
+    /// Work done on these trajectories and their copies.
+    pub tally: Arc<Tally>,
 }
 
 impl Measured {
-    /// Takes the columns that the ball world knows from a data set; others are ignored. The session clock counts from
-    /// `clock_reference_s` or, without it, from the mean of the start times.
-    pub fn from_dataset(data: &Dataset, clock_reference_s: Option<f64>) -> Result<Self, DiscoveryError> {
+    /// Takes the columns that the ball world knows from a data set; others are ignored. The session clock counts from the
+    /// model's reference or, without it, from the mean of the start times.
+    pub fn from_dataset(data: &Dataset, model: &Model) -> Result<Self, DiscoveryError> {
+        let clock_reference_s = model.clock_reference_s;
         let name = data.origin().to_string();
         let (axes, columns) =
             channels(data).ok_or_else(|| DiscoveryError::NoPosition { data: name.clone() })?;
@@ -118,7 +150,8 @@ impl Measured {
             groups.push(String::new());
         }
         let has_spin = records.iter().any(|r| r.covariates.spin_rad_s != [0.0; 3]);
-        Ok(Self { name, axes, records, groups, has_spin, has_start_time, clock_reference_s })
+        let (system, tally) = (Arc::new(model.open(axes)), Arc::default());
+        Ok(Self { name, axes, system, records, groups, has_spin, has_start_time, clock_reference_s, tally })
     }
 
     /// The number of each trajectory's group.
@@ -128,7 +161,14 @@ impl Measured {
 
     /// The same description with no records.
     pub fn without_records(&self) -> Self {
-        Self { name: self.name.clone(), groups: self.groups.clone(), records: Vec::new(), ..*self }
+        Self {
+            name: self.name.clone(),
+            groups: self.groups.clone(),
+            records: Vec::new(),
+            tally: self.tally.clone(),
+            system: self.system.clone(),
+            ..*self
+        }
     }
 
     /// Whether any trajectory shows an impact.

@@ -366,6 +366,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         push: None,
         model_toml: augmented.to_toml(),
         error: parts.error,
+        work: data.tally.work(),
     };
     accepted(found, &ModelFile::Ball(augmented), &data.name)
 }

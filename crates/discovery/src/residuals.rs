@@ -8,16 +8,14 @@ pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
     let lanes = Lanes::new(h, record, &[]);
-    let run = Point::new(h, &h.world, record, &fit.theta, &fit.nuisance[i]).plain(&lanes, record);
-    let axes = h.world.axes.indices();
+    let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[i]);
+    let run = point.plain(&lanes, record);
     (0..record.y.len())
         .map(|c| {
-            run.positions
-                .iter()
-                .enumerate()
-                .map(|(k, s)| match record.weight[c][k] {
+            (0..run.samples())
+                .map(|k| match record.weight[c][k] {
                     0.0 => f64::NAN,
-                    _ => record.y[c][k] - s[axes[c]],
+                    _ => record.y[c][k] - run.value(k, c),
                 })
                 .collect()
         })

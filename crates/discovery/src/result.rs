@@ -271,6 +271,17 @@ pub struct Horizon {
     pub rotation_deg: [Rmse; 3],
 }
 
+/// How much work an answer took. The counts are the same on every machine and for any number of threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Simulations of one trajectory (or one window of a push) with derivatives.
+    pub simulations: u64,
+    /// Minimisations.
+    pub fits: u64,
+    /// Candidates whose gain was predicted without a fit.
+    pub scores: u64,
+}
+
 /// A discovery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Discovery {
@@ -312,6 +323,9 @@ pub struct Discovery {
     pub push: Option<PushFound>,
     /// The augmented model file.
     pub model_toml: String,
+    /// How much work the answer took.
+    #[serde(default)]
+    pub work: Work,
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use crate::addition::{Addition, KNOTS};
 use crate::evaluate::{Lanes, Point, normal};
 use crate::fit::{Fit, Sample};
 use crate::linear::{Square, eliminate};
-use augsim_physics::ball::LawRef;
-use augsim_physics::effects::{Location, index_of, spec_of};
+use augsim_physics::effects::{Location, spec_of};
 use augsim_physics::model::Per;
+use augsim_physics::system::Law;
 use rayon::prelude::*;
 
 /// Eigenvalues of the scaled information below this are directions that the data do not see.
@@ -32,7 +32,7 @@ pub(crate) struct Score {
 fn integrates(addition: &Addition) -> bool {
     match addition {
         Addition::Law(t) => t.target.location() == Location::Flight,
-        other => matches!(other.kind(), "quadratic-drag" | "drag-coefficient" | "linear-drag" | "magnus"),
+        other => spec_of(other.kind()).is_some_and(|s| s.costly),
     }
 }
 
@@ -72,44 +72,41 @@ fn batch_scores(
     candidates: &[Addition],
     batch: &[usize],
 ) -> Vec<(usize, Score)> {
+    batch.iter().for_each(|_| sample.data.tally.score());
     let h = &fit.hypothesis;
-    let mut world = h.world.clone();
+    let mut laws: Vec<Law> = Vec::new();
+    let mut parameters = h.system.parameters().len();
     let groups = sample.data.groups.len();
     let theta_len = h.theta_len();
-    // Lane by lane: which world parameter, which columns of the common matrix.
+    // Lane by lane: which parameter of the system, which columns of the common matrix.
     let mut extras: Vec<usize> = Vec::new();
     let mut columns: Vec<(usize, bool)> = Vec::new();
     let mut owned: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
     let mut width = theta_len;
     for &i in batch {
-        let (law, count, grouped) = match &candidates[i] {
-            Addition::Law(t) => (LawRef::Table(t.clone()), KNOTS, false),
-            Addition::Kind(kind, per) => match (index_of(kind), spec_of(kind)) {
-                (Some(index), Some(spec)) => {
-                    (LawRef::Listed(index), spec.parameters.len(), *per == Per::Group)
-                }
-                _ => continue,
-            },
-            Addition::Scatter(_) => continue,
-        };
-        let first = world.add(law, count);
+        let Some(law) = candidates[i].law() else { continue };
+        let grouped = matches!(candidates[i], Addition::Kind(_, Per::Group));
         let begin = width;
-        for p in 0..count {
-            extras.push(first + p);
+        for _ in 0..law.size(h.system.library()) {
+            extras.push(parameters);
+            parameters += 1;
             columns.push((width, grouped));
             width += if grouped { groups } else { 1 };
         }
+        laws.push(law);
         owned.push((i, begin..width));
     }
+    let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
     let parts: Vec<_> = sample
         .chosen
         .par_iter()
         .zip(&fit.nuisance)
         .map(|(&j, nuisance)| {
             let record = &sample.data.records[j];
+            sample.data.tally.simulation();
             let lanes = Lanes::new(h, record, &extras);
             let n = normal(
-                &Point::new(h, &world, record, &fit.theta, nuisance),
+                &Point::new(h, &*system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
                 record,
                 sample.correlation,
@@ -199,9 +196,10 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
         .zip(&fit.nuisance)
         .map(|(&j, nuisance)| {
             let record = &sample.data.records[j];
+            sample.data.tally.simulation();
             let lanes = Lanes::new(h, record, &[]);
             let n = normal(
-                &Point::new(h, &h.world, record, &fit.theta, nuisance),
+                &Point::new(h, &*h.system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
                 record,
                 sample.correlation,

@@ -7,8 +7,8 @@ use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::score::{Score, heterogeneity, scores};
 use crate::statistics::{chi2_quantile, chi2_tail};
-use augsim_physics::ball::{Axes, RESTITUTION};
-use augsim_physics::effects::{ScatterPer, spec_of};
+use augsim_physics::ball::RESTITUTION;
+use augsim_physics::effects::{ScatterPer, Start, spec_of};
 use augsim_physics::model::{Model, Per};
 use rayon::prelude::*;
 
@@ -190,9 +190,11 @@ impl<'a> Search<'a> {
             .filter(|s| s.statistic > least)
             .take(most)
             .map(|s| {
-                let start = match s.addition.kind() {
-                    "coulomb-friction" => vec![0.05],
-                    "contact-duration" => vec![s.estimate[0].clamp(1e-3, 0.05)],
+                let start = match spec_of(s.addition.kind()).map(|spec| spec.start) {
+                    Some(Start::At(values)) => values.to_vec(),
+                    Some(Start::Within(bounds)) => {
+                        s.estimate.iter().zip(bounds).map(|(v, [low, high])| v.clamp(*low, *high)).collect()
+                    }
                     _ => s.estimate.clone(),
                 };
                 vec![(s.addition.clone(), start)]
@@ -202,12 +204,14 @@ impl<'a> Search<'a> {
             moves.push(vec![(Addition::Scatter(ScatterPer::Impact), vec![])]);
             moves.push(vec![(Addition::Scatter(ScatterPer::Trajectory), vec![])]);
         }
-        let drag = Addition::Kind("quadratic-drag", Per::All);
-        let wind = Addition::Kind("wind", Per::All);
-        let windy = self.train.data.axes != Axes::Vertical && self.library.contains(&wind);
-        if best && windy && strong > 9.0 && may_join(&drag, &fit.hypothesis) {
-            for w in [-2.0, 2.0] {
-                moves.push(vec![(drag.clone(), vec![0.02]), (wind.clone(), vec![w])]);
+        for addition in self.library.iter().filter(|_| best && strong > 9.0) {
+            let Some(join) = spec_of(addition.kind()).and_then(|s| s.joins) else { continue };
+            let first = Addition::Kind(join.kind, Per::All);
+            if may_join(&first, &fit.hypothesis) {
+                let both = |own: &[f64]| {
+                    vec![(first.clone(), join.start.to_vec()), (addition.clone(), own.to_vec())]
+                };
+                moves.extend(join.own.iter().map(|own| both(own)));
             }
         }
         moves
@@ -305,8 +309,7 @@ impl<'a> Search<'a> {
                 let mut rest = now.clone();
                 let gone = rest.remove(i);
                 let keep: Vec<_> = rest.iter().map(|a| (a.clone(), vec![])).collect();
-                let wind_alone = rest.iter().any(|a| a.kind() == "wind") && gone.kind() == "quadratic-drag";
-                if wind_alone {
+                if rest.iter().any(|a| a.acts_through(&gone)) {
                     continue;
                 }
                 if now.len() > 1 {

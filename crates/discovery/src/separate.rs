@@ -96,13 +96,14 @@ fn distance(
     let lanes = Lanes::new(&truth.hypothesis, &record, &[]);
     let start = lanes.nuisance_start(&truth.hypothesis, &record);
     let h = &truth.hypothesis;
-    let run = Point::new(h, &h.world, &record, &truth.theta, &start).plain(&lanes, &record);
-    let end = run.impacts.get(MOST_IMPACTS).map_or(f64::INFINITY, |i| i.time);
+    let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
+    let run = point.plain(&lanes, &record);
+    let end = run.event_times().get(MOST_IMPACTS).copied().unwrap_or(f64::INFINITY);
     let n = record.times.iter().take_while(|t| **t < end).count();
     record.times.truncate(n);
-    for (c, &axis) in h.world.axes.indices().iter().enumerate() {
-        record.y.push(run.positions[..n].iter().map(|p| p[axis]).collect());
-        record.weight.push(vec![1.0 / noise_m[c]; n]);
+    for (c, noise_m) in noise_m.iter().enumerate().take(run.channels()) {
+        record.y.push((0..n).map(|k| run.value(k, c)).collect());
+        record.weight.push(vec![1.0 / noise_m; n]);
     }
     nearest(sample, &record, other)
 }
@@ -137,8 +138,9 @@ fn nearest(sample: &Sample<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let common = lanes.common();
     let prior = fit.information.sub(&lanes.theta);
     let at = |theta: &[f64], nuisance: &[f64]| {
-        let normal =
-            normal(&Point::new(h, &h.world, record, theta, nuisance), &lanes, record, sample.correlation);
+        sample.data.tally.simulation();
+        let point = Point::new(h, &*h.system, &lanes, record, theta, nuisance);
+        let normal = normal(&point, &lanes, record, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();
         let held: Vec<f64> =
             (0..common).map(|i| (0..common).map(|k| prior.at(i, k) * moved[k]).sum()).collect();

@@ -21,7 +21,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
     let mut now = start.clone();
     let mut added = false;
     for _ in 0..MOST_LAWS {
-        let mut candidates = laws(search.model, search.train.data, &now.fit.impacts);
+        let mut candidates = laws(search.model, search.train.data, &now.fit.events);
         candidates.extend(search.library.iter().cloned());
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
@@ -61,7 +61,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
             .filter_map(|i| {
                 let mut rest = now.additions().to_vec();
                 let gone = rest.remove(i);
-                let orphan = gone.kind() == "quadratic-drag" && rest.iter().any(|a| a.kind() == "wind");
+                let orphan = rest.iter().any(|a| a.acts_through(&gone));
                 (!orphan && !rest.is_empty()).then(|| search.refit(&now.fit, &rest, &[]))
             })
             .collect();

@@ -148,6 +148,12 @@ impl<const N: usize> Scalar for Dual<N> {
     fn constant(value: f64) -> Self {
         Self { value, d: [0.0; N] }
     }
+    fn variable(value: f64, lane: usize) -> Self {
+        Dual::variable(value, lane)
+    }
+    fn derivatives(&self) -> &[f64] {
+        &self.d
+    }
     fn value(self) -> f64 {
         self.value
     }
@@ -168,6 +174,20 @@ impl<const N: usize> Scalar for Dual<N> {
     fn cos(self) -> Self {
         self.chain(self.value.cos(), -self.value.sin())
     }
+    fn tanh(self) -> Self {
+        let t = self.value.tanh();
+        self.chain(t, 1.0 - t * t)
+    }
+    fn atan2(mut self, x: Self) -> Self {
+        let (y, square) = (self.value, self.value * self.value + x.value * x.value);
+        let r = if square > 0.0 { 1.0 / square } else { 0.0 };
+        self.d.iter_mut().zip(&x.d).for_each(|(dy, dx)| *dy = (*dy * x.value - y * dx) * r);
+        self.value = y.atan2(x.value);
+        self
+    }
+    fn powf(self, exponent: f64) -> Self {
+        self.chain(self.value.powf(exponent), exponent * self.value.powf(exponent - 1.0))
+    }
 }
 
 #[cfg(test)]
@@ -177,7 +197,8 @@ mod tests {
     use super::*;
 
     fn composite<S: Scalar>(x: S, y: S) -> S {
-        (x * y + 2.0).sqrt() / ((x.sin() + y.cos()) * 0.5 + 3.0) - (x.abs().ln() - y).exp() * 0.1
+        let bent = (x - y).tanh() + (x * 2.0).atan2(y) - y.powf(1.7);
+        (x * y + 2.0).sqrt() / ((x.sin() + y.cos()) * 0.5 + 3.0) - (x.abs().ln() - y).exp() * 0.1 + bent * 0.3
     }
 
     #[test]

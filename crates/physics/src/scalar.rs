@@ -30,6 +30,10 @@ pub trait Scalar:
     const DIFFERENTIATES: bool = Self::LANES > 0;
     /// A constant: derivative zero.
     fn constant(value: f64) -> Self;
+    /// The independent variable of `lane`, at `value`. A lane beyond [`LANES`](Self::LANES) gives a constant.
+    fn variable(value: f64, lane: usize) -> Self;
+    /// The derivatives, lane by lane; empty for plain numbers.
+    fn derivatives(&self) -> &[f64];
     /// The value without derivatives.
     fn value(self) -> f64;
     /// Square root; the derivative at 0 is taken as 0 so that a ball released at contact stays finite.
@@ -42,6 +46,12 @@ pub trait Scalar:
     fn sin(self) -> Self;
     /// Cosine.
     fn cos(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Angle of the point (`x`, `self`), rad; the derivative at the origin is taken as 0.
+    fn atan2(self, x: Self) -> Self;
+    /// Power with a constant exponent.
+    fn powf(self, exponent: f64) -> Self;
     /// Zero.
     fn zero() -> Self {
         Self::constant(0.0)
@@ -56,6 +66,12 @@ impl Scalar for f64 {
     const LANES: usize = 0;
     fn constant(value: f64) -> Self {
         value
+    }
+    fn variable(value: f64, _lane: usize) -> Self {
+        value
+    }
+    fn derivatives(&self) -> &[f64] {
+        &[]
     }
     fn value(self) -> f64 {
         self
@@ -74,6 +90,15 @@ impl Scalar for f64 {
     }
     fn cos(self) -> Self {
         self.cos()
+    }
+    fn tanh(self) -> Self {
+        self.tanh()
+    }
+    fn atan2(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    fn powf(self, exponent: f64) -> Self {
+        self.powf(exponent)
     }
 }
 

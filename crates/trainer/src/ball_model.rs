@@ -154,12 +154,14 @@ fn hidden(block: &EffectBlock) -> Option<(&str, &'static str)> {
             }
             Against::NormalSpeed | Against::Speed | Against::Z | Against::VelocityZ => None,
         },
+        // What acts through another effect (a wind through the drag) shows in the height alone as well.
+        None if spec_of(&block.kind)?.joins.is_some() => None,
         None => match spec_of(&block.kind)?.needs {
-            Needs::Horizontal | Needs::Lateral => Some("motion along the ground"),
+            Needs::Horizontal | Needs::Slip | Needs::Lateral => Some("motion along the ground"),
             Needs::Spin | Needs::SpinInSpace => Some("the spin"),
             Needs::StartTime => Some("the clock of the session"),
             Needs::AreaPerMass => Some("the ball's size and mass"),
-            Needs::Nothing | Needs::ReleaseAtRest | Needs::Effect(_) => None,
+            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting => None,
         },
     };
     what.map(|what| (block.kind.as_str(), what))

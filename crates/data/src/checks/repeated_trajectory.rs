@@ -148,7 +148,7 @@ fn same(data: &Dataset, moving: &[usize], all: &[Recording], a: usize, b: usize)
         }
         // Two numbers around one value with noise s each differ by less than d with probability below d/(s sqrt(pi)).
         // Flags of two streams alternate alike in every recording: they must agree, and prove nothing.
-        let counts = data.columns()[i].unit() != Unit::Dimensionless;
+        let counts = data.columns()[i].unit() != Unit::DIMENSIONLESS;
         let noise = if counts { wa.noise.min(wb.noise) } else { 0.0 };
         if noise > 0.0 {
             let probability = (tolerance / (noise * std::f64::consts::PI.sqrt())).min(1.0);

@@ -61,12 +61,14 @@ impl Sample<'_> {
         self.windows.iter().map(|w| self.data.records[w.record].pose[w.first]).collect()
     }
 
+    /// The piece of one window; counted as a simulation.
+    pub fn piece(&self, h: &Hypothesis, theta: &[f64], start: [f64; 3], w: &Window) -> Piece {
+        self.data.tally.simulation();
+        piece(h, theta, start, &self.data.records[w.record], w, self.data.noise.sd)
+    }
+
     pub fn pieces(&self, h: &Hypothesis, theta: &[f64], starts: &[[f64; 3]]) -> Vec<Piece> {
-        self.windows
-            .par_iter()
-            .zip(starts)
-            .map(|(w, s)| piece(h, theta, *s, &self.data.records[w.record], w, self.data.noise.sd))
-            .collect()
+        self.windows.par_iter().zip(starts).map(|(w, s)| self.piece(h, theta, *s, w)).collect()
     }
 
     /// Pieces at new parameters and starts; a window that its new start makes worse keeps the old one, if that is better.
@@ -83,7 +85,7 @@ impl Sample<'_> {
             .zip(moved)
             .zip(old.par_iter().zip(before))
             .map(|((w, &new), (&old, before))| {
-                let at = |s| piece(h, theta, s, &self.data.records[w.record], w, self.data.noise.sd);
+                let at = |s| self.piece(h, theta, s, w);
                 let trial = at(new);
                 if trial.q <= before.q {
                     return (new, trial);
@@ -211,6 +213,7 @@ impl Fit {
 
 /// Fits `hypothesis` from `theta`; starts from those of another fit or the first poses.
 pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], starts: &[[f64; 3]]) -> Fit {
+    sample.data.tally.fit();
     let mut theta = theta.to_vec();
     hypothesis.admit(&mut theta);
     let p = theta.len();
@@ -229,7 +232,7 @@ pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], s
             damped.cholesky().solve(&mut step);
             let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
             hypothesis.free.iter().zip(&mut next).for_each(|(f, v)| {
-                let polar = f.kind.is_some_and(|k| super::hypothesis::Polar::of(k).is_some());
+                let polar = f.kind.is_some_and(|k| super::hypothesis::polar(k).is_some());
                 if !polar {
                     *v = v.clamp(f.min, f.max);
                 }
@@ -277,15 +280,14 @@ pub(crate) fn fit_starts(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[
 }
 
 fn fit_starts_from(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], from: &[[f64; 3]]) -> Fit {
-    let sd = sample.data.noise.sd;
+    sample.data.tally.fit();
     let still = vec![0.0; theta.len()];
     let (starts, pieces): (Vec<_>, Vec<_>) = sample
         .windows
         .par_iter()
         .zip(from)
         .map(|(w, &(mut start))| {
-            let r = &sample.data.records[w.record];
-            let mut now = piece(hypothesis, theta, start, r, w, sd);
+            let mut now = sample.piece(hypothesis, theta, start, w);
             let mut share = 1.0;
             for _ in 0..6 {
                 if now.start_gain(still.len()) < 1e-3 + 1e-6 * now.q {
@@ -293,7 +295,7 @@ fn fit_starts_from(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], 
                 }
                 let d = now.start_step(&still);
                 let moved = [0, 1, 2].map(|c| start[c] + share * d[c]);
-                let next = piece(hypothesis, theta, moved, r, w, sd);
+                let next = sample.piece(hypothesis, theta, moved, w);
                 if next.q < now.q {
                     let gain = now.q - next.q;
                     (start, now) = (moved, next);

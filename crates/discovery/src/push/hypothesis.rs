@@ -1,9 +1,9 @@
 //! A model with some effects added, and which of its parameters are fitted.
 
+use augsim_physics::effects::Polar;
 use augsim_physics::model::{Per, PushModel};
 use augsim_physics::push::effects::{index_of, spec_of};
 use augsim_physics::push::{BASE_PARAMETERS, World};
-use std::f64::consts::PI;
 
 /// Kinds of additions that are no effect: a declared parameter, in the order of [`BASE_PARAMETERS`], has its own value in each
 /// group.
@@ -63,7 +63,7 @@ pub(crate) struct Free {
 
 /// How many of a kind's parameters say how much of it there is: the others are its direction or its scale.
 pub(crate) fn amounts(kind: &str) -> usize {
-    if kind == "speed-dependent-friction" || Polar::of(kind).is_some() { 1 } else { usize::MAX }
+    spec_of(kind).and_then(|s| s.amounts).unwrap_or(usize::MAX)
 }
 
 /// A model with effects.
@@ -186,7 +186,7 @@ impl Hypothesis {
     /// Values within bounds; an angle of an axis or a direction is brought round.
     pub fn admit(&self, theta: &mut [f64]) {
         for kind in &self.kinds {
-            if let Some(polar) = Polar::of(kind) {
+            if let Some(polar) = polar(kind) {
                 let range = self.range_of(kind);
                 if let [amount, angle] = &mut theta[range] {
                     polar.bring_round(amount, angle);
@@ -235,65 +235,16 @@ fn base_unit(name: &str) -> &'static str {
     }
 }
 
-/// Effects of an amount and a direction, which has no meaning where the amount vanishes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Polar {
-    /// A ratio of two axes: the axis repeats after half a turn, and its inverse is a quarter turn.
-    Axis,
-    /// A size: the direction repeats after a turn.
-    Direction,
-}
-
-impl Polar {
-    pub fn of(kind: &str) -> Option<Self> {
-        match kind {
-            "table-anisotropy" | "object-anisotropy" => Some(Polar::Axis),
-            "table-tilt" => Some(Polar::Direction),
-            _ => None,
-        }
-    }
-
-    fn bring_round(self, amount: &mut f64, angle: &mut f64) {
-        match self {
-            Polar::Axis => {
-                if *amount > 0.0 && *amount < 1.0 {
-                    *amount = 1.0 / *amount;
-                    *angle += 0.5 * PI;
-                }
-                *angle -= (*angle / PI).round() * PI;
-            }
-            Polar::Direction => {
-                if *amount < 0.0 {
-                    *amount = -*amount;
-                    *angle += PI;
-                }
-                *angle -= (*angle / (2.0 * PI)).round() * 2.0 * PI;
-            }
-        }
-    }
-
-    /// The values a linear `step` away from `at`, taken along the plane of amount and direction.
-    pub fn step(self, at: [f64; 2], step: [f64; 2]) -> [f64; 2] {
-        let (turns, zero) = match self {
-            Polar::Axis => (2.0, 1.0),
-            Polar::Direction => (1.0, 0.0),
-        };
-        let amount = at[0] - zero;
-        let (along, across) = (amount + step[0], amount * turns * step[1]);
-        [zero + along.hypot(across), at[1] + across.atan2(along) / turns]
-    }
-}
-
-/// Values at which a kind is first tried: near its null for a law that is smooth there, at typical sizes otherwise.
-pub(crate) fn probes(kind: &str, groups: usize) -> Vec<Vec<f64>> {
-    let null: Vec<f64> = match spec_of(kind) {
-        Some(spec) => spec.parameters.iter().map(|p| p.null).collect(),
+/// Values at which a kind is first tried: its null, or near it for a law that is singular there.
+pub(crate) fn probe(kind: &str, groups: usize) -> Vec<f64> {
+    match spec_of(kind) {
+        Some(spec) if spec.probe.is_empty() => spec.parameters.iter().map(|p| p.null).collect(),
+        Some(spec) => spec.probe.to_vec(),
         None => vec![0.0; groups.saturating_sub(1)],
-    };
-    match kind {
-        "table-anisotropy" | "object-anisotropy" => vec![vec![1.02, 0.0]],
-        "table-tilt" => vec![vec![0.001, 0.0]],
-        "speed-dependent-friction" => vec![vec![0.1, 0.02]],
-        _ => vec![null],
     }
+}
+
+/// The polar pair that the parameters of a kind are.
+pub(crate) fn polar(kind: &str) -> Option<Polar> {
+    spec_of(kind).and_then(|s| s.polar)
 }

@@ -2,10 +2,12 @@
 
 use crate::deal;
 use crate::statistics::median;
+use crate::tally::Tally;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::{Recorded, enough};
+use std::sync::Arc;
 
 /// Travel of the rod in one window of a fit, m: the deviations of one effect grow with it, those of knocks stay apart.
 const WINDOW_TRAVEL_M: f64 = 0.05;
@@ -146,6 +148,8 @@ pub(crate) struct Measured {
     pub noise: Noise,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
+    /// Work done on these pushes and their copies.
+    pub tally: Arc<Tally>,
 }
 
 impl Measured {
@@ -177,7 +181,8 @@ pub(crate) fn measure(
         r.corners = [&r.rod_time, &r.rod_x, &r.rod_y].map(|z| kept.iter().map(|&k| z[k]).collect());
     }
     let everything: Vec<usize> = (0..found).collect();
-    let mut measured = Measured { name, records, groups, noise, train: Vec::new(), test: Vec::new() };
+    let tally = Arc::default();
+    let mut measured = Measured { name, records, groups, noise, train: Vec::new(), test: Vec::new(), tally };
     (measured.train, measured.test) = split(&measured, &everything, options);
     Ok(measured)
 }

@@ -239,6 +239,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         }),
         model_toml: augmented.to_toml(),
         error: parts.error,
+        work: search.train.data.tally.work(),
     };
     accepted(found, &ModelFile::Push(augmented), &search.train.data.name)
 }

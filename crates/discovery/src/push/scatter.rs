@@ -18,7 +18,7 @@
 //! Not told apart: anything else that stays for one push and changes to the next with the same signature (a marker glued on
 //! anew, the place of contact, dirt, wear), and a law not in the library that acts by start orientation or contact place alone.
 
-use super::evaluate::{Piece, piece};
+use super::evaluate::Piece;
 use super::fit::{BEND, Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
 use super::score::Dispersion;
@@ -442,9 +442,7 @@ impl Common {
             let windows = range.clone().map(|w| {
                 let d = state.pieces[w].start_step(&step);
                 let start = [0, 1, 2].map(|c| state.starts[w][c] + d[c]);
-                let r = &sample.data.records[sample.windows[w].record];
-                let sd = sample.data.noise.sd;
-                (start, piece(&self.hypothesis, &own, start, r, &sample.windows[w], sd))
+                (start, sample.piece(&self.hypothesis, &own, start, &sample.windows[w]))
             });
             windows.unzip()
         };

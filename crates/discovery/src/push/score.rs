@@ -2,7 +2,7 @@
 
 use super::evaluate::Piece;
 use super::fit::{BEND, Fit, Sample};
-use super::hypothesis::{Hypothesis, Polar, probes};
+use super::hypothesis::{Hypothesis, polar, probe};
 use crate::linear::Square;
 use crate::statistics::median;
 use augsim_physics::model::PushModel;
@@ -127,27 +127,19 @@ pub(crate) fn scores(
     from: &Fit,
 ) -> Vec<Score> {
     let (kinds, groups) = (&from.hypothesis.kinds, train.data.groups.len());
-    let candidates: Vec<(&'static str, Vec<f64>)> = library
-        .iter()
-        .filter(|k| may_join(k, kinds))
-        .flat_map(|k| probes(k, groups).into_iter().map(|p| (*k, p)))
-        .collect();
+    let candidates: Vec<(&'static str, Vec<f64>)> =
+        library.iter().filter(|k| may_join(k, kinds)).map(|k| (*k, probe(k, groups))).collect();
     let mut list: Vec<Score> =
         candidates.into_par_iter().map(|(k, probe)| score(model, train, from, k, &probe)).collect();
     // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
     let common = train.promise(&from.pieces, from.theta.len());
     list.iter_mut().for_each(|s| s.gain -= common);
     list.sort_by(|a, b| b.evidence().total_cmp(&a.evidence()));
-    let mut seen: Vec<&str> = Vec::new();
-    list.retain(|s| {
-        let fresh = !seen.contains(&s.kind);
-        seen.push(s.kind);
-        fresh
-    });
     list
 }
 
 fn score(model: &PushModel, train: &Sample<'_>, from: &Fit, kind: &'static str, probe: &[f64]) -> Score {
+    train.data.tally.score();
     let mut kinds = from.hypothesis.kinds.clone();
     kinds.push(kind);
     let h = Hypothesis::new(model, &train.data.groups, &kinds);
@@ -158,7 +150,7 @@ fn score(model: &PushModel, train: &Sample<'_>, from: &Fit, kind: &'static str, 
     let mut step = u.clone();
     s.cholesky().solve(&mut step);
     let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
-    let polar = Polar::of(kind);
+    let polar = polar(kind);
     if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
         let to = polar.step([probe[0], probe[1]], [*a, *b]);
         next[p - 2..].copy_from_slice(&to);

@@ -1,12 +1,13 @@
 //! Forward-backward search over sets of effects.
 
 use super::fit::{BEND, Fit, Sample, fit, fit_starts};
-use super::hypothesis::{Hypothesis, kind_per_group, probes, size_of};
+use super::hypothesis::{Hypothesis, kind_per_group, probe, size_of};
 use super::score::{Score, scores};
 use crate::decide::holds;
 use crate::statistics::{chi2_quantile, median, quantile};
+use augsim_physics::effects::Needs;
 use augsim_physics::model::{Per, PushModel};
-use augsim_physics::push::effects::all;
+use augsim_physics::push::effects::{all, spec_of};
 use rayon::prelude::*;
 
 /// Probability of a false step.
@@ -202,7 +203,7 @@ impl<'a> Search<'a> {
                 if to.len() == of.len() {
                     start[to].copy_from_slice(&from.theta[of]);
                 } else {
-                    let first = probes(kind, groups.len()).into_iter().next().unwrap_or_default();
+                    let first = probe(kind, groups.len());
                     start[to].copy_from_slice(&first);
                 }
             }
@@ -305,15 +306,14 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            // A score cannot forecast the exact surface from afar: where the superellipsoid promises much, it is fitted too.
+            // No score forecasts these from afar: where the kind that foretells them promises much, they are fitted too.
             let twins: Vec<(usize, Vec<&'static str>, Vec<f64>)> = jobs
                 .iter()
-                .filter(|j| j.1.last() == Some(&"superelliptic-surface"))
-                .map(|j| {
+                .filter_map(|j| {
                     let mut kinds = j.1.clone();
-                    kinds.pop();
-                    kinds.push("exact-surface");
-                    (j.0, kinds, self.tried[j.0].fit.theta.clone())
+                    let twin = foretold(kinds.pop()?)?;
+                    kinds.push(twin);
+                    Some((j.0, kinds, self.tried[j.0].fit.theta.clone()))
                 })
                 .filter(|t| !self.known(&t.1) && !jobs.iter().any(|j| same(&j.1, &t.1)))
                 .collect();
@@ -451,7 +451,7 @@ impl<'a> Search<'a> {
 fn library(model: &PushModel, sample: &Sample<'_>) -> Vec<&'static str> {
     let effects = all::<f64>().into_iter().map(|e| e.spec()).filter(|s| {
         let clash = |kind: &str| s.kind == kind || s.excludes.contains(&kind);
-        let slow = s.kind == "inertia" && coasting_m(model, sample) < 3.0 * sample.data.noise.sd[0];
+        let slow = s.needs == Needs::Coasting && coasting_m(model, sample) < 3.0 * sample.data.noise.sd[0];
         !model.effects.iter().any(|b| clash(&b.kind)) && !slow
     });
     let (groups, pushes) = (sample.data.groups.len(), sample.data.records.len());
@@ -463,7 +463,12 @@ fn library(model: &PushModel, sample: &Sample<'_>) -> Vec<&'static str> {
 
 /// The kind that another turns into where some of its parameters are at their null.
 fn contained(kind: &str) -> Option<&'static str> {
-    (kind == "frame-registration").then_some("tip-offset")
+    spec_of(kind).and_then(|s| s.contains)
+}
+
+/// The kind whose promise another kind's test makes.
+fn foretold(kind: &str) -> Option<&'static str> {
+    all::<f64>().into_iter().map(|e| e.spec()).find(|s| s.foretold_by == Some(kind)).map(|s| s.kind)
 }
 
 /// A set with the kinds that its own contain.

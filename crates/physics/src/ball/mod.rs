@@ -12,9 +12,11 @@ mod order_statistics;
 pub mod paper_law;
 pub mod score;
 mod state;
+mod system;
 mod world;
 
 pub use engine::{Offsets, Run, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
 pub use state::{Axes, Covariates, State};
+pub use system::{Ball, COVARIATES};
 pub use world::{BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

@@ -1,7 +1,7 @@
 //! A camera turned about its line of sight.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
 /// x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)
 pub struct CameraRoll;
@@ -22,6 +22,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)",
     source: "geometry of projection",
+    separated_by: &[(
+        Rival::Any,
+        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for CameraRoll {

@@ -1,7 +1,7 @@
 //! Contact that lasts: a damped spring, with gravity acting during contact.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 
 /// z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e
 pub struct ContactDuration;
@@ -15,6 +15,12 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e",
     source: "Cross 1999, Am. J. Phys. 67:222; Kelvin-Voigt contact",
+    start: Start::Within(&[[1e-3, 0.05]]),
+    separated_by: &[(
+        Rival::Any,
+        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for ContactDuration {

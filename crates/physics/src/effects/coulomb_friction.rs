@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::ball::Impact;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 use crate::scalar::{axpy, dot};
 
 /// dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio
@@ -12,11 +12,17 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "coulomb-friction",
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05, null: 0.0 }],
-    needs: Needs::Horizontal,
+    needs: Needs::Slip,
     stands_for: &[],
     excludes: &["grip-friction"],
     formula: "dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio",
     source: "Garwin 1969, Am. J. Phys. 37:88; Cross 2002, Am. J. Phys. 70:1093",
+    start: Start::At(&[0.05]),
+    separated_by: &[(
+        Rival::Kind("grip-friction"),
+        "throw with fast spin at a shallow angle: gripping takes a share of the slip, sliding friction takes a fixed amount",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for CoulombFriction {

@@ -19,6 +19,8 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["quadratic-drag"],
     formula: "a = -rho Cd A / (2 m) |v - w| (v - w), rho = 1.204 kg/m³, A = pi R², R and m of each trajectory",
     source: "Nagurka 2003, Int. J. Engng Ed. 19:623",
+    costly: true,
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for DragCoefficient {

@@ -12,11 +12,12 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "grip-friction",
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05, null: 0.0 }],
-    needs: Needs::Horizontal,
+    needs: Needs::Slip,
     stands_for: &[],
     excludes: &["coulomb-friction"],
     formula: "dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks",
     source: "Cross 2002, Am. J. Phys. 70:1093 (grip)",
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for GripFriction {

@@ -1,7 +1,7 @@
 //! A ground that is not level along x.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// ground plane z = x tan(alpha)
 pub struct GroundTilt;
@@ -22,6 +22,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "ground plane z = x tan(alpha)",
     source: "geometry",
+    separated_by: &[(
+        Rival::Any,
+        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for GroundTilt {

@@ -1,7 +1,7 @@
 //! A constant error of the measured height.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Sight};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
 /// z' = z + b
 pub struct HeightOffset;
@@ -15,6 +15,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "z' = z + b",
     source: "calibration of the instrument",
+    separated_by: &[(
+        Rival::Any,
+        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for HeightOffset {

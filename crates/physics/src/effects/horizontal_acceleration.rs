@@ -1,7 +1,7 @@
 //! A constant horizontal acceleration along x.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// a_x = a
 pub struct HorizontalAcceleration;
@@ -22,6 +22,14 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "a_x = a",
     source: "geometry: gravity times the tangent of the angle out of level",
+    separated_by: &[(
+        Rival::Any,
+        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+    )],
+    confirmed_by: Some(
+        "turn the apparatus by 180 degrees about the vertical: a force of the room changes sign, an apparatus out of level does not",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for HorizontalAcceleration {

@@ -1,7 +1,7 @@
 //! The measurement is late, or the release was not at time zero.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// z'(t) = z(t - delay)
 pub struct Latency;
@@ -22,6 +22,14 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "z'(t) = z(t - delay)",
     source: "calibration of the instrument",
+    separated_by: &[(
+        Rival::Any,
+        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+    )],
+    confirmed_by: Some(
+        "record the release itself with a second instrument (a light gate or a microphone): a late clock and a late release then differ",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for Latency {

@@ -22,6 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "a_y = a",
     source: "geometry: gravity times the tangent of the angle out of level",
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for LateralAcceleration {

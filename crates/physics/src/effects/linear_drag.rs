@@ -23,6 +23,8 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "a = -c (v - w), w the velocity of the air",
     source: "Stokes 1851; also the linear damping of simulation engines",
+    costly: true,
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for LinearDrag {

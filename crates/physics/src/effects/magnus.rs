@@ -16,6 +16,8 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "a = s (spin x v); in the plane a = s w (v_z, -v_x)",
     source: "Mehta 1985, Annu. Rev. Fluid Mech. 17:151",
+    costly: true,
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for Magnus {

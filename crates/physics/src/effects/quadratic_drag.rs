@@ -1,7 +1,7 @@
 //! Air drag at high Reynolds number: grows with the square of the speed.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec, Rival};
 use crate::scalar::{axpy, dot};
 
 /// a = -k |v - w| (v - w), w the velocity of the air
@@ -23,6 +23,12 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["drag-coefficient"],
     formula: "a = -k |v - w| (v - w), w the velocity of the air",
     source: "Nagurka 2003, Int. J. Engng Ed. 19:623; k = rho Cd A / (2 m)",
+    costly: true,
+    separated_by: &[(
+        Rival::Kind("linear-drag"),
+        "drop from 0.3 m and from 5 m: the two drags differ most over a wide range of speeds",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for QuadraticDrag {

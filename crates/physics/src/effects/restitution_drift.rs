@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::ball::Impact;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// e = e0 + d (T - T_ref), T the session time of the impact
 pub struct RestitutionDrift;
@@ -23,6 +23,8 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "e = e0 + d (T - T_ref), T the session time of the impact",
     source: "squash and tennis balls: restitution against temperature",
+    separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for RestitutionDrift {

@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::ball::Impact;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// e = e0 + q x
 pub struct RestitutionPosition;
@@ -23,6 +23,8 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "e = e0 + q x",
     source: "a floor that is not the same everywhere",
+    separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for RestitutionPosition {

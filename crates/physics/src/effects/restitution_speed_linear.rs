@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::ball::Impact;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// e = e0 - b (v_n - 3 m/s)
 pub struct RestitutionSpeedLinear;
@@ -23,6 +23,17 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["restitution-speed-power"],
     formula: "e = e0 - b (v_n - 3 m/s)",
     source: "Cross 1999, Am. J. Phys. 67:222",
+    separated_by: &[
+        (
+            Rival::Kind("restitution-speed-power"),
+            "drop from very low (1 to 5 cm) and very high (5 m): a line and a power differ most at the ends of the speed range",
+        ),
+        (
+            Rival::At(Location::Flight),
+            "record flights without a bounce (catch the ball): what remains there is not restitution",
+        ),
+    ],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for RestitutionSpeedLinear {

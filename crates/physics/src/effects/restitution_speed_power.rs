@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::ball::Impact;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
 /// e = e0 (v_n / 3 m/s)^-p
 pub struct RestitutionSpeedPower;
@@ -16,6 +16,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["restitution-speed-linear"],
     formula: "e = e0 (v_n / 3 m/s)^-p",
     source: "Johnson 1985, Contact Mechanics (plastic: p = 1/4); Thornton and Ning 1998",
+    separated_by: &[(
+        Rival::At(Location::Flight),
+        "record flights without a bounce (catch the ball): what remains there is not restitution",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for RestitutionSpeedPower {

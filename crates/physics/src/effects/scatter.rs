@@ -18,6 +18,7 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "e = e0 + xi, xi normal with mean 0 and standard deviation sd, drawn per impact or per trajectory",
     source: "Montaine et al. 2011, arXiv:1104.0049 (roughness)",
+    ..EffectSpec::PLAIN
 };
 
 /// What one random number belongs to.

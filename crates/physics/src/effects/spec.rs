@@ -1,4 +1,6 @@
-//! What a reader, a model file and a report need to know of an effect.
+//! What the loop, a reader, a model file and a report need to know of an effect.
+
+use std::f64::consts::PI;
 
 /// Where an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,6 +57,8 @@ pub enum Needs {
     Nothing,
     /// A horizontal coordinate.
     Horizontal,
+    /// A horizontal coordinate, and the ball's radius where balls spin.
+    Slip,
     /// Two horizontal coordinates.
     Lateral,
     /// A recorded spin that is not zero everywhere, and a horizontal coordinate.
@@ -67,11 +71,90 @@ pub enum Needs {
     AreaPerMass,
     /// A declared release at rest at `t_s = 0`.
     ReleaseAtRest,
-    /// Another effect in the model, by kind.
-    Effect(&'static str),
+    /// A rod so fast that the object coasts from it by more than the noise.
+    Coasting,
+}
+
+/// Another explanation, seen from an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rival {
+    /// This kind.
+    Kind(&'static str),
+    /// Any kind that acts at this place.
+    At(Location),
+    /// Any other kind.
+    Any,
+}
+
+/// An effect that acts through another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Join {
+    /// The kind that has to be in the model.
+    pub kind: &'static str,
+    /// Where its parameters begin when both are tried together.
+    pub start: &'static [f64],
+    /// Where the parameters of the effect itself begin then: one attempt each.
+    pub own: &'static [&'static [f64]],
+}
+
+/// Where a fit of an added effect begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// At the one-step estimate of its test.
+    Estimate,
+    /// At the one-step estimate, brought into these bounds (one pair for each parameter).
+    Within(&'static [[f64; 2]]),
+    /// At these values.
+    At(&'static [f64]),
+}
+
+/// Parameters of an amount and a direction, which has no meaning where the amount vanishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Polar {
+    /// A ratio of two axes, 1 for none: the axis repeats after half a turn, and its inverse is a quarter turn.
+    Axis,
+    /// A size, 0 for none: the direction repeats after a turn.
+    Direction,
+}
+
+impl Polar {
+    /// Brings an amount and its direction, rad, to the values that say the same: a ratio of 1 or more, an angle within half a
+    /// period of 0.
+    pub fn bring_round(self, amount: &mut f64, angle: &mut f64) {
+        match self {
+            Polar::Axis => {
+                if *amount > 0.0 && *amount < 1.0 {
+                    *amount = 1.0 / *amount;
+                    *angle += 0.5 * PI;
+                }
+                *angle -= (*angle / PI).round() * PI;
+            }
+            Polar::Direction => {
+                if *amount < 0.0 {
+                    *amount = -*amount;
+                    *angle += PI;
+                }
+                *angle -= (*angle / (2.0 * PI)).round() * 2.0 * PI;
+            }
+        }
+    }
+
+    /// The values a linear `step` away from `at`, taken along the plane of amount and direction.
+    pub fn step(self, at: [f64; 2], step: [f64; 2]) -> [f64; 2] {
+        let (turns, zero) = match self {
+            Polar::Axis => (2.0, 1.0),
+            Polar::Direction => (1.0, 0.0),
+        };
+        let amount = at[0] - zero;
+        let (along, across) = (amount + step[0], amount * turns * step[1]);
+        [zero + along.hypot(across), at[1] + across.atan2(along) / turns]
+    }
 }
 
 /// The description of an effect. Where every parameter has its null value, the effect vanishes.
+///
+/// Everything that the loop has to know of one effect and not of others stands here, beside its law: what it joins, contains
+/// and starts from, and what it is confused with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectSpec {
     /// Name in model files, reports and `result.json`.
@@ -90,4 +173,69 @@ pub struct EffectSpec {
     pub formula: &'static str,
     /// Where it is from.
     pub source: &'static str,
+    /// A declared parameter that is the same term: where it is free, the effect is not looked for.
+    pub same_as: Option<&'static str>,
+    /// The effect that it acts through, if it does: the two are also tried together, because neither shows without the other.
+    pub joins: Option<Join>,
+    /// A simpler kind that it turns into where some of its parameters have their null: what it has beyond that is a further
+    /// step, tested once.
+    pub contains: Option<&'static str>,
+    /// A kind whose test promises what this one would bring, for a law that no test forecasts from afar: where that kind is
+    /// fitted, this one is fitted too.
+    pub foretold_by: Option<&'static str>,
+    /// Whether it makes every simulation dearer (flight without a closed form): such effects are tested apart from cheap ones.
+    pub costly: bool,
+    /// Where a fit with it begins.
+    pub start: Start,
+    /// Values at which it is first simulated, for a law that is singular at its null; empty: there.
+    pub probe: &'static [f64],
+    /// How many of its parameters, from the first, say how much of it there is; the others are its direction or its scale and
+    /// have no null of their own. Absent: all of them.
+    pub amounts: Option<usize>,
+    /// Whether its two parameters are an amount and a direction.
+    pub polar: Option<Polar>,
+    /// The experiment that tells it from another explanation.
+    pub separated_by: &'static [(Rival, &'static str)],
+    /// The experiment that confirms it, where there is no other explanation.
+    pub confirmed_by: Option<&'static str>,
+}
+
+impl EffectSpec {
+    /// A description of nothing, for the fields that an effect leaves as they usually are.
+    pub const PLAIN: EffectSpec = EffectSpec {
+        kind: "",
+        location: Location::Flight,
+        parameters: &[],
+        needs: Needs::Nothing,
+        stands_for: &[],
+        excludes: &[],
+        formula: "",
+        source: "",
+        same_as: None,
+        joins: None,
+        contains: None,
+        foretold_by: None,
+        costly: false,
+        start: Start::Estimate,
+        probe: &[],
+        amounts: None,
+        polar: None,
+        separated_by: &[],
+        confirmed_by: None,
+    };
+}
+
+/// The experiment that tells two explanations apart, by the effects that one has and the other has not: what is known of two
+/// kinds before what is known of a kind and a place, and that before what tells a kind from any other.
+pub fn known_separation(one: &[&EffectSpec], other: &[&EffectSpec]) -> Option<&'static str> {
+    let sides = [(one, other), (other, one)];
+    let known = |applies: &dyn Fn(&Rival, &[&EffectSpec]) -> bool| {
+        sides.iter().find_map(|(mine, theirs)| {
+            let all = mine.iter().flat_map(|spec| spec.separated_by);
+            all.filter(|(rival, _)| applies(rival, theirs)).map(|(_, text)| *text).next()
+        })
+    };
+    known(&|rival, theirs| theirs.iter().any(|spec| *rival == Rival::Kind(spec.kind)))
+        .or_else(|| known(&|rival, theirs| theirs.iter().any(|spec| *rival == Rival::At(spec.location))))
+        .or_else(|| known(&|rival, _| *rival == Rival::Any))
 }

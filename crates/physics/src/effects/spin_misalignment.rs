@@ -19,6 +19,7 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "spin = Rz(gamma) Ry(beta) Rx(alpha) recorded spin",
     source: "rotation of a vector; a camera that measures spin has axes of its own",
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for SpinMisalignment {

@@ -83,6 +83,19 @@ names!(Target: Restitution = "restitution", Drag = "drag", AccelerationX = "acce
 names!(Against: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed = "impact-speed", TangentialSpeed = "tangential-speed",
     Slip = "slip", Spin = "spin", Speed = "speed", X = "x", Y = "y", Z = "height", VelocityX = "velocity-x", VelocityZ = "velocity-z");
 
+impl Against {
+    /// Unit of the feature in print.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Against::Time | Against::Clock => "s",
+            Against::Bounce => "",
+            Against::Spin => "rad/s",
+            Against::X | Against::Y | Against::Z => "m",
+            _ => "m/s",
+        }
+    }
+}
+
 impl Target {
     /// Where the target acts.
     pub fn location(self) -> Location {

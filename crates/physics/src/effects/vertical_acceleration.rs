@@ -28,6 +28,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "a_z = a",
     source: "Pantaleone and Messer 2011, Am. J. Phys. (buoyancy and added mass)",
+    confirmed_by: Some(
+        "measure a known time and a known length in view (a blinking LED, a ruler), and drop a heavy and a light ball of equal size: buoyancy changes with the mass, clock and scale do not",
+    ),
+    same_as: Some("gravity_m_s2"),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for VerticalAcceleration {

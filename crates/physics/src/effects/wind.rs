@@ -1,7 +1,7 @@
 //! A steady horizontal wind along x; acts through the drag.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+use crate::effects::{Effect, EffectSpec, Join, Law, Location, Needs, ParameterSpec};
 
 /// the air moves with w along x; drag acts on v - w
 pub struct Wind;
@@ -17,11 +17,13 @@ static SPEC: EffectSpec = EffectSpec {
         typical: 1.0,
         null: 0.0,
     }],
-    needs: Needs::Effect("quadratic-drag"),
+    needs: Needs::Horizontal,
     stands_for: &[],
     excludes: &[],
     formula: "the air moves with w along x; drag acts on v - w",
     source: "relative-velocity drag, e.g. Mehta 1985",
+    joins: Some(Join { kind: "quadratic-drag", start: &[0.02], own: &[&[-2.0], &[2.0]] }),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Law<S> for Wind {

@@ -3,6 +3,7 @@
 mod error;
 mod expected;
 mod groups;
+mod open;
 mod parse;
 mod push;
 mod scenario;
@@ -10,6 +11,7 @@ mod write;
 
 use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
 use crate::effects::{ScatterPer, Table, index_of};
+use crate::system::EffectParameter;
 use std::path::Path;
 
 pub use error::ModelError;
@@ -59,6 +61,27 @@ pub struct Parameter {
     /// Values by group, when a fit with `per = "group"` has put them here.
     pub groups: Vec<(String, f64)>,
 }
+
+impl Parameter {
+    /// A parameter of a law that was added, at the value at which the law vanishes.
+    pub fn added(p: &EffectParameter) -> Self {
+        Self::free(p.name.clone(), p.null, p.min, p.max)
+    }
+
+    /// The value of a table at its knot `i`, from 0.
+    pub fn knot(i: usize) -> Self {
+        Self::free(format!("knot{i}"), 0.0, -MOST_OF_A_KNOT, MOST_OF_A_KNOT)
+    }
+
+    /// A parameter to calibrate, one value for all records.
+    pub fn free(name: String, nominal: f64, min: f64, max: f64) -> Self {
+        let (frozen, per) = (false, Per::All);
+        Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new() }
+    }
+}
+
+/// Bound of the values of a table, in the unit of what it adds to.
+const MOST_OF_A_KNOT: f64 = 100.0;
 
 /// An effect in the model.
 #[derive(Clone, Debug, PartialEq)]

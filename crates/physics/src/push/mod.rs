@@ -51,6 +51,7 @@ mod response;
 mod setting;
 mod support;
 pub mod surface;
+mod system;
 mod world;
 
 pub use batch::simulate_batch;
@@ -67,4 +68,5 @@ pub use poses::simulate_poses;
 pub use response::respond;
 pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
 pub use support::{Inertia, Support};
+pub use system::Pushing;
 pub use world::{BASE_PARAMETERS, C, CONTACT_FRICTION, MASS, ROD_RADIUS, SUPPORT_FRICTION, Term, World};

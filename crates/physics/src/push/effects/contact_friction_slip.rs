@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// mu_c = mu_c0 (1 + k |slip|)
@@ -24,6 +24,14 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "mu_c = mu_c0 (1 + k |slip|)",
     source: "Yu et al. 2016, IROS, section V (friction at several speeds)",
+    separated_by: &[(
+        Rival::Kind("speed-dependent-friction"),
+        "push at 30 and 70 degrees and at two speeds: slip speed and sliding speed then differ",
+    )],
+    confirmed_by: Some(
+        "read the ratio of tangential to normal force while the rod slides: it is the friction itself",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for ContactFrictionSlip {

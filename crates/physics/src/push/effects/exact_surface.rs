@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs};
+use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
 /// D = `<|v + w x rho|>` over the footprint
@@ -13,10 +13,19 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[],
     needs: Needs::Nothing,
-    stands_for: &[],
+    stands_for: &["superelliptic surface"],
     excludes: &["superelliptic-surface", "speed-dependent-friction"],
     formula: "D = <|v + w x rho|> over the footprint",
     source: "Goyal, Ruina and Papadopoulos 1991, Wear 143:307",
+    separated_by: &[(
+        Rival::Kind("superelliptic-surface"),
+        "push at two contact offsets (10 and 35 mm from the middle) at equal angle: the bend of the turning rate differs",
+    )],
+    confirmed_by: Some(
+        "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
+    ),
+    foretold_by: Some("superelliptic-surface"),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for ExactSurface {

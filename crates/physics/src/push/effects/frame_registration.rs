@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
 /// true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world
@@ -22,6 +22,21 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["tip-offset"],
     formula: "true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world",
     source: "similarity between two point sets (Umeyama 1991, IEEE PAMI 13); calibration of two frames",
+    contains: Some("tip-offset"),
+    separated_by: &[
+        (
+            Rival::Kind("pose-latency"),
+            "follow the same path at two speeds: an error of the frame stays with the place, a delay grows with the speed",
+        ),
+        (
+            Rival::Kind("pose-offset"),
+            "push at places far from each other: an error of scale grows with the distance, an offset of the tracked frame does not",
+        ),
+    ],
+    confirmed_by: Some(
+        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for FrameRegistration {

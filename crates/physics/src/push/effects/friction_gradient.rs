@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g
@@ -20,6 +20,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "mu = mu0 (1 + g.x): the centre of friction moves by <rho rho'> g",
     source: "Yu et al. 2016, IROS, fig. 7 (friction maps)",
+    separated_by: &[(
+        Rival::Kind("table-tilt"),
+        "repeat at another place and on a surface of other friction: tilt acts as 1/friction",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for FrictionGradient {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs};
+use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
 /// M d(twist)/dt = contact - friction
@@ -12,11 +12,19 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "inertia",
     location: Location::Support,
     parameters: &[],
-    needs: Needs::Nothing,
+    needs: Needs::Coasting,
     stands_for: &[],
     excludes: &[],
     formula: "M d(twist)/dt = contact - friction",
     source: "Newton and Euler; Yu et al. 2016 (pushes up to 500 mm/s)",
+    separated_by: &[(
+        Rival::Kind("pose-latency"),
+        "record the stop and push at several speeds: an object with inertia runs ahead and goes on, a late sensor lags",
+    )],
+    confirmed_by: Some(
+        "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for Inertia {

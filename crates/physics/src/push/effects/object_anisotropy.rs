@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::{Anisotropy, Setting};
 
 /// D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body
@@ -20,6 +20,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body",
     source: "Goyal 1989, thesis, Cornell",
+    probe: &[1.02, 0.0],
+    amounts: Some(1),
+    polar: Some(Polar::Axis),
+    confirmed_by: Some("turn the object by 90 degrees under the same push: the deviation turns with it"),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for ObjectAnisotropy {

@@ -21,6 +21,7 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "reported pose = true pose, then (dx, dy) in the body and a turn by dtheta",
     source: "calibration of markers",
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for PoseOffset {

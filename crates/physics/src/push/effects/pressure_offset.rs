@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// friction acts about the body point (dx, dy)
@@ -20,6 +20,22 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "friction acts about the body point (dx, dy)",
     source: "Yu et al. 2016, IROS (table III: frames)",
+    separated_by: &[
+        (
+            Rival::Kind("friction-gradient"),
+            "push from several start orientations and places: a centre of pressure turns with the object, a gradient does not",
+        ),
+        (
+            Rival::Kind("table-tilt"),
+            "push from several start orientations, then on a surface of other friction: tilt acts as 1/friction",
+        ),
+        (
+            Rival::Kind("pose-offset"),
+            "turn the object at rest and look at the traced circle: only an offset of the tracked frame shows",
+        ),
+    ],
+    confirmed_by: Some("turn the object by 90 degrees under the same push: the deviation turns with it"),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for PressureOffset {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// centre of pressure moves by z f / (m g) along the force f of the rod
@@ -17,6 +17,17 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "centre of pressure moves by z f / (m g) along the force f of the rod",
     source: "Lynch 1999, ICRA (toppling); statics of the plate",
+    separated_by: &[
+        (
+            Rival::Kind("exact-surface"),
+            "move the rod to another height: the pressure under the leading edge changes in proportion",
+        ),
+        (
+            Rival::Kind("superelliptic-surface"),
+            "move the rod to another height: the pressure under the leading edge changes in proportion",
+        ),
+    ],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for PushHeight {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// true rod = reported rod - c F, F the force on the object
@@ -24,6 +24,11 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "true rod = reported rod - c F, F the force on the object",
     source: "fit of the gap to the force in one published record",
+    separated_by: &[(
+        Rival::Kind("pose-latency"),
+        "push at several speeds and record the stop: a delay grows with the speed and vanishes at rest, a bend does not",
+    )],
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for RodCompliance {

@@ -18,4 +18,8 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "centre of friction normal about the declared one with standard deviation sd, drawn per push",
     source: "Yu et al. 2016, IROS, section VII (2,000 equal pushes)",
+    confirmed_by: Some(
+        "repeat one push a hundred times, in half of them with table and object wiped and the marker left alone: dirt goes with the wiping, a marker or a contact place does not",
+    ),
+    ..EffectSpec::PLAIN
 };

@@ -13,10 +13,14 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[ParameterSpec { name: "p", unit: "", min: 1.2, max: 6.0, typical: 1.7, null: 2.0 }],
     needs: Needs::Nothing,
-    stands_for: &["pressure concentration"],
+    stands_for: &["pressure concentration", "exact surface under uniform pressure"],
     excludes: &["exact-surface", "speed-dependent-friction"],
     formula: "|f|^p + |m/c|^p = 1",
     source: "Zhou, Paolini, Bagnell and Mason 2016, ICRA (shapes of limit surfaces)",
+    confirmed_by: Some(
+        "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for SuperellipticSurface {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar, Rival};
 use crate::push::setting::{Anisotropy, Setting};
 
 /// D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world
@@ -16,10 +16,21 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "angle_rad", unit: "rad", min: -1.6, max: 1.6, typical: 0.0, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &[],
+    stands_for: &["non-associated anisotropy (friction tensor)"],
     excludes: &[],
     formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world",
     source: "Goyal 1989, thesis, Cornell; Yu et al. 2016, fig. 8",
+    probe: &[1.02, 0.0],
+    amounts: Some(1),
+    polar: Some(Polar::Axis),
+    separated_by: &[(
+        Rival::Kind("object-anisotropy"),
+        "push from several start orientations: friction of the table stays in the world, friction of the object turns with it",
+    )],
+    confirmed_by: Some(
+        "turn the sheet by 90 degrees: the sign of the deviation flips; forces tell an elliptic law from a friction tensor",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for TableAnisotropy {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::Setting;
 
 /// load m g sin(theta) at the centre of mass, downhill by direction
@@ -20,6 +20,10 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "load m g sin(theta) at the centre of mass, downhill by direction",
     source: "statics",
+    probe: &[0.001, 0.0],
+    amounts: Some(1),
+    polar: Some(Polar::Direction),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for TableTilt {

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// true rod = reported rod + (dx, dy), in the world
@@ -20,6 +20,14 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &["frame-registration"],
     formula: "true rod = reported rod + (dx, dy), in the world",
     source: "calibration of two frames",
+    separated_by: &[(
+        Rival::Kind("rod-compliance"),
+        "push in several directions with and without load: an offset stays in the world, a bend follows the force",
+    )],
+    confirmed_by: Some(
+        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+    ),
+    ..EffectSpec::PLAIN
 };
 
 impl<S: Scalar> Effect<S> for TipOffset {

@@ -1,0 +1,224 @@
+//! The ball behind [`System`]: its schema, and one throw as a task.
+
+use super::{Axes, Covariates, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
+use crate::Scalar;
+use crate::effects::{self, Against, Table as TableLaw, Target as TableTarget};
+use crate::model::{Parameter, Release};
+use crate::system::{
+    Begin, Channel, Effect, EventSchema, Law, Measure, Quantity, Schema, Seed, Simulated, SimulationError,
+    State as StateSchema, System, SystemError, Target, Task, in_blocks, seeded, with_lanes,
+};
+use std::sync::Arc;
+
+/// Most derivatives of one simulation: more run in blocks.
+const WIDEST: usize = 40;
+
+/// Covariates of a ball's record, in their order: name and unit.
+pub const COVARIATES: [(&str, &str); 6] = [
+    ("clock", "s"),
+    ("spin_x", "rad/s"),
+    ("spin_y", "rad/s"),
+    ("spin_z", "rad/s"),
+    ("area_per_mass", "m²/kg"),
+    ("radius", "m"),
+];
+/// Place of the radius among the covariates.
+const RADIUS_COVARIATE: usize = 5;
+
+/// A ball that falls, flies and bounces, as a [`System`].
+///
+/// States are the observed coordinates of the lowest point (m), then their velocities (m/s); channels are the coordinates as
+/// the sensor reports them. Events are impacts; their parameter is the restitution.
+#[derive(Clone, Debug)]
+pub struct Ball {
+    schema: Arc<Schema>,
+    library: Arc<[Effect]>,
+    world: World,
+    parameters: Vec<Parameter>,
+    laws: Vec<Law>,
+    held: bool,
+}
+
+impl Ball {
+    /// The ball of a declared world with these parameters, one for each place of the world's vector.
+    ///
+    /// A radius of 0 becomes 1 m: without spin only ratios to it enter, so that any will do.
+    pub fn new(world: World, mut parameters: Vec<Parameter>, release: Release) -> Self {
+        if let Some(radius) = parameters.get_mut(RADIUS)
+            && radius.nominal <= 0.0
+        {
+            radius.nominal = 1.0;
+        }
+        let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
+        let held = release == Release::Rest;
+        let schema = Arc::new(schema(world.axes, held));
+        Self { schema, library, world, parameters, laws: Vec::new(), held }
+    }
+
+    /// Simulates in the scalar whose lanes are the seeds of the task.
+    fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) {
+        let axes = self.world.axes.indices();
+        let (record, times) = (task.record, task.times());
+        let mut values = task.parameters.to_vec();
+        if let Some(radius) = record.covariate(RADIUS_COVARIATE) {
+            values[RADIUS] = radius;
+        }
+        let parameters: Vec<S> =
+            seeded(&values, task.seeds, |s| if let Seed::Parameter(i) = s { Some(i) } else { None });
+        let start: Vec<S> =
+            seeded(task.start, task.seeds, |s| if let Seed::Start(i) = s { Some(i) } else { None });
+        let covariates = covariates(&record.covariates);
+        // A ball that is held is let go at time 0, whether that is a sample or not.
+        let held = self.held && task.window.start == 0;
+        let begin = if held { 0.0 } else { times.first().copied().unwrap_or(0.0) };
+        let mut state = State { time: S::constant(begin), ..State::at_rest(S::zero()) };
+        state.spin = covariates.spin_rad_s.map(S::constant);
+        for (i, &axis) in axes.iter().enumerate() {
+            (state.position[axis], state.velocity[axis]) = (start[i], start[axes.len() + i]);
+        }
+        let offset = |s: Seed| if let Seed::Offset(i) = s { Some(i) } else { None };
+        let xi: Vec<S> = match task.offsets {
+            crate::system::Offsets::None => Vec::new(),
+            crate::system::Offsets::Shared(x) => seeded(&[x], task.seeds, offset),
+            crate::system::Offsets::Each(list) => seeded(list, task.seeds, offset),
+        };
+        let offsets = match (task.offsets, xi.first()) {
+            (_, None) => Offsets::None,
+            (crate::system::Offsets::Shared(_), Some(&x)) => Offsets::Shared(x),
+            (_, Some(_)) => Offsets::PerImpact(&xi),
+        };
+        let mut run = Run {
+            positions: Vec::with_capacity(times.len()),
+            velocities: Vec::new(),
+            impacts: Vec::new(),
+            rest_time: None,
+        };
+        let throw = Throw {
+            world: &self.world,
+            parameters: &parameters,
+            start: state,
+            covariates: &covariates,
+            offsets,
+            velocities: false,
+        };
+        simulate(&throw, times, &mut run);
+        out.reset(times.len(), axes.len(), task.seeds.len(), Against::ALL.len());
+        for (k, position) in run.positions.iter().enumerate() {
+            axes.iter().enumerate().for_each(|(c, &axis)| out.set(k, c, position[axis]));
+        }
+        for (index, impact) in run.impacts.iter().enumerate() {
+            let length = |v: [S; 3]| v.iter().map(|x| x.value() * x.value()).sum::<f64>().sqrt();
+            let features = Against::ALL.iter().map(|feature| match feature {
+                Against::Time => impact.time.value(),
+                Against::Clock => impact.time.value() + covariates.clock_s,
+                Against::Bounce => index as f64,
+                Against::NormalSpeed => impact.speed_in.value(),
+                Against::TangentialSpeed | Against::VelocityX => impact.tangential[0].value(),
+                Against::Slip => impact.slip[0].value(),
+                Against::Spin => length(impact.spin),
+                Against::X => impact.position[0].value(),
+                Against::Y => impact.position[1].value(),
+                Against::Z => impact.position[2].value(),
+                // Heights and speeds of flight are not what an impact is a function of.
+                Against::Speed | Against::VelocityZ => f64::NAN,
+            });
+            out.push_event(impact.time.value(), features);
+        }
+    }
+}
+
+impl System for Ball {
+    fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn library(&self) -> &[Effect] {
+        &self.library
+    }
+
+    fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+        let mut ball = self.clone();
+        for law in laws {
+            match law {
+                Law::Effect(index) => {
+                    let count = self.library.len();
+                    let missing = SystemError::Effect { index: *index, count };
+                    let effect = self.library.get(*index).ok_or(missing)?;
+                    ball.world.add(LawRef::Listed(*index), effect.parameters.len());
+                    ball.parameters.extend(effect.parameters.iter().map(Parameter::added));
+                }
+                Law::Table(table) => {
+                    let missing = SystemError::Table { target: table.target, against: table.against };
+                    let target = *TableTarget::ALL.get(table.target).ok_or(missing)?;
+                    let against = *Against::ALL.get(table.against).ok_or(missing)?;
+                    let shape = TableLaw { target, against, first: table.first, last: table.last };
+                    ball.world.add(LawRef::Table(shape), table.knots);
+                    ball.parameters.extend((0..table.knots).map(Parameter::knot));
+                }
+            }
+            ball.laws.push(law.clone());
+        }
+        Ok(Arc::new(ball))
+    }
+
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(&self.schema, self.parameters.len())?;
+        in_blocks(task, WIDEST, out, |task, out| {
+            with_lanes!(task.seeds.len(), [4, 8, 12, 16, 24; 40], S => self.run::<S>(task, out));
+            Ok(())
+        })
+    }
+}
+
+/// The covariates of a record, 0 where one was not recorded.
+fn covariates(values: &[f64]) -> Covariates {
+    let at = |i: usize| values.get(i).copied().filter(|v| v.is_finite()).unwrap_or(0.0);
+    Covariates { clock_s: at(0), spin_rad_s: [at(1), at(2), at(3)], area_per_mass_m2_kg: at(4) }
+}
+
+fn schema(axes: Axes, held: bool) -> Schema {
+    let columns: &[&str] = match axes {
+        Axes::Vertical => &["height_m"],
+        Axes::Plane => &["x_m", "z_m"],
+        Axes::Space => &["x_m", "y_m", "z_m"],
+    };
+    let positions = columns.iter().enumerate().map(|(channel, column)| StateSchema {
+        quantity: Quantity::new(column.trim_end_matches("_m"), "m"),
+        begin: Begin::Measured(channel),
+    });
+    let velocities = columns.iter().map(|column| StateSchema {
+        quantity: Quantity::new(&format!("velocity of {}", column.trim_end_matches("_m")), "m/s"),
+        begin: if held { Begin::Fixed(0.0) } else { Begin::Free },
+    });
+    let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
+    let targets = TableTarget::ALL
+        .iter()
+        .map(|t| Target { quantity: Quantity::new(t.name(), t.unit()), place: t.location().name().into() });
+    Schema {
+        system: "ball".into(),
+        record: ["trajectory".into(), "trajectories".into()],
+        states: positions.chain(velocities).collect(),
+        channels: columns
+            .iter()
+            .map(|c| Channel { column: c.to_string(), unit: "m".into(), period: None })
+            .collect(),
+        inputs: Vec::new(),
+        covariates: COVARIATES.iter().map(|(name, unit)| Quantity::new(name, unit)).collect(),
+        features: features.collect(),
+        targets: targets.collect(),
+        measures: vec![Measure {
+            name: "position".into(),
+            channels: (0..columns.len()).collect(),
+            unit: ("mm".into(), 1e3),
+        }],
+        event: Some(EventSchema { words: ["impact".into(), "impacts".into()], parameter: RESTITUTION }),
+    }
+}

@@ -1,0 +1,59 @@
+//! Recorded inputs between their samples.
+
+use crate::Scalar;
+use crate::system::{Between, Record, Schema};
+
+/// The inputs of a record, each on the piece between two of its samples that holds a time.
+#[derive(Clone, Debug)]
+pub(super) struct Inputs<'a> {
+    schema: &'a Schema,
+    record: &'a Record,
+    /// Index of the sample that begins the current piece of each stream; `None` before the first sample.
+    pieces: Vec<Option<usize>>,
+}
+
+impl<'a> Inputs<'a> {
+    pub fn new(schema: &'a Schema, record: &'a Record, time: f64) -> Self {
+        let mut inputs = Self { schema, record, pieces: Vec::new() };
+        inputs.enter(time);
+        inputs
+    }
+
+    /// Enters the pieces that begin at `time` or hold it.
+    pub fn enter(&mut self, time: f64) {
+        let streams = self.record.inputs.iter();
+        self.pieces = streams.map(|s| s.times.partition_point(|&t| t <= time).checked_sub(1)).collect();
+    }
+
+    /// When the first of the current pieces ends, s; infinity if none does.
+    pub fn end(&self) -> f64 {
+        let ends = self.record.inputs.iter().zip(&self.pieces).filter_map(|(s, piece)| {
+            let next = piece.map_or(0, |i| i + 1);
+            s.times.get(next).copied()
+        });
+        ends.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The columns of all inputs at `time` on the current pieces, into `out`.
+    pub fn at<S: Scalar>(&self, time: S, out: &mut Vec<S>) {
+        out.clear();
+        for ((stream, piece), input) in self.record.inputs.iter().zip(&self.pieces).zip(&self.schema.inputs) {
+            let first = piece.unwrap_or(0);
+            // Before the first sample and after the last there is nothing to go to: the value is held.
+            let span = match (piece, input.between) {
+                (Some(i), Between::Linear) => stream.times.get(i + 1).map(|t| t - stream.times[*i]),
+                _ => None,
+            };
+            for column in &stream.values {
+                let value = column.get(first).copied().unwrap_or(f64::NAN);
+                out.push(match span {
+                    None => S::constant(value),
+                    Some(span) => {
+                        let slope = (column[first + 1] - value) / span;
+                        (time - stream.times[first]) * slope + value
+                    }
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Systems by their state equations: [`Equations`] in Rust, and [`Ode`], which makes a [`System`] of them.
+//!
+//! Rates are integrated by the Runge-Kutta pair of Tsitouras of order 5(4) with adaptive steps and dense output. Events are
+//! located, carry their derivatives, and may reset the states or bring the system to rest.
+//!
+//! ```
+//! use augsim_physics::model::Parameter;
+//! use augsim_physics::ode::{At, Equations, Ode};
+//! use augsim_physics::system::{
+//!     Begin, Channel, Measure, Offsets, Quantity, Record, Schema, Seed, Simulated, State, System, Task,
+//! };
+//! use augsim_physics::Scalar;
+//!
+//! /// A pendulum of one metre with viscous friction.
+//! #[derive(Debug)]
+//! struct Pendulum(Schema, Vec<Parameter>);
+//!
+//! impl Equations for Pendulum {
+//!     fn schema(&self) -> &Schema {
+//!         &self.0
+//!     }
+//!     fn parameters(&self) -> &[Parameter] {
+//!         &self.1
+//!     }
+//!     fn derivative<S: Scalar>(&self, at: &At<'_, S>, rates: &mut [S]) {
+//!         let (angle, speed, friction) = (at.states[0], at.states[1], at.parameters[0]);
+//!         rates[0] = speed;
+//!         rates[1] = -angle.sin() * 9.81 - friction * speed;
+//!     }
+//!     fn output<S: Scalar>(&self, at: &At<'_, S>, channels: &mut [S]) {
+//!         channels[0] = at.states[0];
+//!     }
+//! }
+//!
+//! let state = |name, unit, begin| State { quantity: Quantity::new(name, unit), begin };
+//! let schema = Schema {
+//!     system: "pendulum".into(),
+//!     record: ["swing".into(), "swings".into()],
+//!     states: vec![state("angle", "rad", Begin::Measured(0)), state("speed", "rad/s", Begin::Fixed(0.0))],
+//!     channels: vec![Channel { column: "theta_rad".into(), unit: "rad".into(), period: None }],
+//!     inputs: vec![],
+//!     covariates: vec![],
+//!     features: vec![],
+//!     targets: vec![],
+//!     measures: vec![Measure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0) }],
+//!     event: None,
+//! };
+//! let pendulum = Ode::new(Pendulum(schema, vec![Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0)]));
+//! let record = Record { times: vec![0.0, 0.5, 1.0], ..Record::default() };
+//! let task = Task {
+//!     parameters: &[0.1],
+//!     record: &record,
+//!     window: 0..3,
+//!     start: &[0.02, 0.0],
+//!     offsets: Offsets::None,
+//!     seeds: &[Seed::Parameter(0), Seed::Start(0)],
+//! };
+//! let mut out = Simulated::default();
+//! pendulum.simulate(&task, &mut out).expect("it swings");
+//! let small = 0.02 * (-0.05f64).exp() * 9.81f64.sqrt().cos();
+//! assert!((out.value(2, 0) - small).abs() < 1e-3 && out.slopes(2, 0)[1].abs() <= 1.0);
+//! ```
+
+mod crossing;
+mod equations;
+mod inputs;
+mod integrate;
+mod step;
+mod tableau;
+
+use crate::Scalar;
+use crate::model::Parameter;
+use crate::system::{
+    Effect, Law, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks, with_lanes,
+};
+use integrate::Integration;
+use std::sync::Arc;
+
+pub use equations::{At, Equations};
+
+/// Most derivatives of one simulation: more run in blocks.
+const WIDEST: usize = 24;
+/// Most steps of one window, rejected ones included.
+const MOST_STEPS: usize = 1_000_000;
+/// Most events of one window.
+const MOST_EVENTS: usize = 1_000;
+
+/// How exactly a step is taken: its local error stays below `absolute + relative |state|`, in the unit of the state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Share of the state.
+    pub relative: f64,
+    /// In the unit of the state.
+    pub absolute: f64,
+}
+
+impl Default for Tolerance {
+    /// 1e-9 and 1e-11: far below the noise of any sensor, so that no step shows in a residual.
+    fn default() -> Self {
+        Self { relative: 1e-9, absolute: 1e-11 }
+    }
+}
+
+/// State equations as a [`System`].
+#[derive(Debug)]
+pub struct Ode<E> {
+    equations: Arc<E>,
+    tolerance: Tolerance,
+    parameters: Vec<Parameter>,
+    laws: Vec<Law>,
+    /// Declared parameters and those of every effect of the library, at their nominal values and their nulls.
+    values: Vec<f64>,
+    /// Where each parameter of a task stands in `values`.
+    places: Vec<usize>,
+}
+
+impl<E: Equations> Ode<E> {
+    /// The system of these equations, with nothing added.
+    pub fn new(equations: E) -> Self {
+        let parameters = equations.parameters().to_vec();
+        let nulls = equations.library().iter().flat_map(|e| &e.parameters).map(|p| p.null);
+        let values = parameters.iter().map(|p| p.nominal).chain(nulls).collect();
+        let places = (0..parameters.len()).collect();
+        let (equations, tolerance) = (Arc::new(equations), Tolerance::default());
+        Self { equations, tolerance, parameters, laws: Vec::new(), values, places }
+    }
+
+    /// The same system, integrated to another tolerance.
+    pub fn with_tolerance(mut self, tolerance: Tolerance) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        let mut values = self.values.clone();
+        self.places.iter().zip(task.parameters).for_each(|(&place, &v)| values[place] = v);
+        let place = |i: usize| self.places[i];
+        Integration::<E, S>::new(&self.equations, task, self.tolerance, values, place).run(out)
+    }
+}
+
+impl<E: Equations> System for Ode<E> {
+    fn schema(&self) -> &Schema {
+        self.equations.schema()
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn library(&self) -> &[Effect] {
+        self.equations.library()
+    }
+
+    fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+        let library = self.equations.library();
+        let (mut parameters, mut places, mut all) =
+            (self.parameters.clone(), self.places.clone(), self.laws.clone());
+        for law in laws {
+            let index = match law {
+                Law::Effect(index) => *index,
+                Law::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+            };
+            let effect = library.get(index).ok_or(SystemError::Effect { index, count: library.len() })?;
+            let before: usize = library[..index].iter().map(|e| e.parameters.len()).sum();
+            let first = self.equations.parameters().len() + before;
+            places.extend(first..first + effect.parameters.len());
+            parameters.extend(effect.parameters.iter().map(Parameter::added));
+            all.push(law.clone());
+        }
+        let (equations, values) = (self.equations.clone(), self.values.clone());
+        Ok(Arc::new(Self { equations, tolerance: self.tolerance, parameters, laws: all, values, places }))
+    }
+
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(self.schema(), self.parameters.len())?;
+        in_blocks(
+            task,
+            WIDEST,
+            out,
+            |task, out| with_lanes!(task.seeds.len(), [4, 8, 16; 24], S => self.run::<S>(task, out)),
+        )
+    }
+}

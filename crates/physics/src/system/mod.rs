@@ -1,0 +1,105 @@
+//! What the loop knows of a system: it moves, it is measured, and its model may be wrong.
+//!
+//! A [`System`] says by its [`Schema`] what its states, channels and inputs are, has declared parameters and a library of
+//! effects that may be missing, and simulates windows of records with any number of derivatives. It is object-safe: the
+//! loop is compiled once, and dual numbers stay behind [`System::simulate`]. Laws are added by [`System::augmented`], whose
+//! answer is a system like any other: a written system is compiled once for a set of laws and not once for a simulation,
+//! and whatever takes a system takes an augmented one.
+//!
+//! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
+//! dual numbers. Adding one from Rust by its equations: see [`Equations`](crate::ode::Equations).
+
+mod effect;
+mod error;
+mod lanes;
+mod law;
+mod record;
+mod schema;
+mod simulated;
+mod task;
+
+use crate::model::Parameter;
+use std::fmt::Debug;
+use std::ops::Range;
+use std::sync::Arc;
+
+pub use effect::{Effect, EffectParameter};
+pub use error::{Objection, SimulationError, SystemError};
+pub(crate) use lanes::with_lanes;
+pub use lanes::{in_blocks, seeded};
+pub use law::{Law, Table};
+pub use record::{Record, SeenEvent, Stream, Window};
+pub use schema::{Begin, Between, Channel, EventSchema, Input, Measure, Quantity, Schema, State, Target};
+pub use simulated::Simulated;
+pub use task::{Offsets, Seed, Task};
+
+/// A system that moves, is measured, and has a model that may be wrong.
+pub trait System: Debug + Send + Sync {
+    /// States, channels, inputs, covariates, features and targets with their units, and the words for them.
+    fn schema(&self) -> &Schema;
+
+    /// Parameters in the order of a task's vector: the declared ones, then those of the added laws.
+    fn parameters(&self) -> &[Parameter];
+
+    /// Effects that may be missing, in the order in which they act; the same for a system and its augmented ones.
+    fn library(&self) -> &[Effect];
+
+    /// The laws that [`augmented`](System::augmented) has added, in the order of their parameters.
+    fn laws(&self) -> &[Law];
+
+    /// This system with more laws; their parameters follow those that are there, in the order of `laws`.
+    ///
+    /// # Errors
+    /// A law that the system does not have.
+    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError>;
+
+    /// Simulates one window of a record: the channels, and their derivatives with respect to the seeds of the task, however
+    /// many.
+    ///
+    /// # Errors
+    /// [`SimulationError`]: the window cannot be simulated at these values; `out` is then undefined.
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError>;
+
+    /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
+    /// starts. `sd` is a rough noise of each channel, in its unit.
+    ///
+    /// The default takes the whole record as one window and one piece, from its first samples; states that are no channel
+    /// start at 0, or where the schema puts them.
+    ///
+    /// # Errors
+    /// Why nothing can be made of this record.
+    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
+        let _ = sd;
+        record.whole(self.schema());
+        Ok(())
+    }
+
+    /// Why no answer can come of these prepared records, in one sentence that says what to do.
+    fn objection(&self, _records: &[Record]) -> Option<Objection> {
+        None
+    }
+
+    /// Deviation of a channel, in its unit, to which the engine is accurate; smaller effects are none.
+    fn resolution(&self, _channel: usize) -> f64 {
+        0.0
+    }
+
+    /// Number of declared parameters: those that no added law owns.
+    fn declared(&self) -> usize {
+        let added: usize = self.laws().iter().map(|law| law.size(self.library())).sum();
+        self.parameters().len() - added
+    }
+
+    /// Places of each added law's parameters in a task's vector.
+    fn places(&self) -> Vec<Range<usize>> {
+        let mut first = self.declared();
+        self.laws()
+            .iter()
+            .map(|law| {
+                let place = first..first + law.size(self.library());
+                first = place.end;
+                place
+            })
+            .collect()
+    }
+}

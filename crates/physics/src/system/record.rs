@@ -1,0 +1,79 @@
+//! One measured record, as a system sees it.
+
+use super::schema::{Begin, Schema};
+use std::ops::Range;
+
+/// An input as it was recorded, on its own clock.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stream {
+    /// Times, s, strictly increasing.
+    pub times: Vec<f64>,
+    /// `values[column][sample]`, in the unit of the column.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// An event that the data show, before any model was fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenEvent {
+    /// When, s.
+    pub time: f64,
+    /// A rough value of the event's parameter.
+    pub value: f64,
+}
+
+/// A piece of a record that is simulated from a start of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Window {
+    /// Samples.
+    pub samples: Range<usize>,
+    /// Rough state at the first of them, in the order of the schema's states.
+    pub start: Vec<f64>,
+}
+
+/// One measured record.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// Name in the data.
+    pub id: String,
+    /// Number of its group.
+    pub group: usize,
+    /// Times of the samples, s, strictly increasing.
+    pub times: Vec<f64>,
+    /// `values[channel][sample]`, in the unit of the channel; NaN where not measured.
+    pub values: Vec<Vec<f64>>,
+    /// Inputs, in the order of the schema.
+    pub inputs: Vec<Stream>,
+    /// Covariates, in the order of the schema; NaN where not recorded.
+    pub covariates: Vec<f64>,
+    /// Windows of fits.
+    pub windows: Vec<Window>,
+    /// Sample ranges within which the motion is smooth.
+    pub pieces: Vec<Range<usize>>,
+    /// Events that the data show.
+    pub events: Vec<SeenEvent>,
+}
+
+impl Record {
+    /// The covariate of index `i`, where it was recorded.
+    pub fn covariate(&self, i: usize) -> Option<f64> {
+        self.covariates.get(i).copied().filter(|v| v.is_finite())
+    }
+
+    /// Makes the whole record one window and one piece. Measured states start at the first value of their channel, fixed
+    /// ones where the schema puts them, those with a prior at its mean, and free ones at 0.
+    pub fn whole(&mut self, schema: &Schema) {
+        let first = |channel: usize| {
+            let values = self.values.get(channel).map_or(&[][..], Vec::as_slice);
+            values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
+        };
+        let start = schema.states.iter().map(|state| match state.begin {
+            Begin::Free => 0.0,
+            Begin::Fixed(value) | Begin::Prior(value, _) => value,
+            Begin::Measured(channel) => first(channel),
+        });
+        let start = start.collect();
+        let samples = 0..self.times.len();
+        self.windows = vec![Window { samples: samples.clone(), start }];
+        self.pieces = vec![samples];
+    }
+}

@@ -1,0 +1,139 @@
+//! What a system consists of, in data: the loop reads names, units and roles from here and knows no others.
+
+/// A named number with its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Name as in results, without the unit.
+    pub name: String,
+    /// Unit in print; empty for a pure number.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A quantity by name and unit.
+    pub fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+}
+
+/// How a state is at the beginning of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Begin {
+    /// Fitted for each record.
+    Free,
+    /// Known.
+    Fixed(f64),
+    /// Fitted, and measured by the channel of this index.
+    Measured(usize),
+    /// Fitted, and known to be normal with this mean and standard deviation.
+    Prior(f64, f64),
+}
+
+/// A state of the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Name and unit.
+    pub quantity: Quantity,
+    /// How it begins.
+    pub begin: Begin,
+}
+
+/// A measured channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Column of the data, its unit in the name.
+    pub column: String,
+    /// Unit in print.
+    pub unit: String,
+    /// Period, for an angle that is measured modulo a turn.
+    pub period: Option<f64>,
+}
+
+/// How an input goes between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Between {
+    /// It keeps the last value.
+    Held,
+    /// It goes in straight lines.
+    Linear,
+}
+
+/// An imposed input: columns that share a clock, which need not be that of the channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Columns of the data.
+    pub columns: Vec<String>,
+    /// How it goes between its samples.
+    pub between: Between,
+}
+
+/// Something that a law may add to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Name and unit.
+    pub quantity: Quantity,
+    /// Where it acts, in the system's words (`flight`, `impact`, `sensor`, …).
+    pub place: String,
+}
+
+/// Channels whose errors are one figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measure {
+    /// Name of the error table (`position`, `rotation`).
+    pub name: String,
+    /// Channels, by index.
+    pub channels: Vec<usize>,
+    /// Unit in print, and how many of it are in one unit of the channels.
+    pub unit: (String, f64),
+}
+
+/// Events that a simulation passes, such as impacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventSchema {
+    /// One and many, for sentences.
+    pub words: [String; 2],
+    /// Index of the parameter that may have an offset of its own at each event.
+    pub parameter: usize,
+}
+
+/// The description of a system.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schema {
+    /// Name of the system.
+    pub system: String,
+    /// One record and many, for sentences (`push`, `pushes`).
+    pub record: [String; 2],
+    /// States, in the order of a task's start.
+    pub states: Vec<State>,
+    /// Channels, in the order of a simulation's values.
+    pub channels: Vec<Channel>,
+    /// Inputs, in the order of a record's streams.
+    pub inputs: Vec<Input>,
+    /// What is known of a whole record, in the order of a record's covariates.
+    pub covariates: Vec<Quantity>,
+    /// What a table may depend on, and what residuals are shown against.
+    pub features: Vec<Quantity>,
+    /// What a table may add to.
+    pub targets: Vec<Target>,
+    /// Error tables; the first is the one that decides.
+    pub measures: Vec<Measure>,
+    /// Events, for a system that has them.
+    pub event: Option<EventSchema>,
+}
+
+impl Schema {
+    /// Index of the covariate `name`.
+    pub fn covariate(&self, name: &str) -> Option<usize> {
+        self.covariates.iter().position(|c| c.name == name)
+    }
+
+    /// Index of the channel with the column `name`.
+    pub fn channel(&self, name: &str) -> Option<usize> {
+        self.channels.iter().position(|c| c.column == name)
+    }
+
+    /// States that are fitted at the beginning of a record.
+    pub fn free_states(&self) -> impl Iterator<Item = usize> + '_ {
+        self.states.iter().enumerate().filter(|(_, s)| !matches!(s.begin, Begin::Fixed(_))).map(|(i, _)| i)
+    }
+}

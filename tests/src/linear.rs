@@ -1,0 +1,147 @@
+//! A system that is linear in everything, so that every statistic of the loop has a closed form on it.
+//!
+//! `y(t) = θ0 t + θ1 x sin 3t + Σ κi (1 + x/2) sin (4+i)t + s + Σ ξm max(t - τm, 0)`: two declared parameters, a covariate `x`
+//! of the record, as many effects κ as wanted, a level `s` that each record begins with, and slopes ξ that change at fixed
+//! times. Its derivatives are the design matrix.
+
+use augsim_physics::model::Parameter;
+use augsim_physics::system::{
+    Begin, Channel, Effect, EffectParameter, EventSchema, Law, Measure, Offsets, Quantity, Schema, Seed,
+    Simulated, SimulationError, State, System, SystemError, Task,
+};
+use std::sync::Arc;
+
+/// When the slope changes, s.
+pub const EVENTS_S: [f64; 3] = [0.5, 1.0, 1.5];
+
+/// The linear system.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    schema: Schema,
+    parameters: Vec<Parameter>,
+    library: Vec<Effect>,
+    laws: Vec<Law>,
+}
+
+impl Linear {
+    /// The system with so many effects in its library.
+    pub fn new(effects: usize) -> Self {
+        let bounds = |name: &str| Parameter::free(name.into(), 0.0, -1e3, 1e3);
+        let schema = Schema {
+            system: "linear".into(),
+            record: ["record".into(), "records".into()],
+            states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Free }],
+            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None }],
+            inputs: vec![],
+            covariates: vec![Quantity::new("x", "")],
+            features: vec![Quantity::new("time", "s")],
+            targets: vec![],
+            measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
+            event: Some(EventSchema { words: ["step".into(), "steps".into()], parameter: 0 }),
+        };
+        let parameters = vec![bounds("slope_m_s"), bounds("sway_m")];
+        Self { schema, parameters, library: (0..effects).map(effect).collect(), laws: vec![] }
+    }
+
+    /// The column of the design matrix that goes with a parameter, at time `t` in a record with covariate `x`.
+    pub fn column(&self, parameter: usize, t: f64, x: f64) -> f64 {
+        match parameter {
+            0 => t,
+            1 => x * (3.0 * t).sin(),
+            _ => match self.laws.get(parameter - 2) {
+                Some(Law::Effect(i)) => (1.0 + 0.5 * x) * ((4.0 + *i as f64) * t).sin(),
+                _ => 0.0,
+            },
+        }
+    }
+
+    fn offset(event: usize, t: f64) -> f64 {
+        EVENTS_S.get(event).map_or(0.0, |tau| (t - tau).max(0.0))
+    }
+}
+
+fn effect(i: usize) -> Effect {
+    let amount = EffectParameter {
+        name: "k_m".into(),
+        unit: "m".into(),
+        min: -1e3,
+        max: 1e3,
+        typical: 0.1,
+        null: 0.0,
+    };
+    Effect {
+        kind: format!("tone-{i}"),
+        place: "motion".into(),
+        parameters: vec![amount],
+        formula: format!("y += k (1 + x/2) sin({} t)", 4 + i),
+        source: "made for tests".into(),
+        stands_for: vec![],
+        excludes: vec![],
+    }
+}
+
+impl System for Linear {
+    fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn library(&self) -> &[Effect] {
+        &self.library
+    }
+
+    fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+        let mut system = self.clone();
+        for law in laws {
+            let index = match law {
+                Law::Effect(index) => *index,
+                Law::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+            };
+            let count = self.library.len();
+            let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;
+            system.parameters.extend(effect.parameters.iter().map(Parameter::added));
+            system.laws.push(law.clone());
+        }
+        Ok(Arc::new(system))
+    }
+
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(&self.schema, self.parameters.len())?;
+        let times = task.times();
+        let x = task.record.covariate(0).unwrap_or(0.0);
+        out.reset(times.len(), 1, task.seeds.len(), self.schema.features.len());
+        for (k, &t) in times.iter().enumerate() {
+            let mut y = task.start[0];
+            y += task.parameters.iter().enumerate().map(|(i, p)| p * self.column(i, t, x)).sum::<f64>();
+            y += match task.offsets {
+                Offsets::None => 0.0,
+                Offsets::Shared(xi) => xi * (0..EVENTS_S.len()).map(|m| Self::offset(m, t)).sum::<f64>(),
+                Offsets::Each(list) => {
+                    list.iter().enumerate().map(|(m, xi)| xi * Self::offset(m, t)).sum::<f64>()
+                }
+            };
+            let slope = |seed: &Seed| match (*seed, task.offsets) {
+                (Seed::Parameter(i), _) => self.column(i, t, x),
+                (Seed::Start(_), _) => 1.0,
+                (Seed::Offset(_), Offsets::Shared(_)) => {
+                    (0..EVENTS_S.len()).map(|m| Self::offset(m, t)).sum()
+                }
+                (Seed::Offset(m), _) => Self::offset(m, t),
+            };
+            out.set_row(k, 0, y, task.seeds.iter().map(slope));
+        }
+        let first = times.first().copied().unwrap_or(f64::INFINITY);
+        let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
+        for tau in EVENTS_S.into_iter().filter(|tau| first <= *tau && *tau <= last) {
+            out.push_event(tau, [tau]);
+        }
+        Ok(())
+    }
+}
