@@ -63,7 +63,15 @@ impl fmt::Display for Excerpt {
         let marked = self.text.get(self.start..self.end).unwrap_or("").chars().count().max(1);
         let first = before.saturating_sub(SHOWN);
         let shown = self.text.chars().skip(first).take(before - first + marked.min(SHOWN) + SHOWN);
-        let plain = |c: char| if c.is_whitespace() { ' ' } else if printable(&c.to_string()).chars().eq([c]) { c } else { '?' };
+        let plain = |c: char| {
+            if c.is_whitespace() {
+                ' '
+            } else if printable(&c.to_string()).chars().eq([c]) {
+                c
+            } else {
+                '?'
+            }
+        };
         let line: String = shown.map(plain).collect();
         write!(f, "\n    {line}\n    {}{}", " ".repeat(before - first), "^".repeat(marked.min(SHOWN)))
     }
@@ -111,7 +119,9 @@ pub enum Fault {
         "sets `{state}` but `when` still holds there: it would fire for ever; set a state that moves `when` away from 0"
     )]
     FiresForEver { state: String },
-    #[error("\"{text}\" is no unit that is known; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number")]
+    #[error(
+        "\"{text}\" is no unit that is known; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number"
+    )]
     UnknownUnit { text: String },
     #[error("must be positive, {found:?} given")]
     NotPositive { found: f64 },
@@ -125,7 +135,9 @@ pub enum Fault {
         "equations with constraints (differential-algebraic systems) are not supported; solve the constraint and write its result in [let]"
     )]
     Constraint,
-    #[error("the compiled system with its derivatives needs more than {OPERATIONS} operations; simplify the model")]
+    #[error(
+        "the compiled system with its derivatives needs more than {OPERATIONS} operations; simplify the model"
+    )]
     TooLarge,
 }
 

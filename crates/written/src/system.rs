@@ -85,7 +85,8 @@ impl System {
         let mut resets = Vec::new();
         let mut untils = Vec::new();
         for event in &model.events {
-            let set: Vec<(usize, Id)> = event.set.iter().map(|(state, value)| (*state, sharp(&value.tree))).collect();
+            let set: Vec<(usize, Id)> =
+                event.set.iter().map(|(state, value)| (*state, sharp(&value.tree))).collect();
             resets.push(set);
         }
         for event in &model.events {
@@ -99,7 +100,9 @@ impl System {
         check_events(model, &graph, &rates, &conditions, &resets)?;
         let delays = model.inputs.iter().map(|i| i.delay).collect();
         let mut derivatives = Derivatives::new(active, delays);
-        let mut of = |graph: &mut Graph, ids: &[Id], with_time: bool| gradient(&mut derivatives, graph, ids, with_time);
+        let mut of = |graph: &mut Graph, ids: &[Id], with_time: bool| {
+            gradient(&mut derivatives, graph, ids, with_time)
+        };
         let rate_wanted = of(&mut graph, &rates, false);
         let output_wanted = of(&mut graph, &outputs, false);
         let conditions_wanted: Vec<Wanted> =
@@ -253,7 +256,8 @@ fn check_events(
                     // Which of the states that are set does `when` depend on?
                     let mut nudged = old.clone();
                     nudged.states()[*state] += 0.1;
-                    let differs = probe.values(graph, &nudged, &[*when]) != probe.values(graph, &old, &[*when]);
+                    let differs =
+                        probe.values(graph, &nudged, &[*when]) != probe.values(graph, &old, &[*when]);
                     if differs && !of_when.contains(state) {
                         of_when.push(*state);
                     }

@@ -84,14 +84,32 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
                     }
                     Function::Hypot => a.join(b, x.hypot(y), x / x.hypot(y), y / x.hypot(y)),
                     Function::Abs => a.chain(x.abs(), x.signum()),
-                    Function::Min => if y < x { b } else { a },
-                    Function::Max => if y > x { b } else { a },
+                    Function::Min => {
+                        if y < x {
+                            b
+                        } else {
+                            a
+                        }
+                    }
+                    Function::Max => {
+                        if y > x {
+                            b
+                        } else {
+                            a
+                        }
+                    }
                     Function::Clamp => {
                         let c = v(&z[2]);
                         let above = if y > x { b } else { a };
                         if c.0 < above.0 { c } else { above }
                     }
-                    Function::Relu => if x < 0.0 { Dual::of(0.0) } else { a },
+                    Function::Relu => {
+                        if x < 0.0 {
+                            Dual::of(0.0)
+                        } else {
+                            a
+                        }
+                    }
                     Function::Deadzone => {
                         let low = b.chain(-y, -1.0);
                         let above = if low.0 > x { low } else { a };
@@ -157,7 +175,12 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
     for (i, state) in model.states.iter().enumerate() {
         let expected = oracle(&model, &state.rate.tree, &point);
         let d = &expected.1;
-        let ours = [found.by_state[2 * i], found.by_state[2 * i + 1], found.by_parameter[2 * i], found.by_parameter[2 * i + 1]];
+        let ours = [
+            found.by_state[2 * i],
+            found.by_state[2 * i + 1],
+            found.by_parameter[2 * i],
+            found.by_parameter[2 * i + 1],
+        ];
         // Cancellation between large intermediate values is the expression's, not the compiler's: cases where it could
         // show are those with large derivatives, and the tolerance is relative to them.
         let size = 1.0 + d.iter().map(|d| d.abs()).fold(0.0, f64::max);
@@ -176,13 +199,58 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
 #[test]
 fn every_function_has_its_derivative() {
     for expression in [
-        "sin(x*p)", "cos(x*q)", "tan(0.3*x)", "asin(0.4*x)", "acos(0.4*x*p)", "atan(x*y)", "sinh(x)", "cosh(y*p)",
-        "tanh(x*q)", "exp(x*p)", "ln(x*x + q)", "sqrt(x*x + p)", "sqrt(x - 5)", "cbrt(x + 3)", "atan2(x*p, y + 3)",
-        "hypot(x, y*q)", "abs(x*p)", "min(x*p, y)", "max(x, y*q)", "clamp(x*q, -p, p)", "relu(x*p)", "relu(-x)",
-        "deadzone(x*q, 0.1*p)", "sign(0.01*x)", "step(0.01*x*p)", "if(x < y*p, q, x*x)", "if(x >= 0.5, 2*q, u)",
-        "x^2", "x^3*p", "x^-2", "x^-1", "x^0", "abs(x)^q", "(x*x + 1)^2.5", "(p*q)^1.5", "2^x", "x/p", "p/x", "-x/(q*y)",
-        "x*p + y*q", "x*p - y*q", "q - x*y", "x*x*x - (x - y)*(x + y)", "help^2/(1 + help^2)", "-(-x)", "x - x", "0*x + 1*y",
-        "(x - 1)*(x - 1) + p*p", "x*p*(-1)", "p*q*x*y*u*t", "pi*x", "x/4",
+        "sin(x*p)",
+        "cos(x*q)",
+        "tan(0.3*x)",
+        "asin(0.4*x)",
+        "acos(0.4*x*p)",
+        "atan(x*y)",
+        "sinh(x)",
+        "cosh(y*p)",
+        "tanh(x*q)",
+        "exp(x*p)",
+        "ln(x*x + q)",
+        "sqrt(x*x + p)",
+        "sqrt(x - 5)",
+        "cbrt(x + 3)",
+        "atan2(x*p, y + 3)",
+        "hypot(x, y*q)",
+        "abs(x*p)",
+        "min(x*p, y)",
+        "max(x, y*q)",
+        "clamp(x*q, -p, p)",
+        "relu(x*p)",
+        "relu(-x)",
+        "deadzone(x*q, 0.1*p)",
+        "sign(0.01*x)",
+        "step(0.01*x*p)",
+        "if(x < y*p, q, x*x)",
+        "if(x >= 0.5, 2*q, u)",
+        "x^2",
+        "x^3*p",
+        "x^-2",
+        "x^-1",
+        "x^0",
+        "abs(x)^q",
+        "(x*x + 1)^2.5",
+        "(p*q)^1.5",
+        "2^x",
+        "x/p",
+        "p/x",
+        "-x/(q*y)",
+        "x*p + y*q",
+        "x*p - y*q",
+        "q - x*y",
+        "x*x*x - (x - y)*(x + y)",
+        "help^2/(1 + help^2)",
+        "-(-x)",
+        "x - x",
+        "0*x + 1*y",
+        "(x - 1)*(x - 1) + p*p",
+        "x*p*(-1)",
+        "p*q*x*y*u*t",
+        "pi*x",
+        "x/4",
     ] {
         for point in [[0.6, -0.4, 0.7, 1.3, 0.2, 2.0], [-0.9, 1.1, 0.5, 0.8, -0.3, 0.1]] {
             check(expression, point, 1e-12).unwrap_or_else(|e| panic!("{e} at {point:?}"));
@@ -192,10 +260,15 @@ fn every_function_has_its_derivative() {
 
 #[test]
 fn the_oracle_agrees_with_differences() {
-    let expression = "sin(x*p)*exp(-y*q) + tanh(x/q)/(1 + y*y) + sqrt(x*x + p)^1.5 - atan2(x, 2 + y)*ln(3 + x*q)";
+    let expression =
+        "sin(x*p)*exp(-y*q) + tanh(x/q)/(1 + y*y) + sqrt(x*x + p)^1.5 - atan2(x, 2 + y)*ln(3 + x*q)";
     let (model, base) = (model_of(expression), [0.6, -0.4, 0.7, 1.3]);
     let at = |v: [f64; 4]| {
-        oracle(&model, &model.states[0].rate.tree, &Point { state: &v[..2], inputs: &[0.2], parameters: &v[2..], time: 1.0 })
+        oracle(
+            &model,
+            &model.states[0].rate.tree,
+            &Point { state: &v[..2], inputs: &[0.2], parameters: &v[2..], time: 1.0 },
+        )
     };
     let exact = at(base);
     for lane in 0..VARIABLES {
@@ -211,8 +284,14 @@ fn the_oracle_agrees_with_differences() {
 
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
-        Just("x".to_owned()), Just("y".to_owned()), Just("p".to_owned()), Just("q".to_owned()), Just("u".to_owned()),
-        Just("(t*1)".to_owned()), Just("help".to_owned()), (-3.0..3.0_f64).prop_map(|v| format!("({v:.2})")),
+        Just("x".to_owned()),
+        Just("y".to_owned()),
+        Just("p".to_owned()),
+        Just("q".to_owned()),
+        Just("u".to_owned()),
+        Just("(t*1)".to_owned()),
+        Just("help".to_owned()),
+        (-3.0..3.0_f64).prop_map(|v| format!("({v:.2})")),
         (0..4_i32).prop_map(|v| v.to_string()),
     ];
     leaf.prop_recursive(5, 40, 3, |inner| {
@@ -220,7 +299,8 @@ fn expression() -> impl Strategy<Value = String> {
             (inner.clone(), inner.clone(), "[-+*/]").prop_map(|(a, b, sign)| format!("({a}) {sign} ({b})")),
             (inner.clone(), -2..4_i32).prop_map(|(a, n)| format!("({a})^{n}")),
             (inner.clone(), "(sin|cos|tanh|atan|abs|relu|sqrt|exp)").prop_map(|(a, f)| format!("{f}({a})")),
-            (inner.clone(), inner.clone(), "(min|max|hypot|atan2)").prop_map(|(a, b, f)| format!("{f}({a}, {b})")),
+            (inner.clone(), inner.clone(), "(min|max|hypot|atan2)")
+                .prop_map(|(a, b, f)| format!("{f}({a}, {b})")),
             inner.prop_map(|a| format!("-({a})")),
         ]
     })

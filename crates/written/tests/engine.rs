@@ -134,7 +134,8 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
     // 3.76 s is behind the tenth bounce and before the eleventh.
     let record = record(times(95, 0.04), vec![]);
     let seeds = [Seed::Parameter(0), Seed::Parameter(1), Seed::Start(0)];
-    let found = whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &seeds, &steps(1)).expect("a simulation");
+    let found =
+        whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &seeds, &steps(1)).expect("a simulation");
     assert!(found.events.len() >= 10, "{} bounces", found.events.len());
     assert!(found.events.iter().all(|e| !e.grazing && !e.rests));
     for (i, t) in record.times().iter().enumerate() {
@@ -145,7 +146,11 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
         assert!((found.values[i] - height).abs() < 1e-9, "{t} s: {} {height}", found.values[i]);
         for seed in 0..3 {
             let slope = found.slopes[3 * i + seed];
-            assert!((slope - by[seed]).abs() < 1e-9, "{t} s after {bounces}: seed {seed}: {slope} {}", by[seed]);
+            assert!(
+                (slope - by[seed]).abs() < 1e-9,
+                "{t} s after {bounces}: seed {seed}: {slope} {}",
+                by[seed]
+            );
         }
     }
 }
@@ -154,7 +159,8 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
 fn endless_bounces_end_in_rest() {
     let system = compiled(BALL);
     let record = record(times(300, 0.02), vec![]);
-    let found = whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[Seed::Start(0)], &steps(1)).expect("rest");
+    let found =
+        whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[Seed::Start(0)], &steps(1)).expect("rest");
     assert!(found.events.last().is_some_and(|e| e.rests), "{:?}", found.events.last());
     // The sum of all bounces ends at t1 (1 + e) / (1 - e) = 4.06 s.
     assert!((found.events.last().expect("an event").time - 4.06).abs() < 0.01);
@@ -175,9 +181,8 @@ fn runge_kutta_has_order_four() {
         whole(&system, &record, (&[1.5, 0.0], &parameters), &[], options).expect("a simulation").values
     };
     let exact = run(&Options { method: Method::Reference { tolerance: 1e-13 }, substeps: 1 });
-    let error = |n: usize| {
-        run(&steps(n)).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max).ln()
-    };
+    let error =
+        |n: usize| run(&steps(n)).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max).ln();
     // Least squares of log error against log of the step.
     let points: Vec<(f64, f64)> = [8_usize, 12, 16, 24, 32].map(|n| (-(n as f64).ln(), error(n))).to_vec();
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
@@ -193,7 +198,8 @@ fn scene() -> (System, Record, Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let t = times(60, 0.02);
     let force: Vec<f64> = t.iter().map(|t| 3.0 * (7.0 * t).sin() + 2.0).collect();
     let record = record(t.clone(), vec![Signal::new(&t, &force, Hold::Linear)]);
-    let starts = (0..2000).map(|i| vec![0.04 * f64::from(i % 97) / 97.0 - 0.01, 0.3 * f64::from(i % 13) / 13.0]);
+    let starts =
+        (0..2000).map(|i| vec![0.04 * f64::from(i % 97) / 97.0 - 0.01, 0.3 * f64::from(i % 13) / 13.0]);
     let nominal = system.model().nominals();
     let varied = (0..2000).map(|i| nominal.iter().map(|p| p * (1.0 + 0.001 * f64::from(i % 31))).collect());
     (system, record, starts.collect(), varied.collect())
@@ -222,10 +228,19 @@ fn a_window_does_not_see_the_others_nor_the_threads() {
     let seeds = all_seeds(&system);
     let all: Vec<Window<'_>> = (0..400).map(window).collect();
     let expected = bits(&system.simulate(&all, &seeds, &steps(2)));
-    assert!(system.simulate(&all, &[], &steps(2)).iter().filter_map(|r| r.as_ref().ok()).any(|s| s.events.len() > 2));
+    assert!(
+        system
+            .simulate(&all, &[], &steps(2))
+            .iter()
+            .filter_map(|r| r.as_ref().ok())
+            .any(|s| s.events.len() > 2)
+    );
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        assert!(pool.install(|| bits(&system.simulate(&all, &seeds, &steps(2)))) == expected, "{threads} threads");
+        assert!(
+            pool.install(|| bits(&system.simulate(&all, &seeds, &steps(2)))) == expected,
+            "{threads} threads"
+        );
     }
     let mut turned = all.clone();
     turned.reverse();
@@ -286,7 +301,11 @@ fn a_rest_ends_when_its_condition_holds() {
     assert!(found.events.iter().any(|e| e.rests));
     assert!((found.values[95] - 0.05).abs() < 1e-9, "at the stop: {}", found.values[95]);
     // Force and spring balance at 20 - 25 s = 80 * 0.05, so that it leaves at 2.64 s.
-    assert!((found.values[131] - 0.05).abs() < 1e-9 && found.values[140] < 0.0499, "{:?}", &found.values[130..141]);
+    assert!(
+        (found.values[131] - 0.05).abs() < 1e-9 && found.values[140] < 0.0499,
+        "{:?}",
+        &found.values[130..141]
+    );
     let error = derivative_error(&system, &record, &[0.0, 0.0], &steps(4));
     assert!(error < 1e-4, "{error}");
 }
@@ -295,7 +314,9 @@ fn a_rest_ends_when_its_condition_holds() {
 fn a_delay_has_an_exact_derivative_for_every_hold() {
     for (hold, limit) in [("zero", 1e-6), ("linear", 1e-6), ("spline", 1e-6)] {
         let text = example("cart-pole").expect("the example");
-        let text = text.replace("hold = \"zero\"", &format!("hold = \"{hold}\"")).replace("nominal = 0.0, min = 0.0, max = 0.02", "nominal = 0.013, min = 0.0, max = 0.05");
+        let text = text
+            .replace("hold = \"zero\"", &format!("hold = \"{hold}\""))
+            .replace("nominal = 0.0, min = 0.0, max = 0.02", "nominal = 0.013, min = 0.0, max = 0.05");
         let system = compiled(&text);
         let t = times(50, 0.02);
         let volts: Vec<f64> = t.iter().map(|t| 5.0 * (9.0 * t).sin()).collect();
@@ -353,7 +374,8 @@ fn a_stiff_system_is_named_and_solved_by_the_implicit_method() {
     let implicit = compiled(&format!("{STIFF}\n[numerics]\nintegrator = \"implicit\"\n"));
     let chosen = implicit.choose_steps(&[window], &[0.001]).expect("implicit steps");
     assert!(chosen.options.substeps <= 8 && chosen.change <= 0.01, "{chosen:?}");
-    let found = whole(&implicit, &record, (&[1.0, 0.0], &parameters), &[], &chosen.options).expect("a simulation");
+    let found =
+        whole(&implicit, &record, (&[1.0, 0.0], &parameters), &[], &chosen.options).expect("a simulation");
     for (t, y) in record.times().iter().zip(&found.values).skip(1) {
         let exact = (-2.0 * t).exp() * 3.1e4 / (3.1e4 - 2.0);
         assert!((y - exact).abs() < 1e-4, "{t} s: {y} {exact}");
@@ -368,7 +390,8 @@ fn a_rate_that_is_not_finite_names_its_operation() {
     let text = BALL.replace("\"-gravity_m_s2\"", "\"-gravity_m_s2 * 1 / (height_m * sin(0 * height_m))\"");
     let system = compiled(&text);
     let record = record(times(5, 0.1), vec![]);
-    let error = whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[], &steps(1)).expect_err("a division by 0");
+    let error =
+        whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[], &steps(1)).expect_err("a division by 0");
     assert_eq!(
         error.to_string(),
         "trajectory 3, t = 0 s: rates.velocity_m_s is not finite: division by `height_m * sin(0 * height_m)` = 0"
@@ -403,12 +426,26 @@ fn windows_that_do_not_fit_their_system_are_refused() {
     let record = record(times(5, 0.1), vec![]);
     let window = |last, start, parameters| Window { record: &record, first: 0, last, start, parameters };
     let of = |window: Window<'_>, seeds: &[Seed]| {
-        system.simulate(&[window], seeds, &steps(1)).pop().expect("a result").expect_err("an error").to_string()
+        system
+            .simulate(&[window], seeds, &steps(1))
+            .pop()
+            .expect("a result")
+            .expect_err("an error")
+            .to_string()
     };
-    assert_eq!(of(window(9, &[1.0, 0.0], &[9.81, 0.8]), &[]), "trajectory 3: samples 0 to 9 do not lie within its 5 samples");
+    assert_eq!(
+        of(window(9, &[1.0, 0.0], &[9.81, 0.8]), &[]),
+        "trajectory 3: samples 0 to 9 do not lie within its 5 samples"
+    );
     assert_eq!(of(window(4, &[1.0], &[9.81, 0.8]), &[]), "trajectory 3: start has 1 values, 2 are needed");
     let frozen = System::compile(system.model(), &[0]).expect("compiles");
-    let error = frozen.simulate(&[window(4, &[1.0, 0.0], &[9.81, 0.8])], &[Seed::Parameter(1)], &steps(1)).remove(0);
+    let error =
+        frozen.simulate(&[window(4, &[1.0, 0.0], &[9.81, 0.8])], &[Seed::Parameter(1)], &steps(1)).remove(0);
     assert!(error.expect_err("not active").to_string().contains("parameter `restitution` has no derivative"));
-    assert!(Record::new("r", vec![0.0, 0.0], vec![]).expect_err("equal times").to_string().contains("time must rise"));
+    assert!(
+        Record::new("r", vec![0.0, 0.0], vec![])
+            .expect_err("equal times")
+            .to_string()
+            .contains("time must rise")
+    );
 }

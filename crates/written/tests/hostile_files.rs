@@ -7,10 +7,54 @@ use rand::{Rng, RngExt, SeedableRng};
 use std::time::{Duration, Instant};
 
 const WORDS: [&str; 48] = [
-    "(", ")", "+", "-", "*", "/", "^", ",", "<", ">=", "if(", "sin(", "sqrt(", "table(", "slope(", "t", "pi", "0", "1e308",
-    "1e-320", "99999", ".", "\"", "\"\"\"", "{", "}", "[", "]", "=", "\n", "#", "\u{1b}", "é", "[[events]]", "[tables.a]",
-    "at = [0.0, 1.0]", "nan", "inf", "-1", "theta_rad", "x_m", "_m_s", "unit = \"V^0.5\"", "rest = {", "direction = \"both\"",
-    "min = 0.0", "x_m^x_m^x_m", "clamp(",
+    "(",
+    ")",
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+    ",",
+    "<",
+    ">=",
+    "if(",
+    "sin(",
+    "sqrt(",
+    "table(",
+    "slope(",
+    "t",
+    "pi",
+    "0",
+    "1e308",
+    "1e-320",
+    "99999",
+    ".",
+    "\"",
+    "\"\"\"",
+    "{",
+    "}",
+    "[",
+    "]",
+    "=",
+    "\n",
+    "#",
+    "\u{1b}",
+    "é",
+    "[[events]]",
+    "[tables.a]",
+    "at = [0.0, 1.0]",
+    "nan",
+    "inf",
+    "-1",
+    "theta_rad",
+    "x_m",
+    "_m_s",
+    "unit = \"V^0.5\"",
+    "rest = {",
+    "direction = \"both\"",
+    "min = 0.0",
+    "x_m^x_m^x_m",
+    "clamp(",
 ];
 
 fn mutated(random: &mut impl Rng, text: &str) -> String {
@@ -90,6 +134,11 @@ fn the_worst_expressions_that_are_allowed_stay_quick() {
         let begin = Instant::now();
         let model = model::parse(&rate(&text, lets), "worst.toml").unwrap_or_else(|e| panic!("{e}"));
         System::compile(&model, &[]).unwrap_or_else(|e| panic!("{e}"));
-        assert!(begin.elapsed() < Duration::from_secs(2), "{:?}: {}", begin.elapsed(), &text[..40.min(text.len())]);
+        assert!(
+            begin.elapsed() < Duration::from_secs(2),
+            "{:?}: {}",
+            begin.elapsed(),
+            &text[..40.min(text.len())]
+        );
     }
 }

@@ -253,7 +253,11 @@ fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_con
 }
 
 /// `a' b + a b'`.
-fn product(g: &mut Graph, (a, da): (Id, &[(Variable, Id)]), (b, db): (Id, &[(Variable, Id)])) -> Vec<(Variable, Id)> {
+fn product(
+    g: &mut Graph,
+    (a, da): (Id, &[(Variable, Id)]),
+    (b, db): (Id, &[(Variable, Id)]),
+) -> Vec<(Variable, Id)> {
     merge(da, db, |x, y| {
         let x = x.map(|x| g.multiply(x, b));
         let y = y.map(|y| g.multiply(a, y));

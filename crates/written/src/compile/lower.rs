@@ -61,7 +61,13 @@ impl<'m> Lowering<'m> {
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
                     let sides = (ids[*left], ids[*right]);
-                    self.choose(*comparison, sides, (ids[*then], ids[*otherwise]), tree.text_of(*left), smoothing)
+                    self.choose(
+                        *comparison,
+                        sides,
+                        (ids[*then], ids[*otherwise]),
+                        tree.text_of(*left),
+                        smoothing,
+                    )
                 }
                 Kind::Table { table, at } => self.graph.table(Code::Table, ids[*at], *table as u32),
                 // The reader allows `slope` only in `start`, which is not compiled.

@@ -155,7 +155,13 @@ fn call(function: Function, z: &[f64]) -> f64 {
         Function::Clamp => z[0].max(z[1]).min(z[2]),
         Function::Relu => z[0].max(0.0),
         Function::Deadzone => z[0] - z[0].max(-z[1]).min(z[1]),
-        Function::Sign => if z[0] == 0.0 { 0.0 } else { z[0].signum() },
+        Function::Sign => {
+            if z[0] == 0.0 {
+                0.0
+            } else {
+                z[0].signum()
+            }
+        }
         Function::Step => f64::from(u8::from(z[0] > 0.0)),
     }
 }

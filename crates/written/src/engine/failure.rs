@@ -30,13 +30,14 @@ pub enum SimulationError {
     Samples { record: String, first: usize, last: usize, samples: usize },
     #[error("{record}: time must rise from sample to sample, but {right} s follows {left} s; sort the rows")]
     TimesDoNotRise { record: String, left: f64, right: f64 },
-    #[error("parameter `{name}` has no derivative in this system: compile it with the parameter among the active ones")]
+    #[error(
+        "parameter `{name}` has no derivative in this system: compile it with the parameter among the active ones"
+    )]
     NotActive { name: String },
 }
 
 fn because(cause: &Option<String>) -> String {
-    cause.as_ref().map_or_else(
-        || "; check the start values and parameters".to_owned(),
-        |cause| format!(": {cause}"),
-    )
+    cause
+        .as_ref()
+        .map_or_else(|| "; check the start values and parameters".to_owned(), |cause| format!(": {cause}"))
 }

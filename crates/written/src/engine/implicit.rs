@@ -140,9 +140,8 @@ impl Factors {
     fn new(mut rows: Vec<f64>, n: usize) -> Option<Factors> {
         let mut order: Vec<usize> = (0..n).collect();
         for column in 0..n {
-            let largest = (column..n).max_by(|a, b| {
-                rows[a * n + column].abs().total_cmp(&rows[b * n + column].abs())
-            })?;
+            let largest = (column..n)
+                .max_by(|a, b| rows[a * n + column].abs().total_cmp(&rows[b * n + column].abs()))?;
             let pivot = rows[largest * n + column];
             if pivot == 0.0 || !pivot.is_finite() {
                 return None;

@@ -64,9 +64,12 @@ impl Trouble {
         let record = record.to_owned();
         let name = |event: usize| system.model.events.get(event).map_or_else(String::new, |e| e.name.clone());
         match self {
-            Trouble::TooManyEvents(event, time) => {
-                SimulationError::TooManyEvents { record, time, event: name(event), allowed: EVENTS_PER_WINDOW }
-            }
+            Trouble::TooManyEvents(event, time) => SimulationError::TooManyEvents {
+                record,
+                time,
+                event: name(event),
+                allowed: EVENTS_PER_WINDOW,
+            },
             Trouble::Endless(event, time) => SimulationError::Endless { record, time, event: name(event) },
             Trouble::NoConvergence(time) => SimulationError::NoConvergence { record, time },
         }
@@ -113,7 +116,13 @@ impl Lane {
 
     /// Stands in the place of a lane that was taken out.
     pub(crate) fn empty() -> Lane {
-        Lane { block: Block::default(), drive: Drive::new(0), mode: Mode::default(), events: Vec::new(), last_step: 0.0 }
+        Lane {
+            block: Block::default(),
+            drive: Drive::new(0),
+            mode: Mode::default(),
+            events: Vec::new(),
+            last_step: 0.0,
+        }
     }
 
     /// Values of all conditions at the present state.
@@ -221,7 +230,9 @@ impl Lane {
                 self.block.step(system, &self.drive, (&[time], &[h]), columns, &held);
                 true
             }
-            Method::Implicit => implicit::step(&mut self.block, system, &self.drive, (time, h), columns, &held),
+            Method::Implicit => {
+                implicit::step(&mut self.block, system, &self.drive, (time, h), columns, &held)
+            }
             Method::Reference { tolerance } => {
                 reference::step(&mut self.block, system, &self.drive, (time, h), &held, tolerance);
                 true
@@ -243,14 +254,8 @@ impl Lane {
         while time < end {
             h = h.min(end - time);
             let before = self.block.x.clone();
-            let error = reference::step(
-                &mut self.block,
-                system,
-                &self.drive,
-                (time, h),
-                &self.mode.held,
-                tolerance,
-            );
+            let error =
+                reference::step(&mut self.block, system, &self.drive, (time, h), &self.mode.held, tolerance);
             self.block.x = before;
             // The usual rule of a method of order 5 with its margin of safety (Hairer, Norsett and Wanner, II.4).
             let factor = (0.9 * error.powf(-0.2)).clamp(0.2, 5.0);
@@ -524,7 +529,8 @@ impl Lane {
                     column.iter_mut().zip(&before).for_each(|(s, f)| s[0] += f * shifts[seed]);
                     self.block.along(gradient, columns, seed, 0, &mut moved);
                     let time_share = gradient.entries.iter().filter(|e| e.column == Column::Time);
-                    time_share.for_each(|e| moved[e.row] += self.block.registers[e.register][0] * shifts[seed]);
+                    time_share
+                        .for_each(|e| moved[e.row] += self.block.registers[e.register][0] * shifts[seed]);
                     carried[seed * n..][..n].iter_mut().zip(&moved).for_each(|(to, m)| to[0] = *m);
                 }
                 self.block.s = carried;
@@ -533,7 +539,9 @@ impl Lane {
                 let rests = self.comes_to_rest(system, event, time, side, &mut reset);
                 if rests {
                     let set = system.model.events[event].set.iter().map(|(state, _)| *state);
-                    for state in set.filter(|s| !system.model.events[event].rest.iter().any(|r| r.hold.contains(s))) {
+                    for state in
+                        set.filter(|s| !system.model.events[event].rest.iter().any(|r| r.hold.contains(s)))
+                    {
                         self.block.x[state][0] = 0.0;
                         self.block.s.iter_mut().skip(state).step_by(n).for_each(|s| s[0] = 0.0);
                     }
@@ -611,7 +619,14 @@ impl Lane {
     }
 
     /// Begins the rest of an event whose condition now moves too slowly, unless the rest would end at once.
-    fn comes_to_rest(&mut self, system: &System, event: usize, time: f64, side: f64, reset: &mut [f64]) -> bool {
+    fn comes_to_rest(
+        &mut self,
+        system: &System,
+        event: usize,
+        time: f64,
+        side: f64,
+        reset: &mut [f64],
+    ) -> bool {
         let Some(rest) = &system.model.events[event].rest else { return false };
         let speed = self.speed(system, event, time);
         let exhausted = self.mode.fired >= EVENTS_PER_WINDOW;

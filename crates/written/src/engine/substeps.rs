@@ -33,7 +33,11 @@ impl System {
     /// # Errors
     /// [`SimulationError::Stiff`] if 64 steps are too few because a rate is too fast for them; any other error of the
     /// simulation with 64 steps.
-    pub fn choose_steps(&self, windows: &[Window<'_>], scales: &[f64]) -> Result<ChosenSteps, SimulationError> {
+    pub fn choose_steps(
+        &self,
+        windows: &[Window<'_>],
+        scales: &[f64],
+    ) -> Result<ChosenSteps, SimulationError> {
         let method = self.declared_method();
         let run = |substeps: usize| -> Result<Vec<f64>, SimulationError> {
             let results = self.simulate(windows, &[], &Options { method, substeps });
@@ -42,7 +46,11 @@ impl System {
         };
         let change = |a: &[f64], b: &[f64]| -> f64 {
             let of = |(i, (a, b)): (usize, (&f64, &f64))| (a - b).abs() / scales[i % scales.len()];
-            a.iter().zip(b).enumerate().map(of).fold(0.0, |worst: f64, x| if x > worst || x.is_nan() { x } else { worst })
+            a.iter()
+                .zip(b)
+                .enumerate()
+                .map(of)
+                .fold(0.0, |worst: f64, x| if x > worst || x.is_nan() { x } else { worst })
         };
         if let Some(substeps) = self.model.numerics.substeps {
             let change = change(&run(substeps)?, &run(2 * substeps)?);
@@ -101,7 +109,9 @@ impl System {
         let n = self.states();
         for window in windows.iter().take(64) {
             let times = &window.record.times[window.first..=window.last];
-            let Some(interval) = times.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::max) else { continue };
+            let Some(interval) = times.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::max) else {
+                continue;
+            };
             let mut block = Block::<1>::new(self, 0);
             block.set_parameters(self, 0, window.parameters);
             block.prepare(self);

@@ -50,9 +50,34 @@ impl Machine {
                 };
             }
             arms!(
-                Add, Subtract, Multiply, Divide, Negate, MultiplyAdd, MultiplySubtract, SubtractProduct,
-                Minimum, Maximum, Absolute, Select, Sqrt, Cbrt, Exp, Ln, Sin, Cos, Tan, Asin, Acos, Atan,
-                Sinh, Cosh, Tanh, Atan2, Hypot, Power
+                Add,
+                Subtract,
+                Multiply,
+                Divide,
+                Negate,
+                MultiplyAdd,
+                MultiplySubtract,
+                SubtractProduct,
+                Minimum,
+                Maximum,
+                Absolute,
+                Select,
+                Sqrt,
+                Cbrt,
+                Exp,
+                Ln,
+                Sin,
+                Cos,
+                Tan,
+                Asin,
+                Acos,
+                Atan,
+                Sinh,
+                Cosh,
+                Tanh,
+                Atan2,
+                Hypot,
+                Power
             );
         }
     }
@@ -72,13 +97,14 @@ impl Table {
                 (self.values[i + 1] - self.values[i]).mul_add(share, self.values[i])
             }
             None if x.is_nan() => x,
-            None if self.at.first().is_some_and(|first| x < *first) => self.values.first().copied().unwrap_or(0.0),
+            None if self.at.first().is_some_and(|first| x < *first) => {
+                self.values.first().copied().unwrap_or(0.0)
+            }
             None => self.values.last().copied().unwrap_or(0.0),
         }
     }
 
     pub(crate) fn slope(&self, x: f64) -> f64 {
-        self.piece(x)
-            .map_or(0.0, |i| (self.values[i + 1] - self.values[i]) / (self.at[i + 1] - self.at[i]))
+        self.piece(x).map_or(0.0, |i| (self.values[i + 1] - self.values[i]) / (self.at[i + 1] - self.at[i]))
     }
 }

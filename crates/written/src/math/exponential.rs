@@ -47,12 +47,9 @@ pub(crate) fn exp(x: f64) -> f64 {
 pub(crate) fn tanh(x: f64) -> f64 {
     let size = x.abs();
     let z = x * x;
-    let below = polynomial(
-        z,
-        [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3],
-    );
-    let p =
-        polynomial(z, [-9.643_991_794_250_523e-1, -9.928_772_310_019_185e1, -1.614_687_684_417_084_5e3]);
+    let below =
+        polynomial(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
+    let p = polynomial(z, [-9.643_991_794_250_523e-1, -9.928_772_310_019_185e1, -1.614_687_684_417_084_5e3]);
     // 20 is where tanh has reached 1 to the last place.
     let e = exp(2.0 * if size > 20.0 { 20.0 } else { size });
     let small = size < 0.625;

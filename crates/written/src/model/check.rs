@@ -13,7 +13,8 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
         }
     }
     model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
-    if let Some(p) = model.parameters.iter().zip(used).find_map(|(p, used)| (!used && !p.frozen).then_some(p)) {
+    if let Some(p) = model.parameters.iter().zip(used).find_map(|(p, used)| (!used && !p.frozen).then_some(p))
+    {
         return Err(reader.error(p.line, &format!("parameters.{}", p.name), Fault::Unused));
     }
     let mut moving = Vec::with_capacity(model.lets.len());

@@ -6,8 +6,8 @@ mod scope;
 mod toml_reader;
 mod units;
 
-use augsim_data::{Dimensions, Unit};
 use crate::text::Tree;
+use augsim_data::{Dimensions, Unit};
 pub use read::{parse, read};
 use std::collections::BTreeMap;
 

@@ -103,7 +103,9 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     declare_states(file, model, names)?;
     declare_inputs(file, model, names)?;
     declare_parameters(file, model, names)?;
-    for (index, (name, item)) in section(file, "let", "values of [let]", limits::PARAMETERS)?.into_iter().enumerate() {
+    for (index, (name, item)) in
+        section(file, "let", "values of [let]", limits::PARAMETERS)?.into_iter().enumerate()
+    {
         claim(names, &item, name, Symbol::Let(index))?;
         names.let_lines.push(item.line);
     }
@@ -321,7 +323,8 @@ fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
 /// The entry `kind` or `kind_UNIT`.
 fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
     let entries = item.value.get_ref().as_table().map(|table| item.reader.entries(table))?;
-    let is = |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
+    let is =
+        |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
     let (name, ..) = entries.into_iter().find(|(name, ..)| is(name))?;
     item.at(name)
 }
@@ -347,14 +350,18 @@ struct Equations<'n> {
 
 impl Equations<'_> {
     fn read(mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
-        for (index, (name, item)) in section(file, "let", "values", limits::PARAMETERS)?.into_iter().enumerate() {
+        for (index, (name, item)) in
+            section(file, "let", "values", limits::PARAMETERS)?.into_iter().enumerate()
+        {
             let value = self.expression(&item, Site::Let(index), false)?;
             let of_name = || Unit::of_column_name(name).map(Unit::dimensions);
             let dimensions = infer(model, &item, &value.tree)?.or_else(of_name);
             model.lets.push(Let { name: name.into(), dimensions, value });
         }
         self.states(file, model)?;
-        for (index, (_, item)) in section(file, "outputs", "outputs", limits::OUTPUTS)?.into_iter().enumerate() {
+        for (index, (_, item)) in
+            section(file, "outputs", "outputs", limits::OUTPUTS)?.into_iter().enumerate()
+        {
             let value = match item.value.get_ref().as_str() {
                 Some(_) => self.expression(&item, Site::Equation, false)?,
                 None => {
@@ -383,7 +390,9 @@ impl Equations<'_> {
                 return Err(item.error(Fault::NoSuchState { state: name.into(), nearest }));
             }
         }
-        for (index, (name, item)) in section(file, "states", "states", limits::STATES)?.into_iter().enumerate() {
+        for (index, (name, item)) in
+            section(file, "states", "states", limits::STATES)?.into_iter().enumerate()
+        {
             let Some(rate) = rates.get(name) else {
                 let fault = Fault::NoRate { state: name.into() };
                 return Err(item.reader.error(item.line, "states", fault));
@@ -393,7 +402,9 @@ impl Equations<'_> {
             model.states[index].start = match start {
                 None => Expression { tree: number(0.0), line: item.line, key: item.key.clone() },
                 Some(start) => match start.maybe_number() {
-                    Some(value) => Expression { tree: number(value), line: start.line, key: start.key.clone() },
+                    Some(value) => {
+                        Expression { tree: number(value), line: start.line, key: start.key.clone() }
+                    }
                     None => {
                         start.text("a number or an expression in quotes, such as \"position_m\"")?;
                         let read = self.expression(&start, Site::Start, false)?;
@@ -449,10 +460,14 @@ impl Equations<'_> {
             let direction = item.at("direction").map_or(Ok(Direction::Both), |d| {
                 d.word(&DIRECTIONS, "\"rising\", \"falling\" or \"both\"")
             })?;
-            let set = item.at("set").ok_or_else(|| missing("set", "set = { v_m_s = \"-restitution * v_m_s\" }"))?;
+            let set =
+                item.at("set").ok_or_else(|| missing("set", "set = { v_m_s = \"-restitution * v_m_s\" }"))?;
             let mut assigned = Vec::new();
             for (state, value) in set.entries("a table such as { v_m_s = \"-restitution * v_m_s\" }")? {
-                assigned.push((state_named(model, &value, state)?, self.expression(&value, Site::Equation, false)?));
+                assigned.push((
+                    state_named(model, &value, state)?,
+                    self.expression(&value, Site::Equation, false)?,
+                ));
                 infer(model, &value, &assigned[assigned.len() - 1].1.tree)?;
             }
             let rest = item.at("rest").map(|rest| self.rest(&rest, model)).transpose()?;

@@ -11,13 +11,17 @@ pub enum Problem {
     TooLong { bytes: usize },
     #[error("is nested deeper than {EXPRESSION_DEPTH}; name parts of it in [let]")]
     TooDeep,
-    #[error("is one too many: the expressions of the file have more than {FILE_NODES} operations; simplify the model")]
+    #[error(
+        "is one too many: the expressions of the file have more than {FILE_NODES} operations; simplify the model"
+    )]
     TooManyNodes,
     #[error("is empty; write an expression such as \"2 * pi * t\"")]
     Empty,
     #[error("`{found}` has no meaning in an expression; use + - * / ^ ( ) , numbers, names and functions")]
     UnexpectedCharacter { found: String },
-    #[error("`{text}` is not a number; write digits, a point between digits and an exponent, such as 0.5 or 1.5e-3")]
+    #[error(
+        "`{text}` is not a number; write digits, a point between digits and an exponent, such as 0.5 or 1.5e-3"
+    )]
     MalformedNumber { text: String },
     #[error("`)` missing for the `(` at column {column}")]
     UnclosedParenthesis { column: usize },
