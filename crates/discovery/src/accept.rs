@@ -20,7 +20,7 @@ pub(crate) fn accepted(found: Discovery, model: &ModelFile, data: &str) -> Resul
     match ModelFile::parse(&found.model_toml, file) {
         Ok(back) if back == *model => Ok(found),
         Ok(_) => Err(DiscoveryError::NotReadable { model: file.clone(), source: None }),
-        Err(e) => Err(DiscoveryError::NotReadable { model: file.clone(), source: Some(e) }),
+        Err(e) => Err(DiscoveryError::NotReadable { model: file.clone(), source: Some(Box::new(e)) }),
     }
 }
 

@@ -157,7 +157,7 @@ pub enum DiscoveryError {
         /// The model.
         model: String,
         /// Why it is refused, if it is.
-        source: Option<ModelError>,
+        source: Option<Box<ModelError>>,
     },
     /// Velocities or positions that cannot be compared.
     #[error("{0}")]
