@@ -41,6 +41,9 @@ fn folder(text: &str) -> tempfile::TempDir {
     dir
 }
 
+/// What is done to a height and a velocity.
+type Change<'a> = &'a dyn Fn(f64, f64) -> (f64, f64);
+
 const DISCOVER: [&str; 6] = ["discover", "model.toml", "bounces.csv", "--out", "found", "-q"];
 
 #[test]
@@ -106,7 +109,7 @@ fn train_refuses_what_the_physics_of_its_recipe_cannot_be() {
         augsim(&["simulate", "--trajectories", "6", "--samples", "80", "--out", "drops.csv"], dir.path());
     assert_eq!(out.status.code(), Some(0), "{}", errors(&out));
     let text = std::fs::read_to_string(dir.path().join("drops.csv")).expect("written");
-    let with = |change: &dyn Fn(f64, f64) -> (f64, f64)| {
+    let with = |change: Change<'_>| {
         let mut lines = text.lines();
         let mut all = format!("{}\n", lines.next().expect("a header"));
         for line in lines {
@@ -116,7 +119,7 @@ fn train_refuses_what_the_physics_of_its_recipe_cannot_be() {
         }
         all
     };
-    let cases: [(&str, &dyn Fn(f64, f64) -> (f64, f64)); 7] = [
+    let cases: [(&str, Change<'_>); 7] = [
         ("gravity-disagrees", &|z, v| (1e3 * z, 1e3 * v)),
         ("gravity-disagrees", &|z, v| (-z, -v)),
         ("velocity-disagrees", &|z, v| (v, z)),
