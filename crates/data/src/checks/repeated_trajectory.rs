@@ -137,7 +137,7 @@ fn same(data: &Dataset, moving: &[usize], all: &[Recording], a: usize, b: usize)
                 continue;
             }
             // Gaps in other places are another recording.
-            if !((x - y).abs() <= tolerance) {
+            if x.is_nan() || y.is_nan() || (x - y).abs() > tolerance {
                 return false;
             }
             agree += 1;

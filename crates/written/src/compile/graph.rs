@@ -12,6 +12,8 @@ pub(crate) type Id = u32;
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     operations: Vec<Operation>,
+    /// Whether each changes with state, input or time.
+    moves: Vec<bool>,
     known: BTreeMap<Operation, Id>,
 }
 
@@ -27,6 +29,11 @@ impl Graph {
 
     pub(crate) fn get(&self, id: Id) -> Operation {
         self.operations[id as usize]
+    }
+
+    /// Whether a result changes with state, input or time, and not with parameters alone.
+    pub(crate) fn moves(&self, id: Id) -> bool {
+        self.moves[id as usize]
     }
 
     pub(crate) fn value_of(&self, id: Id) -> Option<f64> {
@@ -50,6 +57,8 @@ impl Graph {
             return 0;
         }
         let id = self.operations.len() as Id;
+        let by_itself = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time);
+        self.moves.push(by_itself || operation.used().any(|used| self.moves[used as usize]));
         self.operations.push(operation);
         self.known.insert(operation, id);
         id
@@ -186,6 +195,12 @@ impl Graph {
         if left.code == Code::Negate {
             let quotient = self.divide(left.a, b);
             return self.negate(quotient);
+        }
+        if self.moves(a) && !self.moves(b) {
+            // A divisor of parameters alone is inverted once a simulation; a division costs as much as eight products.
+            let one = self.constant(1.0);
+            let reciprocal = self.binary(Code::Divide, one, b);
+            return self.multiply(a, reciprocal);
         }
         self.binary(Code::Divide, a, b)
     }

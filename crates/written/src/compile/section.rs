@@ -13,6 +13,8 @@ pub(crate) struct Layout {
     /// Constants and their registers.
     pub(crate) constants: Vec<(u32, f64)>,
     pub(crate) registers: usize,
+    /// Whether some derivative needs the change of an input.
+    pub(crate) needs_slopes: bool,
 }
 
 /// Instructions of one purpose, and the registers where its results are.
@@ -67,11 +69,7 @@ impl Layout {
         let mut layout = Layout { states, inputs, parameters, ..Layout::default() };
         layout.registers = layout.width(widths);
         let needed: Vec<Vec<bool>> = wanted.iter().map(|results| reachable(operations, results)).collect();
-        let mut moves = vec![false; operations.len()];
-        for (id, operation) in operations.iter().enumerate() {
-            moves[id] = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time)
-                || operation.used().any(|used| moves[used as usize]);
-        }
+        let moves: Vec<bool> = (0..operations.len()).map(|id| graph.moves(id as Id)).collect();
         layout.register_of = vec![None; operations.len()];
         let mut once = Section::default();
         for (id, operation) in operations.iter().enumerate() {
@@ -92,6 +90,7 @@ impl Layout {
                 }
             } as u32;
             layout.register_of[id] = Some(register);
+            layout.needs_slopes |= operation.code == Code::InputSlope;
             if let Some(value) = operation.as_constant() {
                 layout.constants.push((register, value));
             } else if operation.code.operands() > 0 && !moves[id] {

@@ -134,6 +134,12 @@ impl<const L: usize> Drive<L> {
                 let s = time[lane] - self.begin[lane];
                 registers[value][lane] =
                     c[3][lane].mul_add(s, c[2][lane]).mul_add(s, c[1][lane]).mul_add(s, c[0][lane]);
+            }
+            if !layout.needs_slopes {
+                continue;
+            }
+            for lane in 0..L {
+                let s = time[lane] - self.begin[lane];
                 registers[slope][lane] =
                     (3.0 * c[3][lane]).mul_add(s, 2.0 * c[2][lane]).mul_add(s, c[1][lane]);
             }
@@ -146,7 +152,11 @@ impl<const L: usize> Block<L> {
         let n = system.states();
         let zeros = |count: usize| vec![[0.0; L]; count];
         let mut registers = zeros(system.layout.registers);
-        system.layout.constants.iter().for_each(|(register, value)| registers[*register as usize] = [*value; L]);
+        system
+            .layout
+            .constants
+            .iter()
+            .for_each(|(register, value)| registers[*register as usize] = [*value; L]);
         Self {
             registers,
             x: zeros(n),
@@ -215,7 +225,8 @@ impl<const L: usize> Block<L> {
         self.stage.copy_from_slice(&self.x);
         for stage in 0..4 {
             // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
-            let (at, on, weight) = [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
+            let (at, on, weight) =
+                [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
             let mut now = [0.0; L];
             for lane in 0..L {
                 now[lane] = h[lane].mul_add(at, time[lane]);
@@ -253,44 +264,51 @@ impl<const L: usize> Block<L> {
     fn sensitivities(&mut self, h: &[f64; L], columns: &Columns, held: &[bool]) {
         let n = self.x.len();
         let entries = self.gradients.len() / 4;
-        let (stage, rest) = self.column.split_at_mut(n);
-        let (sum, rate) = rest.split_at_mut(n);
+        let (mut stage, rest) = self.column.split_at_mut(n);
+        let (mut next, sum) = rest.split_at_mut(n);
         for (s, active) in self.s.chunks_exact_mut(n).zip(&columns.active) {
             stage.copy_from_slice(s);
-            sum.fill([0.0; L]);
-            for (index, (on, weight)) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate() {
+            let own = active.map_or(&[][..], |active| &columns.parameters[active]);
+            for (index, (on, weight)) in
+                [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate()
+            {
                 let gradient = &self.gradients[index * entries..(index + 1) * entries];
-                rate.fill([0.0; L]);
-                if let Some(active) = active {
-                    for (row, entry) in &columns.parameters[*active] {
-                        rate[*row] = gradient[*entry];
+                for i in 0..n {
+                    // The rate stays in registers from its first part to its use.
+                    let mut rate = [0.0; L];
+                    for (row, entry) in own {
+                        if *row == i {
+                            rate = gradient[*entry];
+                        }
                     }
-                }
-                for (i, row) in columns.rows.iter().enumerate() {
-                    for entry in row {
+                    for entry in &columns.rows[i] {
                         let (j, z) = (&gradient[entry.entry], &stage[entry.state]);
-                        for lane in 0..L {
-                            rate[i][lane] = if entry.is_one {
-                                rate[i][lane] + z[lane]
-                            } else {
-                                j[lane].mul_add(z[lane], rate[i][lane])
-                            };
+                        if entry.is_one {
+                            for lane in 0..L {
+                                rate[lane] += z[lane];
+                            }
+                        } else {
+                            for lane in 0..L {
+                                rate[lane] = j[lane].mul_add(z[lane], rate[lane]);
+                            }
                         }
                     }
                     if held.get(i) == Some(&true) {
-                        rate[i] = [0.0; L];
+                        rate = [0.0; L];
                     }
-                }
-                for i in 0..n {
+                    let (from, to, total) = (&s[i], &mut next[i], &mut sum[i]);
                     for lane in 0..L {
-                        sum[i][lane] = rate[i][lane].mul_add(weight, sum[i][lane]);
-                        stage[i][lane] = (h[lane] * on).mul_add(rate[i][lane], s[i][lane]);
+                        let before = if index == 0 { 0.0 } else { total[lane] };
+                        total[lane] = rate[lane].mul_add(weight, before);
+                        to[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
                     }
                 }
+                std::mem::swap(&mut stage, &mut next);
             }
             for i in 0..n {
+                let (to, total) = (&mut s[i], &sum[i]);
                 for lane in 0..L {
-                    s[i][lane] = (h[lane] * (1.0 / 6.0)).mul_add(sum[i][lane], s[i][lane]);
+                    to[lane] = (h[lane] * (1.0 / 6.0)).mul_add(total[lane], to[lane]);
                 }
             }
         }
