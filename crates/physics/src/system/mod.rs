@@ -9,7 +9,7 @@
 //! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
 //! dual numbers. Adding one from Rust by its equations: see [`Equations`](crate::ode::Equations).
 
-mod effect;
+pub(crate) mod effect;
 mod error;
 mod lanes;
 mod law;
@@ -18,7 +18,7 @@ mod schema;
 mod simulated;
 mod task;
 
-use crate::model::Parameter;
+use crate::model::parameter::Parameter;
 use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,0 +1,57 @@
+//! Declared parameters.
+
+use crate::system::effect::EffectParameter;
+
+/// What one value of a parameter belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Per {
+    /// One value for all trajectories.
+    #[default]
+    All,
+    /// One value for each `group` (object) in the data.
+    Group,
+    /// One value for each trajectory: a nuisance, fitted and not reported.
+    Trajectory,
+}
+
+/// A declared parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with its unit.
+    pub name: String,
+    /// The declared value.
+    pub nominal: f64,
+    /// Lower bound.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+    /// Not calibrated.
+    pub frozen: bool,
+    /// What one value belongs to.
+    pub per: Per,
+    /// 95 % interval, when a fit has put it here.
+    pub ci95: Option<[f64; 2]>,
+    /// Values by group, when a fit with `per = "group"` has put them here.
+    pub groups: Vec<(String, f64)>,
+}
+
+impl Parameter {
+    /// A parameter of a law that was added, at the value at which the law vanishes.
+    pub fn added(p: &EffectParameter) -> Self {
+        Self::free(p.name.clone(), p.null, p.min, p.max)
+    }
+
+    /// The value of a table at its knot `i`, from 0.
+    pub fn knot(i: usize) -> Self {
+        Self::free(format!("knot{i}"), 0.0, -MOST_OF_A_KNOT, MOST_OF_A_KNOT)
+    }
+
+    /// A parameter to calibrate, one value for all records.
+    pub fn free(name: String, nominal: f64, min: f64, max: f64) -> Self {
+        let (frozen, per) = (false, Per::All);
+        Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new() }
+    }
+}
+
+/// Bound of the values of a table, in the unit of what it adds to.
+const MOST_OF_A_KNOT: f64 = 100.0;
