@@ -34,9 +34,9 @@ pub struct ModelError {
     /// Where.
     pub place: Place,
     /// The mistake.
-    pub fault: Fault,
+    pub fault: Box<Fault>,
     /// The text that it lies in.
-    pub excerpt: Option<Excerpt>,
+    pub excerpt: Option<Box<Excerpt>>,
 }
 
 impl std::error::Error for ModelError {}

@@ -118,7 +118,7 @@ impl System {
         }
         if graph.is_too_large() {
             let place = Place { file: model.file.clone(), line: 1, key: String::new() };
-            return Err(ModelError { place, fault: Fault::TooLarge, excerpt: None });
+            return Err(ModelError { place, fault: Box::new(Fault::TooLarge), excerpt: None });
         }
         let flat = |wanted: &Wanted| -> Vec<Id> {
             wanted.0.iter().copied().chain(wanted.1.iter().map(|(_, _, id)| *id)).collect()
@@ -273,7 +273,7 @@ fn check_events(
             let place =
                 Place { file: model.file.clone(), line: event.line, key: format!("events.{}", event.name) };
             let fault = Fault::FiresForEver { state: model.states[*state].name.clone() };
-            return Err(ModelError { place, fault, excerpt: None });
+            return Err(ModelError { place, fault: Box::new(fault), excerpt: None });
         }
     }
     Ok(())

@@ -144,13 +144,9 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
             break;
         }
         assert!((found.values[i] - height).abs() < 1e-9, "{t} s: {} {height}", found.values[i]);
-        for seed in 0..3 {
+        for (seed, by) in by.iter().enumerate() {
             let slope = found.slopes[3 * i + seed];
-            assert!(
-                (slope - by[seed]).abs() < 1e-9,
-                "{t} s after {bounces}: seed {seed}: {slope} {}",
-                by[seed]
-            );
+            assert!((slope - by).abs() < 1e-9, "{t} s after {bounces}: seed {seed}: {slope} {by}");
         }
     }
 }
@@ -278,12 +274,13 @@ fn sensitivities_at_walls_agree_with_differences() {
     let text = example("tanks").expect("the example").replace("min = 0.0 }", "min = 0.0, max = 6.0 }");
     let system = compiled(&text);
     let t = times(120, 4.0);
-    let pump: Vec<f64> = t.iter().map(|t| if (*t as u32 / 100) % 2 == 0 { 6.0 } else { 0.1 }).collect();
+    let pump: Vec<f64> =
+        t.iter().map(|t| if (*t as u32 / 100).is_multiple_of(2) { 6.0 } else { 0.1 }).collect();
     let record = record(t.clone(), vec![Signal::new(&t, &pump, Hold::Zero)]);
     let start = [4.0, 3.0];
     let parameters = system.model().nominals();
     let found = whole(&system, &record, (&start, &parameters), &[], &steps(4)).expect("a simulation");
-    assert!(found.values.iter().any(|level| *level == 6.0), "the lower tank reaches its wall");
+    assert!(found.values.contains(&6.0), "the lower tank reaches its wall");
     assert!(found.values.iter().all(|level| (0.0..=6.0).contains(level)));
     let error = derivative_error(&system, &record, &start, &steps(4));
     assert!(error < 1e-5, "{error}");
@@ -363,7 +360,9 @@ fn a_stiff_system_is_named_and_solved_by_the_implicit_method() {
     let record = record(times(21, 0.05), vec![]);
     let parameters = system.model().nominals();
     let window = Window { record: &record, first: 0, last: 20, start: &[1.0, 0.0], parameters: &parameters };
-    let error = system.choose_steps(&[window.clone()], &[0.001]).expect_err("too stiff for explicit steps");
+    let error = system
+        .choose_steps(std::slice::from_ref(&window), &[0.001])
+        .expect_err("too stiff for explicit steps");
     assert!(
         error.to_string().starts_with(
             "rates.y_m is stiff: its fastest rate is 3.1e4 per second, 1550 times the sample rate; set [numerics] \

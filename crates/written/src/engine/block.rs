@@ -228,8 +228,8 @@ impl<const L: usize> Block<L> {
             let (at, on, weight) =
                 [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
             let mut now = [0.0; L];
-            for lane in 0..L {
-                now[lane] = h[lane].mul_add(at, time[lane]);
+            for ((now, h), time) in now.iter_mut().zip(h).zip(time) {
+                *now = h.mul_add(at, *time);
             }
             self.registers[..n].copy_from_slice(&self.stage);
             drive.set(system, &mut self.registers, &now);
@@ -252,9 +252,9 @@ impl<const L: usize> Block<L> {
                 }
             }
         }
-        for i in 0..n {
-            for lane in 0..L {
-                self.x[i][lane] = (h[lane] * (1.0 / 6.0)).mul_add(self.sum[i][lane], self.x[i][lane]);
+        for (x, sum) in self.x.iter_mut().zip(&self.sum) {
+            for ((x, sum), h) in x.iter_mut().zip(sum).zip(h) {
+                *x = (h * (1.0 / 6.0)).mul_add(*sum, *x);
             }
         }
     }

@@ -4,14 +4,17 @@ mod at;
 mod block;
 mod diagnose;
 mod failure;
+mod happen;
 mod implicit;
 mod lane;
 mod reference;
+mod run;
 mod schedule;
 mod signal;
 mod simulate;
 mod substeps;
 mod task;
+mod walk;
 
 pub use at::{Linearised, Point};
 pub use failure::SimulationError;

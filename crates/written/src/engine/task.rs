@@ -18,7 +18,9 @@ impl Record {
     /// # Errors
     /// [`SimulationError::TimesDoNotRise`].
     pub fn new(name: &str, times: Vec<f64>, inputs: Vec<Signal>) -> Result<Record, SimulationError> {
-        if let Some(pair) = times.windows(2).find(|pair| !(pair[1] > pair[0])) {
+        if let Some(pair) =
+            times.windows(2).find(|pair| pair[1] <= pair[0] || pair[1].is_nan() || pair[0].is_nan())
+        {
             let (left, right) = (pair[0], pair[1]);
             return Err(SimulationError::TimesDoNotRise { record: name.into(), left, right });
         }

@@ -1,17 +1,13 @@
 //! Reads a model file: every key is known or refused, every name is resolved, every mistake has its line.
 
-use super::scope::{Names, Site, View};
-use super::toml_reader::{Item, Reader, Value};
-use super::{
-    Direction, Event, Expression, Hold, Input, Integrator, Let, Model, Numerics, Output, Parameter, Rest,
-    State, Table, check, units,
-};
+use super::equations::Equations;
+use super::scope::Names;
+use super::toml_reader::{Item, Reader};
+use super::{Expression, Hold, Input, Model, Numerics, Output, Parameter, State, Table, check};
 use crate::error::{Fault, ModelError};
 use crate::limits;
-use crate::nearest::nearest;
-use crate::text::{self, Problem, Symbol, Tree};
-use augsim_data::{Dimensions, Unit, shown, shown_cause};
-use std::collections::BTreeMap;
+use crate::text::{self, Symbol, Tree};
+use augsim_data::{Unit, shown, shown_cause};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -60,7 +56,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         numerics: Numerics::default(),
     };
     declare(&file, &mut model, &mut names)?;
-    Equations { names: &names, nodes: 0 }.read(&file, &mut model)?;
+    Equations::new(&names).read(&file, &mut model)?;
     check::check(&model, reader)?;
     Ok(model)
 }
@@ -267,7 +263,7 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
 }
 
 /// Entries of a table at the top; none where it is absent.
-fn section<'r, 't>(
+pub(super) fn section<'r, 't>(
     file: &Item<'r, 't>,
     key: &str,
     of: &'static str,
@@ -281,7 +277,7 @@ fn section<'r, 't>(
     Ok(entries)
 }
 
-fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
+pub(super) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
     let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     if !begins || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
         return Err(item.error(Fault::MalformedName { name: shown(name) }));
@@ -321,7 +317,7 @@ fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
 }
 
 /// The entry `kind` or `kind_UNIT`.
-fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
+pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
     let entries = item.value.get_ref().as_table().map(|table| item.reader.entries(table))?;
     let is =
         |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
@@ -330,7 +326,7 @@ fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
 }
 
 /// Known keys with those that were found under a name with a unit.
-fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<&'k str> {
+pub(super) fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<&'k str> {
     let suffixed = found.iter().filter_map(|item| item.as_ref()?.key.rsplit('.').next());
     known.iter().copied().chain(suffixed).collect()
 }
@@ -339,221 +335,4 @@ fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<
 fn nothing(item: &Item<'_, '_>) -> Expression {
     let tree = Tree { text: String::new(), nodes: Vec::new() };
     Expression { tree, line: item.line, key: item.key.clone() }
-}
-
-/// The second pass: expressions, in which all names are known.
-struct Equations<'n> {
-    names: &'n Names,
-    /// Nodes of all expressions so far.
-    nodes: usize,
-}
-
-impl Equations<'_> {
-    fn read(mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
-        for (index, (name, item)) in
-            section(file, "let", "values", limits::PARAMETERS)?.into_iter().enumerate()
-        {
-            let value = self.expression(&item, Site::Let(index), false)?;
-            let of_name = || Unit::of_column_name(name).map(Unit::dimensions);
-            let dimensions = infer(model, &item, &value.tree)?.or_else(of_name);
-            model.lets.push(Let { name: name.into(), dimensions, value });
-        }
-        self.states(file, model)?;
-        for (index, (_, item)) in
-            section(file, "outputs", "outputs", limits::OUTPUTS)?.into_iter().enumerate()
-        {
-            let value = match item.value.get_ref().as_str() {
-                Some(_) => self.expression(&item, Site::Equation, false)?,
-                None => {
-                    let example = "value = \"x_m\"";
-                    let missing = || item.error(Fault::Missing { key: "value", example });
-                    let mut value = item.at("value").ok_or_else(missing)?;
-                    value.key.clone_from(&item.key);
-                    self.expression(&value, Site::Equation, false)?
-                }
-            };
-            infer(model, &item, &value.tree)?;
-            model.outputs[index].value = value;
-        }
-        self.events(file, model)?;
-        model.numerics = numerics(file)?;
-        Ok(())
-    }
-
-    fn states(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
-        let rates: BTreeMap<&str, Item<'_, '_>> =
-            section(file, "rates", "rates", usize::MAX)?.into_iter().collect();
-        for (name, item) in section(file, "rates", "rates", usize::MAX)? {
-            if model.state(name).is_none() {
-                let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
-                check_name(&item, name)?;
-                return Err(item.error(Fault::NoSuchState { state: name.into(), nearest }));
-            }
-        }
-        for (index, (name, item)) in
-            section(file, "states", "states", limits::STATES)?.into_iter().enumerate()
-        {
-            let Some(rate) = rates.get(name) else {
-                let fault = Fault::NoRate { state: name.into() };
-                return Err(item.reader.error(item.line, "states", fault));
-            };
-            let bare = item.value.get_ref().as_table().is_none();
-            let start = if bare { Some(item.clone()) } else { item.at("start") };
-            model.states[index].start = match start {
-                None => Expression { tree: number(0.0), line: item.line, key: item.key.clone() },
-                Some(start) => match start.maybe_number() {
-                    Some(value) => {
-                        Expression { tree: number(value), line: start.line, key: start.key.clone() }
-                    }
-                    None => {
-                        start.text("a number or an expression in quotes, such as \"position_m\"")?;
-                        let read = self.expression(&start, Site::Start, false)?;
-                        infer(model, &start, &read.tree)?;
-                        read
-                    }
-                },
-            };
-            let expression = self.expression(rate, Site::Equation, false)?;
-            let found = infer(model, rate, &expression.tree)?;
-            let expected = model.states[index].unit.map(|unit| unit.dimensions() / Dimensions::TIME);
-            if let (Some(found), Some(expected)) = (found, expected)
-                && found != expected
-            {
-                let problem = Problem::RateUnit {
-                    state: name.into(),
-                    found: found.to_string(),
-                    expected: expected.to_string(),
-                };
-                let text = expression.tree.text.clone();
-                let span = 0..text.len();
-                return Err(rate.reader.problem(rate.line, &rate.key, &text, (problem, span)));
-            }
-            model.states[index].rate = expression;
-        }
-        Ok(())
-    }
-
-    fn events(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
-        const DIRECTIONS: [(&str, Direction); 3] =
-            [("rising", Direction::Rising), ("falling", Direction::Falling), ("both", Direction::Both)];
-        let Some(events) = file.at("events") else { return Ok(()) };
-        let expected = "written as [[events]] blocks";
-        let blocks = events.value.get_ref().as_array().ok_or_else(|| events.wrong(expected))?;
-        if blocks.len() > limits::EVENTS {
-            let fault = Fault::TooMany { of: "events", found: blocks.len(), allowed: limits::EVENTS };
-            return Err(events.error(fault));
-        }
-        for (index, value) in blocks.iter().enumerate() {
-            let line = file.reader.line(Value::span(value).start);
-            let mut item = Item { reader: file.reader, key: format!("events.{}", index + 1), line, value };
-            item.table(expected)?;
-            let name = item.at("name").map(|n| n.text("a name in quotes")).transpose()?;
-            let name = name.map_or_else(|| format!("{}", index + 1), str::to_owned);
-            let plain = shown(&name);
-            item.key = format!("events.{plain}");
-            item.known(&["name", "when", "direction", "set", "rest"])?;
-            let missing = |key, example| item.error(Fault::Missing { key, example });
-            let when = item.at("when").ok_or_else(|| missing("when", "when = \"x_m - stop_m\""))?;
-            let line = when.line;
-            let when = self.expression(&when, Site::Equation, false)?;
-            infer(model, &item, &when.tree)?;
-            let direction = item.at("direction").map_or(Ok(Direction::Both), |d| {
-                d.word(&DIRECTIONS, "\"rising\", \"falling\" or \"both\"")
-            })?;
-            let set =
-                item.at("set").ok_or_else(|| missing("set", "set = { v_m_s = \"-restitution * v_m_s\" }"))?;
-            let mut assigned = Vec::new();
-            for (state, value) in set.entries("a table such as { v_m_s = \"-restitution * v_m_s\" }")? {
-                assigned.push((
-                    state_named(model, &value, state)?,
-                    self.expression(&value, Site::Equation, false)?,
-                ));
-                infer(model, &value, &assigned[assigned.len() - 1].1.tree)?;
-            }
-            let rest = item.at("rest").map(|rest| self.rest(&rest, model)).transpose()?;
-            model.events.push(Event { name: plain, when, direction, set: assigned, rest, line });
-        }
-        Ok(())
-    }
-
-    fn rest(&mut self, item: &Item<'_, '_>, model: &Model) -> Result<Rest, ModelError> {
-        item.table("a table such as { below_m_s = 1e-3, hold = [\"x_m\"], until = \"force_N < 0\" }")?;
-        let below = suffixed(item, "below");
-        item.known(&known_with(&["hold", "until"], &[&below]))?;
-        let missing = || item.error(Fault::Missing { key: "below", example: "below_m_s = 1e-3" });
-        let mut hold = Vec::new();
-        if let Some(list) = item.at("hold") {
-            let expected = "a list of states, such as [\"x_m\"]";
-            let states = list.value.get_ref().as_array().ok_or_else(|| list.wrong(expected))?;
-            for state in states.iter() {
-                let name = state.get_ref().as_str().ok_or_else(|| list.wrong(expected))?;
-                hold.push(state_named(model, &list, name)?);
-            }
-        }
-        let until = item.at("until");
-        let until = until.map(|until| self.expression(&until, Site::Equation, true)).transpose()?;
-        if let Some(until) = &until {
-            infer(model, item, &until.tree)?;
-        }
-        Ok(Rest { below: below.ok_or_else(missing)?.positive()?, hold, until })
-    }
-
-    fn expression(
-        &mut self,
-        item: &Item<'_, '_>,
-        site: Site,
-        conditional: bool,
-    ) -> Result<Expression, ModelError> {
-        if let Some(value) = item.maybe_number() {
-            return Ok(Expression { tree: number(value), line: item.line, key: item.key.clone() });
-        }
-        let text = item.text("an expression in quotes")?;
-        let view = View { names: self.names, site, line: item.line };
-        let wrong = |failure| item.reader.problem(item.line, &item.key, text, failure);
-        let tree = text::parse(text, &view, conditional).map_err(wrong)?;
-        self.nodes += tree.nodes.len();
-        if self.nodes > limits::FILE_NODES {
-            return Err(wrong((Problem::TooManyNodes, 0..0)));
-        }
-        Ok(Expression { tree, line: item.line, key: item.key.clone() })
-    }
-}
-
-/// A tree of one number.
-fn number(value: f64) -> Tree {
-    let node = text::TreeNode { kind: text::Kind::Number(value), span: 0..0 };
-    Tree { text: format!("{value}"), nodes: vec![node] }
-}
-
-fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {
-    let wrong = |failure| item.reader.problem(item.line, &item.key, &tree.text, failure);
-    units::infer(model, tree).map_err(wrong)
-}
-
-fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, ModelError> {
-    model.state(name).ok_or_else(|| {
-        let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
-        item.error(Fault::NoSuchState { state: shown(name), nearest })
-    })
-}
-
-fn numerics(file: &Item<'_, '_>) -> Result<Numerics, ModelError> {
-    const METHODS: [(&str, Integrator); 2] =
-        [("explicit", Integrator::Explicit), ("implicit", Integrator::Implicit)];
-    let Some(item) = file.at("numerics") else { return Ok(Numerics::default()) };
-    item.table("a table, such as [numerics]")?;
-    item.known(&["integrator", "substeps", "sign_width"])?;
-    let integrator = item.at("integrator");
-    let integrator = integrator.map(|i| i.word(&METHODS, "\"explicit\" or \"implicit\"")).transpose()?;
-    let substeps = item.at("substeps").map(|found| {
-        let whole = found.maybe_number().filter(|n| n.fract() == 0.0 && (1.0..=1024.0).contains(n));
-        whole.map(|n| n as usize).ok_or_else(|| found.wrong("a whole number from 1 to 1024"))
-    });
-    let mut widths = BTreeMap::new();
-    if let Some(table) = item.at("sign_width") {
-        for (text, width) in table.entries("a table such as { v_m_s = 0.01 }")? {
-            widths.insert(text.to_owned(), width.positive()?);
-        }
-    }
-    Ok(Numerics { integrator: integrator.unwrap_or_default(), substeps: substeps.transpose()?, widths })
 }

@@ -33,7 +33,11 @@ impl<'t> Reader<'t> {
     }
 
     pub(super) fn error(&self, line: usize, key: &str, fault: Fault) -> ModelError {
-        ModelError { place: Place { file: self.file.into(), line, key: key.into() }, fault, excerpt: None }
+        ModelError {
+            place: Place { file: self.file.into(), line, key: key.into() },
+            fault: Box::new(fault),
+            excerpt: None,
+        }
     }
 
     /// Entries of a table by their place in the file.
@@ -71,8 +75,8 @@ impl<'t> Reader<'t> {
         (problem, span): (Problem, Range<usize>),
     ) -> ModelError {
         let mut error = self.error(line, key, Fault::Expression(problem));
-        error.excerpt =
-            (!span.is_empty()).then(|| Excerpt { text: text.into(), start: span.start, end: span.end });
+        error.excerpt = (!span.is_empty())
+            .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end }));
         error
     }
 }

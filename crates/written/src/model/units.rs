@@ -2,7 +2,7 @@
 //! that is not its state per second are mistakes.
 
 use super::Model;
-use crate::text::{Function, Kind, Problem, Symbol, Tree};
+use crate::text::{Function, Kind, Problem, Side, Symbol, Tree};
 use augsim_data::{Dimensions, Unit};
 use std::ops::Range;
 
@@ -16,14 +16,11 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
         let one = |a: &usize| found[*a];
         let both = |a: &usize, b: &usize, verb, sign| match (found[*a], found[*b]) {
             (Some(x), Some(y)) if x != y => {
-                let problem = Problem::Units {
-                    verb,
-                    sign,
-                    left: unit_of(model, tree, *a, x),
-                    right: unit_of(model, tree, *b, y),
-                    left_text: tree.text_of(*a).into(),
-                    right_text: tree.text_of(*b).into(),
+                let side = |node: usize, dimensions| {
+                    let unit = unit_of(model, tree, node, dimensions);
+                    Box::new(Side { unit, text: tree.text_of(node).into() })
                 };
+                let problem = Problem::Units { verb, sign, left: side(*a, x), right: side(*b, y) };
                 Err((problem, tree.nodes[index].span.clone()))
             }
             (x, y) => Ok(x.or(y)),

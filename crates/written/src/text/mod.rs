@@ -9,5 +9,5 @@ mod tree;
 pub use function::Function;
 pub(crate) use function::is_reserved;
 pub use parser::{Scope, parse};
-pub use problem::Problem;
+pub use problem::{Problem, Side};
 pub use tree::{Comparison, Kind, Symbol, Tree, TreeNode};

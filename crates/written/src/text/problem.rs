@@ -57,17 +57,19 @@ pub enum Problem {
     UnknownTable { name: String, nearest: Option<String> },
     #[error("`slope` may be used only in `start`; a rate of change belongs into [rates]")]
     SlopeOutsideStart,
-    #[error("{verb} {left} and {right}: `{left_text}` {sign} `{right_text}`")]
-    Units {
-        verb: &'static str,
-        sign: &'static str,
-        left: String,
-        right: String,
-        left_text: String,
-        right_text: String,
-    },
+    #[error("{verb} {} and {}: `{}` {sign} `{}`", .left.unit, .right.unit, .left.text, .right.text)]
+    Units { verb: &'static str, sign: &'static str, left: Box<Side>, right: Box<Side> },
     #[error("is in {found}, but the rate of `{state}` must be in {expected}; check the factors")]
     RateUnit { state: String, found: String, expected: String },
+}
+
+/// One side of a sum.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Side {
+    /// Its unit.
+    pub unit: String,
+    /// How it is written.
+    pub text: String,
 }
 
 fn suggest(nearest: &Option<String>) -> String {
