@@ -29,7 +29,7 @@ fn class(kind: PushKind) -> &'static [&'static str] {
 fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
     let mut rng = random_stream(seed, "sealed truth", 0);
     let truth = draw_push(&mut rng, single.then_some(seed as usize), pushes);
-    let options = Options { seed, train_share: 0.7 };
+    let options = Options { seed, ..Options::default() };
     let failed = |text: String| Row { line: format!("{seed}: {text}"), right: false };
     let sealed = match seal_pushes(truth, seed) {
         Ok(s) => s,

@@ -63,11 +63,11 @@ fn no_position_column() {
 
 #[test]
 fn a_model_that_cannot_be_calibrated() {
-    // Millimetres in a column of metres.
+    // Feet in a column of metres: too near for a check of the unit, too far for the calibration.
     let big = falls(8)
         .into_iter()
         .map(|t| {
-            let z = t.column(0).iter().map(|v| 1000.0 * v).collect();
+            let z = t.column(0).iter().map(|v| 3.2808 * v).collect();
             Trajectory::new(t.id(), t.time_s().to_vec(), vec![z]).expect("well formed")
         })
         .collect();

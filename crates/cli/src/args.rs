@@ -1,5 +1,7 @@
 //! What can be typed.
 
+use augsim_data::checks::Check;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -144,6 +146,23 @@ pub struct Discover {
     /// Only trajectories of this group (column `group`); may be given several times.
     #[arg(long)]
     pub group: Vec<String>,
+    /// Checks of suspicious data to do without, in the knowledge that the data are right.
+    #[command(flatten)]
+    pub accept: Accept,
+}
+
+/// Checks of suspicious data that a user overrides.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct Accept {
+    /// Take the data although this check finds them suspicious (`data inspect` lists all checks); may be given several times.
+    #[arg(long, value_name = "CHECK", value_parser = check_parser())]
+    pub accept: Vec<Check>,
+}
+
+/// Names of checks as they are typed.
+fn check_parser() -> impl TypedValueParser<Value = Check> {
+    PossibleValuesParser::new(Check::all().map(Check::name))
+        .try_map(|name| Check::named(&name).ok_or_else(|| format!("no check is called {name}")))
 }
 
 /// Nets that can be trained.
@@ -183,6 +202,9 @@ pub struct Train {
     /// Iterations between checkpoints.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     pub checkpoint_every: u64,
+    /// Checks of suspicious data to do without.
+    #[command(flatten)]
+    pub accept: Accept,
 }
 
 /// Options of `predict`.
@@ -277,10 +299,13 @@ pub struct Data {
 /// What to do with data.
 #[derive(Debug, Subcommand)]
 pub enum DataAction {
-    /// Columns, units, lengths, rates, gaps, streams and ranges of a data set.
+    /// Columns, units, lengths, rates, gaps, streams and ranges of a data set, and every check of suspicious data.
     Inspect {
         /// CSV (plain or gzip), NPZ, or published push files (HDF5, JSON, a zip archive or a folder of them).
         file: PathBuf,
+        /// Model file (TOML) for the checks that compare the data with gravity and sensor noise.
+        #[arg(long)]
+        model: Option<PathBuf>,
     },
     /// Turn a measured set in its own layout into a data file and, where one fits, a model file to begin with.
     ///

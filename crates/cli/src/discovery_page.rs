@@ -33,6 +33,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
             Verdict::Unknown => page::Verdict::Unknown,
         },
         sentence: d.sentence.clone(),
+        warnings: d.warnings.iter().map(|w| w.text.clone()).collect(),
         error: page::ErrorSummary {
             quantity: quantity.to_owned(),
             unit: d.error.unit.clone(),
@@ -219,6 +220,7 @@ fn repeat(args: &Discover, seed: u64) -> String {
     words.extend([&args.model, &args.data].map(|path| shown(path, &args.out)));
     words.extend(["--train-share".to_owned(), args.train_share.to_string()]);
     words.extend(args.group.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
+    words.extend(args.accept.accept.iter().flat_map(|check| ["--accept".to_owned(), check.to_string()]));
     words.extend(["--seed".to_owned(), seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);
     quoted(&words)
 }

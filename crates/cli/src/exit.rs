@@ -67,13 +67,13 @@ fn code(error: &anyhow::Error) -> u8 {
         if cause.is::<Usage>() {
             return 2;
         }
-        if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
-            return 4;
-        }
         if let Some(e) = cause.downcast_ref::<DataError>()
             && asked_for(e)
         {
             return 2;
+        }
+        if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
+            return 4;
         }
         if let Some(e) = cause.downcast_ref::<TrainerError>() {
             return match e {

@@ -1,6 +1,7 @@
 //! Results on standard output, notes on standard error.
 
 use anyhow::Context;
+use augsim_data::checks::Warning;
 use augsim_data::printable;
 use serde::Serialize;
 use std::io::Write;
@@ -46,6 +47,13 @@ impl Output {
     pub fn notice(&self, text: impl AsRef<str>) {
         // Nothing can be done when standard error is closed.
         let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
+    }
+
+    /// What is suspicious in the data; shown to whoever is quiet, too.
+    pub fn warn(&self, warnings: &[Warning]) {
+        for warning in warnings {
+            self.notice(printable(&format!("augsim: warning ({}): {}", warning.check, warning.text)));
+        }
     }
 
     /// A note that only `--verbose` shows.

@@ -3,6 +3,7 @@
 use crate::exit::Usage;
 use anyhow::Context;
 use augsim_data::atomic_write;
+use augsim_data::checks::Check;
 use augsim_nn::{Params, checkpoint, weights};
 use augsim_trainer::{Losses, Settings, TrainingState};
 use serde::{Deserialize, Serialize};
@@ -41,6 +42,9 @@ pub enum DataSource {
 pub struct Config {
     /// Iterations between checkpoints.
     pub checkpoint_every: u64,
+    /// Checks of suspicious data that the user did without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accept: Vec<Check>,
     /// Training data.
     pub data: DataSource,
     /// Settings of the run.

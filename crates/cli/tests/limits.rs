@@ -119,7 +119,7 @@ fn an_option_that_asks_for_too_much_is_a_usage_error_and_writes_nothing() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/mit-push").join(fixture);
     let set = ["data", "convert", "mit-push", path.to_str().unwrap(), "pushes.csv", "--rate-hz"];
     for (rate, says) in
-        [("1e300", "too many samples"), ("-1", "give a positive rate"), ("NaN", "give a positive rate")]
+        [("1e300", "too many samples"), ("0", "give a positive rate"), ("NaN", "give a positive rate")]
     {
         let (code, error) = augsim(dir.path(), &[&set[..], &[rate]].concat(), &[]);
         assert_eq!(code, Some(2), "{rate}: {error}");

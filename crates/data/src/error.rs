@@ -1,6 +1,7 @@
 //! What can be wrong with data, each with the place and the remedy.
 
 use crate::atomic_file::AtomicWriteError;
+use crate::checks::SuspiciousData;
 use crate::limits::LimitExceeded;
 use crate::printable::{shown, shown_list};
 use crate::push::PushError;
@@ -479,6 +480,9 @@ pub enum DataError {
         /// What is wrong, and the remedy.
         fault: String,
     },
+    /// The values cannot be what the names say.
+    #[error(transparent)]
+    Suspicious(#[from] SuspiciousData),
     /// A push file, or an archive, is faulty.
     #[error(transparent)]
     Push(#[from] PushError),

@@ -4,12 +4,13 @@
 //! [`Unit`] (`height_m`, `velocity_m_s`). [`read_dataset`] reads any known layout,
 //! [`read_csv`] and [`write_csv`] exchange the long form with files, [`read_npz`] and [`write_npz`] the same
 //! names with numpy, [`push`] reads measured pushes, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
-//! columns, [`Summary`] describes a set for people, [`atomic_write`] writes a file whole or not at
-//! all, [`Limit`] bounds what a file may ask of the machine, [`printable`] makes its text fit for a terminal, and
-//! [`random_stream`] gives every (seed, purpose, index) its own random numbers.
+//! columns, [`Summary`] describes a set for people, [`checks`] find sets that cannot be what their names say,
+//! [`atomic_write`] writes a file whole or not at all, [`Limit`] bounds what a file may ask of the machine, [`printable`]
+//! makes its text fit for a terminal, and [`random_stream`] gives every (seed, purpose, index) its own random numbers.
 
 mod assemble;
 pub mod atomic_file;
+pub mod checks;
 mod column;
 pub mod convert;
 mod csv_long;
@@ -25,6 +26,7 @@ mod printable;
 pub mod push;
 mod random_stream;
 mod split;
+mod statistics;
 mod stream_summary;
 mod summary;
 mod trajectory;

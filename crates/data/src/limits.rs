@@ -26,8 +26,8 @@ pub enum Limit {
     Samples,
     /// Bytes of the header of an array in an NPZ file.
     HeaderBytes,
-    /// Brackets within brackets in such a header.
-    Nesting,
+    /// Opening brackets in such a header.
+    Brackets,
     /// Parameters of a net.
     Parameters,
 }
@@ -74,7 +74,7 @@ impl Limit {
         Limit::Trajectories,
         Limit::Samples,
         Limit::HeaderBytes,
-        Limit::Nesting,
+        Limit::Brackets,
         Limit::Parameters,
     ];
 
@@ -88,7 +88,7 @@ impl Limit {
             Limit::Trajectories => "TRAJECTORIES",
             Limit::Samples => "SAMPLES",
             Limit::HeaderBytes => "HEADER_BYTES",
-            Limit::Nesting => "NESTING",
+            Limit::Brackets => "BRACKETS",
             Limit::Parameters => "PARAMETERS",
         }
     }
@@ -106,9 +106,10 @@ impl Limit {
             Limit::Trajectories => 1_000_000,
             // The longest measured record at hand has 131,072 samples.
             Limit::Samples => 1_000_000,
-            // numpy writes 118 bytes for a one-dimensional array, and one bracket pair in another.
+            // numpy writes 118 bytes for a one-dimensional array.
             Limit::HeaderBytes => 4096,
-            Limit::Nesting => 4,
+            // numpy writes two. The parser takes a time that grows exponentially with brackets within brackets.
+            Limit::Brackets => 6,
             // The nets here have 2,000 to 20,000.
             Limit::Parameters => 10_000_000,
         }
@@ -169,7 +170,9 @@ impl Limit {
             Limit::HeaderBytes => {
                 "has a header that is too long for an array of numbers; save the array again"
             }
-            Limit::Nesting => "has too many brackets within brackets in its header; save the array again",
+            Limit::Brackets => {
+                "has too many brackets in its header for an array of numbers; save each column as an array of its own"
+            }
             Limit::Parameters => "has too many parameters for a net of this kind; lower the sizes of the net",
         }
     }

@@ -220,16 +220,9 @@ fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
         _ => return Ok(()),
     };
     Limit::HeaderBytes.check(u64::from(length))?;
-    let (mut depth, mut deepest) = (0_u64, 0);
-    for byte in content.iter().skip(begin).take(length as usize) {
-        match byte {
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        deepest = deepest.max(depth);
-    }
-    Limit::Nesting.check(deepest)
+    // Brackets are counted and not matched: a closing one may stand in a text and close nothing.
+    let header = content.iter().skip(begin).take(length as usize);
+    Limit::Brackets.check(header.filter(|&&byte| matches!(byte, b'(' | b'[' | b'{')).count() as u64)
 }
 
 fn damaged(path: &Path, name: &str, cause: &io::Error) -> DataError {

@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::push::FRESH_SUFFIX;
-use crate::summary::{digits, median};
+use crate::statistics::{digits, median};
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;

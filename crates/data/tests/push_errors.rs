@@ -137,6 +137,21 @@ fn the_same_trial_twice_and_folders_without_any() {
     assert!(error.contains("the trial is also in") && error.contains("convert one of the two"), "{error}");
 }
 
+/// The name of a member becomes part of the path in every message about it.
+#[test]
+fn a_member_whose_name_cannot_be_printed_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pushes.zip");
+    for name in ["abs/\u{1b}[31m.json".to_owned(), format!("abs/{}.json", "x".repeat(300))] {
+        let mut archive = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+        archive.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        archive.finish().unwrap();
+        let error = read_push_trials(&path).unwrap_err().to_string();
+        assert!(error.ends_with("is too long or holds control characters; rename it"), "{error}");
+        assert!(!error.contains('\u{1b}') && error.len() < 400, "{error}");
+    }
+}
+
 fn conversion(set: &str, path: &Path) -> String {
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == set).expect("a converter");
     convert(path).expect_err("faulty").to_string().replace(&path.display().to_string(), "F")

@@ -1,10 +1,11 @@
 //! Is the chosen model enough? Tests for what it leaves, each family with its own level.
 
 use crate::candidates::laws;
-use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample};
 use crate::linear::Square;
 use crate::periodicity;
+use crate::residuals::residuals;
+use crate::result::Tests;
 use crate::score::{Score, heterogeneity, scores};
 use crate::search::{Judged, Search};
 use crate::statistics::chi2_tail;
@@ -43,6 +44,18 @@ impl Adequacy {
             && self.scatter_gain < 15.8
     }
 
+    /// As the result has it.
+    pub fn tests(&self) -> Tests {
+        Tests {
+            lack_of_fit: self.lack_of_fit,
+            library: self.library,
+            laws: Some(self.laws),
+            heterogeneity: self.heterogeneity,
+            periodicity: Some(self.periodicity),
+            pass: self.ok(),
+        }
+    }
+
     /// So much is left that the model cannot be called an explanation, even without a better one.
     pub fn severe(&self) -> bool {
         let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity, self.periodicity];
@@ -69,7 +82,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
     let scatter = fit.hypothesis.scatter.is_some();
     let scatter_gain = if !scatter && search.restitution_varies(fit, 0.01) {
         let mut with = fit.hypothesis.additions.clone();
-        with.push(crate::hypothesis::Addition::Scatter(ScatterPer::Impact));
+        with.push(crate::addition::Addition::Scatter(ScatterPer::Impact));
         2.0 * (search.refit(fit, &with, &[]).fit.ll - fit.ll)
     } else {
         0.0
@@ -84,25 +97,6 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         scatters: scatter,
         law_scores,
     }
-}
-
-/// Whitened residuals of one record at a fit, with the whitened position in time of each, channel by channel, arc by arc.
-pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64>> {
-    let h = &fit.hypothesis;
-    let record = &sample.data.records[sample.chosen[i]];
-    let lanes = Lanes::new(h, record, &[]);
-    let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[i]);
-    let run = point.plain(&lanes, record);
-    (0..record.y.len())
-        .map(|c| {
-            (0..run.samples())
-                .map(|k| match record.weight[c][k] {
-                    0.0 => f64::NAN,
-                    _ => record.y[c][k] - run.value(k, c),
-                })
-                .collect()
-        })
-        .collect()
 }
 
 /// Most that one arc and channel may add to the misfit of smooth shapes: with four terms noise passes it once in a million arcs.

@@ -1,7 +1,7 @@
 //! Where residuals live: against time, height, speed and bounce, their autocorrelation and their quantiles.
 
-use crate::adequacy::residuals;
 use crate::fit::{Fit, Sample};
+use crate::residuals::residuals;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! What a named set of effects would gain: the answer of someone who is told what to look for.
 
-use crate::discover::calibrate;
-use crate::hypothesis::Addition;
+use crate::addition::Addition;
+use crate::calibrate::calibrate;
 use crate::prepare::prepare;
 use crate::search::Search;
 use crate::{DiscoveryError, Options, forecast};

@@ -1,7 +1,8 @@
 //! Which effects and laws the data allow to look for.
 
+use crate::addition::{Addition, KNOTS};
 use crate::evaluate::Event;
-use crate::hypothesis::{Addition, Hypothesis};
+use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
 use augsim_physics::ball::{Axes, RADIUS, RESTITUTION};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, Table, Target, all, spec_of};
@@ -165,7 +166,7 @@ fn span(target: Target, against: Against, data: &Measured, impacts: &[Vec<Event>
         out
     };
     x.retain(|v| v.is_finite());
-    if x.len() < 3 * crate::hypothesis::KNOTS {
+    if x.len() < 3 * KNOTS {
         return None;
     }
     x.sort_by(f64::total_cmp);

@@ -4,21 +4,19 @@
 //! the search too, is repeated without the fold that it is judged on: the error is that of the procedure.
 
 use crate::Options;
+use crate::addition::{Addition, kinds};
+use crate::calibrate::calibrate;
 use crate::deal;
 use crate::decide::decide;
-use crate::discover::calibrate;
 use crate::error_table::Lists;
 use crate::fit::fit;
-use crate::hypothesis::Addition;
+use crate::folds::{FOLDS, open};
 use crate::prepare::{Prepared, split};
-use crate::report::kinds;
 use crate::result::ErrorTable;
 use crate::search::{Judged, Search};
 use augsim_physics::model::Model;
 use rayon::prelude::*;
 
-/// Folds.
-pub(crate) const FOLDS: usize = 5;
 /// Fewest trajectories a fold.
 const FEWEST: usize = 4;
 
@@ -34,18 +32,6 @@ pub(crate) struct Crossed {
 pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
     let lawful = best.additions().iter().any(|a| matches!(a, Addition::Kind(..)));
     lawful && open(error)
-}
-
-/// Whether there is error to remove and the interval of the reduction includes no change.
-pub(crate) fn open(error: &ErrorTable) -> bool {
-    // An interval that is not a number is open as well.
-    let settled = error.reduction.ci95[0] > 0.0;
-    error.explained_share.is_some() && !settled
-}
-
-/// In how many folds a kind was found.
-pub(crate) fn again(folds: &[Vec<String>], kind: &str) -> usize {
-    folds.iter().filter(|found| found.iter().any(|k| k == kind)).count()
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories.

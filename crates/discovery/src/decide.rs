@@ -1,10 +1,10 @@
 //! From a fitted declared model to an answer: search, confirmation, adequacy, laws outside the library.
 
 use crate::Progress;
+use crate::addition::Addition;
 use crate::adequacy::{Adequacy, adequacy};
 use crate::fit::Fit;
 use crate::forecast;
-use crate::hypothesis::Addition;
 use crate::result::Verdict;
 use crate::search::{Found, Judged, Search};
 use crate::unlisted::unlisted;

@@ -1,21 +1,22 @@
 //! The loop: noise, calibration, search, adequacy, unlisted laws, verdict, errors.
 
-use crate::adequacy::Adequacy;
 use crate::anatomy::anatomy;
+use crate::answer::Parts;
+use crate::calibrate::calibrate;
 use crate::crossed::{crossed, worth_crossing};
 use crate::decide::{Decided, decide, heldout_gain};
 use crate::error_table::Lists;
-use crate::fit::{Fit, Sample, fit};
-use crate::hypothesis::Hypothesis;
+use crate::fit::{Sample, fit};
 use crate::prepare::{Prepared, prepare};
-use crate::report::{Parts, report};
+use crate::report::report;
 use crate::result::{Discovery, ErrorTable};
 use crate::search::{Judged, Search};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options, Progress};
-use augsim_data::Dataset;
-use augsim_physics::ball::{GRAVITY, RESTITUTION};
-use augsim_physics::model::{Model, Per};
+use augsim_data::checks::{Admitted, admit};
+use augsim_data::{DataError, Dataset};
+use augsim_physics::ball::GRAVITY;
+use augsim_physics::model::Model;
 
 /// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
 /// terminal speed, below the quarter that wrong units leave.
@@ -35,7 +36,9 @@ pub fn discover(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
     progress(Progress::Noise);
-    let prepared = prepare(model, data, options)?;
+    let Admitted { data, warnings } =
+        admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
+    let prepared = prepare(model, &data, options)?;
     let Prepared { data: measured, noise, train, test } = &prepared;
     let mut search = Search::new(model, prepared.sample(train), prepared.sample(test));
 
@@ -69,7 +72,7 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    report(Parts {
+    let discovery = report(Parts {
         model,
         search: &search,
         noise,
@@ -83,35 +86,8 @@ pub fn discover(
         error,
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
-    })
-}
-
-/// The declared model fitted.
-pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
-    let h = Hypothesis::new(model, train.data, &[]);
-    fit(train, &h, &calibration_start(train, &h), &[])
-}
-
-/// Nominal values, with the restitution (of each group, where it has its own) at the median of the rough speed ratios.
-pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
-    let mut theta = h.theta_start(0.0);
-    let rough = |group: Option<usize>| {
-        let chosen = train.records().filter(|r| group.is_none_or(|g| r.group == g));
-        median(&mut chosen.flat_map(|r| r.ratios.iter().copied()).collect::<Vec<_>>())
-    };
-    let all = rough(None);
-    let mut at = 0;
-    for f in &h.free {
-        let width = h.width(f);
-        if f.index == RESTITUTION && all > 0.0 {
-            for (group, value) in theta[at..at + width].iter_mut().enumerate() {
-                let own = if width > 1 { rough(Some(group)) } else { all };
-                *value = if own > 0.0 { own } else { all }.clamp(f.min, f.max);
-            }
-        }
-        at += width;
-    }
-    theta
+    })?;
+    Ok(Discovery { warnings, ..discovery })
 }
 
 /// A model that does not even follow the first flight is in other units or upside down.
@@ -148,21 +124,4 @@ fn check_calibration(model: &Model, train: &Sample<'_>) -> Result<(), DiscoveryE
         sd_m: format!("{sd:.2e}"),
         ratio: format!("{:.0}", rmse / sd),
     })
-}
-
-/// Whether a free parameter has one value for each group.
-pub(crate) fn per_group(h: &Hypothesis, i: usize) -> bool {
-    h.free[i].per == Per::Group
-}
-
-/// Adequacy as the result has it.
-pub(crate) fn passes(a: &Adequacy) -> crate::result::Tests {
-    crate::result::Tests {
-        lack_of_fit: a.lack_of_fit,
-        library: a.library,
-        laws: Some(a.laws),
-        heterogeneity: a.heterogeneity,
-        periodicity: Some(a.periodicity),
-        pass: a.ok(),
-    }
 }

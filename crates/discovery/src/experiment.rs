@@ -1,6 +1,7 @@
 //! Which measurement would help most.
 
-use crate::report::Parts;
+use crate::addition::kinds;
+use crate::answer::Parts;
 use crate::result::{Unexplained, Verdict};
 use crate::search::Judged;
 use crate::separate::separation;
@@ -15,7 +16,7 @@ pub(crate) fn next_experiment(
     alternative: Option<&(&Judged, Vec<String>)>,
     unexplained: &Option<Unexplained>,
 ) -> String {
-    let mine = crate::report::kinds(parts.best.additions());
+    let mine = kinds(parts.best.additions());
     if let Some((judged, other)) = alternative {
         let rule = separate(&mine, other);
         let scattered = [parts.best, judged].iter().any(|j| j.fit.hypothesis.scatter.is_some());

@@ -8,9 +8,12 @@
 //! Laplace's approximation with MacKay's fixed point for its scale.
 
 mod accept;
+mod addition;
 mod adequacy;
 mod anatomy;
+mod answer;
 mod assess;
+mod calibrate;
 mod candidates;
 mod crossed;
 mod deal;
@@ -21,6 +24,7 @@ mod error_table;
 mod evaluate;
 mod experiment;
 mod fit;
+mod folds;
 mod forecast;
 mod hypothesis;
 mod linear;
@@ -32,6 +36,7 @@ mod push;
 mod record;
 mod remainder;
 mod report;
+mod residuals;
 mod result;
 mod score;
 mod search;

@@ -1,5 +1,7 @@
 //! What a caller may choose, and what a caller is told on the way.
 
+use augsim_data::checks::Accepted;
+
 /// Choices of a discovery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -7,11 +9,13 @@ pub struct Options {
     pub seed: u64,
     /// Share of the trajectories that fits may see.
     pub train_share: f64,
+    /// Checks of suspicious data that are not made.
+    pub accepted: Accepted,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, train_share: 0.7 }
+        Self { seed: 0, train_share: 0.7, accepted: Accepted::default() }
     }
 }
 

@@ -1,7 +1,7 @@
 //! From a data set to records with impacts, noise and a split.
 
+use crate::calibrate::calibrate;
 use crate::deal;
-use crate::discover::calibrate;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
 use crate::record::{Measured, Record};

@@ -1,7 +1,7 @@
 //! What is left that the library does not know: where, against what, and the closed term that is nearest.
 
-use crate::hypothesis::{Addition, KNOTS};
-use crate::report::Parts;
+use crate::addition::{Addition, KNOTS};
+use crate::answer::Parts;
 use crate::result::Unexplained;
 use augsim_physics::effects::Table;
 

@@ -2,16 +2,15 @@
 
 use crate::DiscoveryError;
 use crate::accept::accepted;
-use crate::adequacy::Adequacy;
-use crate::crossed::again;
-use crate::discover::{passes, per_group};
+use crate::addition::{Addition, kinds, labels};
+use crate::answer::Parts;
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
-use crate::hypothesis::{Addition, Hypothesis};
-use crate::noise::Noise;
+use crate::folds::again;
+use crate::hypothesis::Hypothesis;
 use crate::remainder::unexplained;
 use crate::result::*;
-use crate::search::{Found, Judged, Search, labels};
+use crate::search::Judged;
 use augsim_physics::ball::BASE_PARAMETERS;
 use augsim_physics::effects::spec_of;
 use augsim_physics::model::{Model, ModelFile, Per};
@@ -21,25 +20,6 @@ use std::collections::BTreeMap;
 const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// The same on the training part alone.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
-
-/// Everything that the result is made of.
-pub(crate) struct Parts<'a> {
-    pub model: &'a Model,
-    pub search: &'a Search<'a>,
-    pub noise: &'a Noise,
-    pub found: &'a Found,
-    pub base: &'a Judged,
-    pub best: &'a Judged,
-    /// The best model fitted to all trajectories.
-    pub full: &'a Fit,
-    pub tests: &'a Adequacy,
-    pub verdict: Verdict,
-    pub severe: bool,
-    pub error: ErrorTable,
-    /// Kinds that each fold found, where the loop was repeated on folds.
-    pub folds: Vec<Vec<String>>,
-    pub anatomy: Anatomy,
-}
 
 /// Name and unit of each free parameter, and of which addition.
 fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
@@ -87,12 +67,12 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
     let covariance = fit.covariance();
     let mut out = BTreeMap::new();
     let mut at = 0;
-    for (i, f) in h.free.iter().enumerate() {
+    for (f, name_and_unit) in h.free.iter().zip(&all) {
         let width = h.width(f);
         if f.addition == addition && width > 0 {
-            let (name, unit) = all[i].clone();
+            let (name, unit) = name_and_unit.clone();
             let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
-            if per_group(h, i) {
+            if f.per == Per::Group {
                 let values = &fit.theta[at..at + width];
                 let n = width as f64;
                 let mean = values.iter().sum::<f64>() / n;
@@ -130,19 +110,6 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
         );
     }
     out
-}
-
-/// Kinds of a set, sorted.
-pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
-    let mut k: Vec<String> = additions
-        .iter()
-        .map(|a| match a {
-            Addition::Law(_) | Addition::Kind(_, Per::Group) => a.label(),
-            _ => a.kind().to_string(),
-        })
-        .collect();
-    k.sort();
-    k
 }
 
 /// Other sets that explain the data as well, best first, with their kinds.
@@ -376,6 +343,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
         sentence,
+        warnings: Vec::new(),
         effects: found_effects,
         calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),
@@ -393,7 +361,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         next_experiment,
         candidates: candidates(&parts),
         anatomy: parts.anatomy.clone(),
-        tests: passes(parts.tests),
+        tests: parts.tests.tests(),
         correlations: (axis, matrix),
         push: None,
         model_toml: augmented.to_toml(),

@@ -1,5 +1,6 @@
 //! What a discovery found, as `result.json` has it.
 
+use augsim_data::checks::Warning;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -290,6 +291,9 @@ pub struct Discovery {
     pub verdict: Verdict,
     /// The answer in one sentence.
     pub sentence: String,
+    /// What is suspicious in the data, though not refused.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
     /// What was added, largest share first.
     pub effects: Vec<FoundEffect>,
     /// The declared parameters calibrated on the training part, nothing added.

@@ -1,8 +1,8 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
+use crate::addition::{Addition, KNOTS};
 use crate::evaluate::{Lanes, Point, normal};
 use crate::fit::{Fit, Sample};
-use crate::hypothesis::{Addition, KNOTS};
 use crate::linear::{Square, eliminate};
 use augsim_physics::effects::{Location, spec_of};
 use augsim_physics::model::Per;

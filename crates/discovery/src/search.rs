@@ -1,8 +1,10 @@
 //! Forward-backward search over sets of library effects.
 
+use crate::addition::{Addition, labels};
+use crate::calibrate::calibration_start;
 use crate::candidates::{library, may_join};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
-use crate::hypothesis::{Addition, Hypothesis};
+use crate::hypothesis::Hypothesis;
 use crate::score::{Score, heterogeneity, scores};
 use crate::statistics::{chi2_quantile, chi2_tail};
 use augsim_physics::ball::RESTITUTION;
@@ -97,7 +99,7 @@ impl<'a> Search<'a> {
             theta[..base].copy_from_slice(&from.theta[..base]);
         } else {
             // A fit without scatter can sit far off when the scatter is large: the declared part begins anew as well.
-            theta[..base].copy_from_slice(&crate::discover::calibration_start(&self.train, &h)[..base]);
+            theta[..base].copy_from_slice(&calibration_start(&self.train, &h)[..base]);
         }
         for (number, addition) in additions.iter().enumerate() {
             let place = h.range_of(number);
@@ -365,11 +367,4 @@ impl<'a> Search<'a> {
             }
         }
     }
-}
-
-/// A set of additions as a key.
-pub(crate) fn labels(additions: &[Addition]) -> Vec<String> {
-    let mut l: Vec<String> = additions.iter().map(Addition::label).collect();
-    l.sort();
-    l
 }

@@ -3,9 +3,9 @@
 //! A short arc's polynomial bends towards an outlier, and samples near impacts lie in no arc. Against the calibrated model a
 //! spike stands out all the same: alone, between neighbours that agree. What a missing effect leaves is smooth there.
 
-use crate::adequacy::residuals;
 use crate::fit::{Fit, Sample};
 use crate::record::Measured;
+use crate::residuals::residuals;
 
 /// Distance from the mean of the neighbours, in standard deviations of that difference, beyond which a sample is an outlier.
 const SPIKE: f64 = 4.5;

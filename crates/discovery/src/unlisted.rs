@@ -1,7 +1,7 @@
 //! When the library is not enough: laws of one feature as tables, added one by one.
 
+use crate::addition::Addition;
 use crate::candidates::{laws, may_join};
-use crate::hypothesis::Addition;
 use crate::score::scores;
 use crate::search::{Judged, Search};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! The ball of a model file as an engine: what the nets correct when a discovery has come before them.
 
-use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
+use augsim_physics::ball::{Axes, Covariates, GRAVITY, Offsets, Run, State, Throw, World, simulate};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 use serde::{Deserialize, Serialize};
@@ -90,6 +90,11 @@ impl ModelBall {
     /// Seconds from one state to the next.
     pub fn step_s(&self) -> f64 {
         self.declared.step_s
+    }
+
+    /// Gravity of the model, m/s², downward positive.
+    pub(crate) fn gravity_m_s2(&self) -> f64 {
+        self.step.1[GRAVITY]
     }
 
     /// Height, m, and velocity, m/s, one step after `state`.

@@ -2,6 +2,7 @@
 
 use crate::ball_model::ModelBall;
 use crate::push::{self, PushEngine};
+use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +52,16 @@ pub enum EngineSpec {
 }
 
 impl EngineSpec {
+    /// What the engine expects of the data that it is trained on: its gravity, where a ball falls.
+    pub fn expected(&self) -> Expected {
+        let gravity_m_s2 = match self {
+            EngineSpec::PybulletBall(ball) => Some(ball.gravity_m_s2),
+            EngineSpec::ModelBall(ball) => Some(ball.gravity_m_s2()),
+            EngineSpec::Push(_) => None,
+        };
+        Expected { gravity_m_s2, ..Expected::default() }
+    }
+
     /// Seconds from one state to the next, where the engine has a step of its own: that of the data must be the same.
     pub fn step_s(&self) -> Option<f64> {
         match self {

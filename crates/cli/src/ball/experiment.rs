@@ -96,7 +96,8 @@ impl Experiment {
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
             let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, engine.clone());
-            let config = Config { checkpoint_every: 500, data: self.train.clone(), settings };
+            let config =
+                Config { checkpoint_every: 500, data: self.train.clone(), accept: Vec::new(), settings };
             let folder = run_dir(claim, plan.recipe);
             match session::train_again(&folder, &config, &train, self.resume, output)? {
                 Some(t) => trained.push(t),

@@ -48,7 +48,8 @@ impl Nets<'_> {
         for (label, folder, recipe, engine) in plans {
             output.note(format!("training {label} ({iterations} iterations)"));
             let settings = Settings::new(recipe, iterations, seed, engine.clone());
-            let config = Config { checkpoint_every: 500, data: self.source.clone(), settings };
+            let config =
+                Config { checkpoint_every: 500, data: self.source.clone(), accept: Vec::new(), settings };
             match session::train_again(&out.join(folder), &config, self.train, resume, output)? {
                 Some(trained) => nets.push((label, trained.model)),
                 None => return Ok(None),

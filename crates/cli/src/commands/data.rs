@@ -1,5 +1,6 @@
 //! `augsim data inspect` and `augsim data convert`.
 
+use super::inspect::inspect;
 use crate::args::{Data, DataAction, Frame};
 use crate::destination::{Results, check_model, data_file};
 use crate::exit::{Outcome, Usage};
@@ -7,7 +8,7 @@ use crate::output::Output;
 use crate::record::Record;
 use augsim_data::convert::{CONVERTERS, Converted, Converter};
 use augsim_data::push::{in_start_frame, resample};
-use augsim_data::{MissingCells, Summary, atomic_write, read_dataset, write_dataset};
+use augsim_data::{atomic_write, write_dataset};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -32,9 +33,9 @@ struct Conversion<'a> {
 /// Runs the subcommand.
 pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
-        DataAction::Inspect { file } => {
-            let summary = Summary::of(&read_dataset(file, MissingCells::AsGap)?);
-            output.result(&summary, || summary.to_string())?;
+        DataAction::Inspect { file, model } => {
+            let inspection = inspect(file, model.as_deref())?;
+            output.result(&inspection, || inspection.to_string())?;
         }
         DataAction::Convert { set, input, file, out, rate_hz, frame } => {
             let written = match (input, file) {

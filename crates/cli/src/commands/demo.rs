@@ -1,7 +1,7 @@
 //! `augsim demo`: the whole chain in about two minutes.
 
 use super::discover::close_loop;
-use crate::args::{Demo, Discover};
+use crate::args::{Accept, Demo, Discover};
 use crate::ball::{self, Experiment, NetPlan};
 use crate::destination::{REPORT, RESULT, Results};
 use crate::exit::Outcome;
@@ -37,6 +37,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         out,
         train_share: 0.7,
         group: Vec::new(),
+        accept: Accept::default(),
     };
     let found = close_loop(&discover, seed, true, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));

@@ -36,7 +36,8 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
         // The model may have values for groups that were not asked for.
         model.keep_groups(&args.group);
     }
-    let options = Options { seed, train_share: args.train_share };
+    let accepted = args.accept.accept.iter().copied().collect();
+    let options = Options { seed, train_share: args.train_share, accepted };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
     let found = match &model {
@@ -44,6 +45,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
         ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
     };
     steps.finish();
+    output.warn(&found.warnings);
 
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
@@ -59,6 +61,7 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .setting("seed", seed)
         .setting("train-share", args.train_share)
         .setting("group", args.group.join(", "))
+        .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
         .input("data", &args.data);
     let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);

@@ -4,6 +4,7 @@ mod data;
 mod demo;
 pub mod discover;
 mod evaluate;
+mod inspect;
 mod predict;
 pub mod reproduce;
 mod simulate;

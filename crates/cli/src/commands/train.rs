@@ -56,10 +56,16 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
                 _ => ball::paper_engine(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);
-            Config { checkpoint_every: args.checkpoint_every, data, settings }
+            Config {
+                checkpoint_every: args.checkpoint_every,
+                data,
+                accept: args.accept.accept.clone(),
+                settings,
+            }
         }
     };
-    let train = run_data::load(&config.data, &config.settings.engine)?;
+    let (train, warnings) = run_data::admitted(&config)?;
+    output.warn(&warnings);
     if !args.resume {
         run.clear()?;
     }

@@ -116,12 +116,7 @@ pub fn engine(object: &str, surface: &str) -> anyhow::Result<PushEngine> {
 /// The pushes of a source, on one clock and thinned as every push here.
 pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
     match source {
-        DataSource::File(path) => {
-            let data = read_dataset(path, MissingCells::AsGap)?;
-            let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
-            let data = if streams { resample(&data, PUBLISHED_RATE_HZ)? } else { data };
-            Ok(pushes(&data, Thinning::default())?)
-        }
+        DataSource::File(path) => on_one_clock(&read_file(path)?),
         DataSource::PushLaboratory { object, surface, pushes, seed } => {
             made(object, surface, *pushes, *seed, Thinning::default())
         }
@@ -129,6 +124,18 @@ pub fn load(source: &DataSource) -> anyhow::Result<Sequences> {
             anyhow::bail!("drops of a ball are no pushes: give pushes with --data")
         }
     }
+}
+
+/// The pushes of a file, each stream on its own clock.
+pub fn read_file(path: &Path) -> anyhow::Result<Dataset> {
+    Ok(read_dataset(path, MissingCells::AsGap)?)
+}
+
+/// Pushes on one clock and thinned.
+pub fn on_one_clock(data: &Dataset) -> anyhow::Result<Sequences> {
+    let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
+    let resampled = streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
+    Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
 }
 
 fn made(

@@ -225,7 +225,8 @@ impl Experiment {
         output.note(format!("training {} on {size} pushes ({iterations} iterations)", recipe.label()));
         let train = part(&data.train, 0, size);
         let settings = Settings::push(recipe, iterations, self.seed, data.engine.clone());
-        let config = Config { checkpoint_every: 1000, data: data.source.clone(), settings };
+        let config =
+            Config { checkpoint_every: 1000, data: data.source.clone(), accept: Vec::new(), settings };
         session::train_again(&run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 

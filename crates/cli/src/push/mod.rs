@@ -8,7 +8,7 @@ mod report;
 mod rows;
 mod runs;
 
-pub use data::{Laboratory, PushData, load};
+pub use data::{Laboratory, PushData, load, on_one_clock, read_file};
 pub use experiment::Experiment;
 pub use plan::Plan;
 pub use rows::{Row, sets, table};

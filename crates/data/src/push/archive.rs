@@ -8,6 +8,9 @@ use std::io::Cursor;
 use std::path::Path;
 use zip::ZipArchive;
 
+/// Longest name of a member, bytes: as long as a file's name on most systems. It becomes part of paths in messages.
+const LONGEST_NAME: usize = 255;
+
 /// Whether the bytes begin as a zip archive does.
 pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
@@ -35,6 +38,9 @@ pub(crate) fn unpack(
 ) -> Result<(), crate::DataError> {
     let mut archive = open(path, bytes)?;
     for name in names {
+        if name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
+            return Err(PushError::MemberName { path: path.to_owned(), member: name.clone() }.into());
+        }
         let part = || format!("member `{}`", shown(name));
         let damaged = |cause: String| damaged(path, format!("{}: ", part()), cause);
         let member = archive.by_name(name).map_err(|e| damaged(e.to_string()))?;

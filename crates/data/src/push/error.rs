@@ -137,6 +137,14 @@ pub enum PushError {
         /// What the decoder said.
         cause: String,
     },
+    /// A member of an archive whose name is too long, or holds control characters that a message must not repeat.
+    #[error("{}: the name of member `{}` is too long or holds control characters; rename it", path.display(), shown(member))]
+    MemberName {
+        /// Archive.
+        path: PathBuf,
+        /// Name of the member.
+        member: String,
+    },
     /// The same trial in two files.
     #[error(
         "{}: the trial is also in {}; the sets come as HDF5 and as JSON: convert one of the two",

@@ -3,7 +3,7 @@
 use super::evaluate::Piece;
 use super::fit::{Fit, Sample, fit, fit_starts};
 use super::measured::Measured;
-use super::report::Ranking;
+use super::ranking::Ranking;
 use super::scatter::{Scatter, kept, scatter};
 use super::search::{Judged, Search};
 use augsim_physics::model::PushModel;

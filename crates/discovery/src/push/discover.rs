@@ -13,7 +13,8 @@ use super::search::Search;
 use crate::assess::Assessment;
 use crate::result::{Discovery, ErrorTable, Verdict};
 use crate::{DiscoveryError, Options, Progress};
-use augsim_data::Dataset;
+use augsim_data::checks::{Admitted, admit};
+use augsim_data::{DataError, Dataset};
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::SCATTER_KIND;
 
@@ -30,7 +31,9 @@ pub fn discover_push(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
     progress(Progress::Noise);
-    let measured = measure(model, data, options)?;
+    let Admitted { data, warnings } =
+        admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
+    let measured = measure(model, &data, options)?;
     progress(Progress::Search);
     let search =
         searched(model, &measured, &measured.train, &measured.test, &mut || progress(Progress::Search));
@@ -75,7 +78,7 @@ pub fn discover_push(
     let [calibrated, last] = decided.refitted(&everything);
     let sd_m = scatter.as_ref().and_then(|_| scatter::size(model, &everything, &last));
     let residual_anatomy = anatomy(&everything, &calibrated, &last);
-    report(Parts {
+    let discovery = report(Parts {
         model,
         decided: &decided,
         everything: &everything,
@@ -88,7 +91,8 @@ pub fn discover_push(
         horizons: lists.horizons(seed),
         folds,
         anatomy: residual_anatomy,
-    })
+    })?;
+    Ok(Discovery { warnings, ..discovery })
 }
 
 /// Fits the calibrated model with the effects `kinds` (unknown kinds are left out): what someone would gain who is told what

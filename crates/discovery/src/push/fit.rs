@@ -15,6 +15,9 @@ const FLAT: f64 = 1e-9;
 /// Component of such a direction from which a parameter takes part in it.
 const TAKES_PART: f64 = 0.05;
 
+/// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
+pub(crate) const BEND: f64 = 9.0;
+
 /// Curvature and gradient.
 type Quadratic = (Square, Vec<f64>);
 

@@ -20,6 +20,7 @@ mod forecast;
 mod hypothesis;
 mod measured;
 mod numbers;
+mod ranking;
 mod report;
 mod scatter;
 mod score;

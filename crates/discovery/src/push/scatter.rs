@@ -19,10 +19,10 @@
 //! anew, the place of contact, dirt, wear), and a law not in the library that acts by start orientation or contact place alone.
 
 use super::evaluate::Piece;
-use super::fit::{Fit, Sample, fit, fit_starts};
+use super::fit::{BEND, Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
 use super::score::Dispersion;
-use super::search::{BEND, Search};
+use super::search::Search;
 use super::spread::{interval, most_likely};
 use crate::decide::holds;
 use crate::linear::Square;

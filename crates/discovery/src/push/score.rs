@@ -1,11 +1,11 @@
 //! What an addition promises at a fit, before it is fitted.
 
 use super::evaluate::Piece;
-use super::fit::{Fit, Sample};
-use super::hypothesis::{Hypothesis, polar, probe, size_of};
-use super::search::{BEND, Search};
+use super::fit::{BEND, Fit, Sample};
+use super::hypothesis::{Hypothesis, polar, probe};
 use crate::linear::Square;
 use crate::statistics::median;
+use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::spec_of;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -114,59 +114,57 @@ impl Fit {
     }
 }
 
-impl Search<'_> {
-    fn may_join(&self, kind: &str, kinds: &[&'static str]) -> bool {
-        let excluded = spec_of(kind).map_or(&[][..], |s| s.excludes);
-        !kinds.iter().any(|k| *k == kind || excluded.contains(k))
-    }
+fn may_join(kind: &str, kinds: &[&'static str]) -> bool {
+    let excluded = spec_of(kind).map_or(&[][..], |s| s.excludes);
+    !kinds.iter().any(|k| *k == kind || excluded.contains(k))
+}
 
-    /// What the kinds that a fit lacks promise, best first.
-    pub fn scores(&self, from: &Fit) -> Vec<Score> {
-        let (kinds, groups) = (&from.hypothesis.kinds, self.train.data.groups.len());
-        let candidates: Vec<(&'static str, Vec<f64>)> =
-            self.library.iter().filter(|k| self.may_join(k, kinds)).map(|k| (*k, probe(k, groups))).collect();
-        let mut list: Vec<Score> =
-            candidates.into_par_iter().map(|(k, probe)| self.score(from, k, &probe)).collect();
-        // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
-        let common = self.train.promise(&from.pieces, from.theta.len());
-        list.iter_mut().for_each(|s| s.gain -= common);
-        list.sort_by(|a, b| b.evidence().total_cmp(&a.evidence()));
-        list
-    }
+/// What the kinds of `library` that a fit to `train` lacks promise, best first.
+pub(crate) fn scores(
+    model: &PushModel,
+    train: &Sample<'_>,
+    library: &[&'static str],
+    from: &Fit,
+) -> Vec<Score> {
+    let (kinds, groups) = (&from.hypothesis.kinds, train.data.groups.len());
+    let candidates: Vec<(&'static str, Vec<f64>)> =
+        library.iter().filter(|k| may_join(k, kinds)).map(|k| (*k, probe(k, groups))).collect();
+    let mut list: Vec<Score> =
+        candidates.into_par_iter().map(|(k, probe)| score(model, train, from, k, &probe)).collect();
+    // Corners, where a start meets the rod, promise what no step keeps: to every kind alike, and to the fit itself.
+    let common = train.promise(&from.pieces, from.theta.len());
+    list.iter_mut().for_each(|s| s.gain -= common);
+    list.sort_by(|a, b| b.evidence().total_cmp(&a.evidence()));
+    list
+}
 
-    fn score(&self, from: &Fit, kind: &'static str, probe: &[f64]) -> Score {
-        self.train.data.tally.score();
-        let mut kinds = from.hypothesis.kinds.clone();
-        kinds.push(kind);
-        let h = Hypothesis::new(self.model, &self.train.data.groups, &kinds);
-        let theta = [&from.theta[..], probe].concat();
-        let p = theta.len();
-        let pieces = self.train.pieces(&h, &theta, &from.starts);
-        let (s, u, _) = self.train.normal(&pieces, p);
-        let mut step = u.clone();
-        s.cholesky().solve(&mut step);
-        let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
-        let polar = polar(kind);
-        if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
-            let to = polar.step([probe[0], probe[1]], [*a, *b]);
-            next[p - 2..].copy_from_slice(&to);
-        }
-        h.admit(&mut next);
-        if polar.is_none() {
-            // A step that the bounds stop gains less.
-            step = next.iter().zip(&theta).map(|(a, b)| a - b).collect();
-        }
-        let mut gain = from.cost(&self.train) - self.train.total(&pieces);
-        gain += pieces.iter().map(|w| self.train.cost(w.q, w.m).1 * w.start_gain(p)).sum::<f64>();
-        gain += quadratic(&s, &u, &step);
-        let range = if probe.is_empty() { 0..p } else { p - probe.len()..p };
-        Score { kind, gain, dispersion: self.train.dispersion(&pieces, p, range), theta: next }
+fn score(model: &PushModel, train: &Sample<'_>, from: &Fit, kind: &'static str, probe: &[f64]) -> Score {
+    train.data.tally.score();
+    let mut kinds = from.hypothesis.kinds.clone();
+    kinds.push(kind);
+    let h = Hypothesis::new(model, &train.data.groups, &kinds);
+    let theta = [&from.theta[..], probe].concat();
+    let p = theta.len();
+    let pieces = train.pieces(&h, &theta, &from.starts);
+    let (s, u, _) = train.normal(&pieces, p);
+    let mut step = u.clone();
+    s.cholesky().solve(&mut step);
+    let mut next: Vec<f64> = theta.iter().zip(&step).map(|(a, b)| a + b).collect();
+    let polar = polar(kind);
+    if let (Some(polar), [.., a, b]) = (polar, &step[..]) {
+        let to = polar.step([probe[0], probe[1]], [*a, *b]);
+        next[p - 2..].copy_from_slice(&to);
     }
-
-    /// Degrees of freedom of a kind.
-    pub fn size(&self, kind: &str) -> usize {
-        size_of(kind, self.train.data.groups.len())
+    h.admit(&mut next);
+    if polar.is_none() {
+        // A step that the bounds stop gains less.
+        step = next.iter().zip(&theta).map(|(a, b)| a - b).collect();
     }
+    let mut gain = from.cost(train) - train.total(&pieces);
+    gain += pieces.iter().map(|w| train.cost(w.q, w.m).1 * w.start_gain(p)).sum::<f64>();
+    gain += quadratic(&s, &u, &step);
+    let range = if probe.is_empty() { 0..p } else { p - probe.len()..p };
+    Score { kind, gain, dispersion: train.dispersion(&pieces, p, range), theta: next }
 }
 
 /// Fall of the cost along a step, by gradient and curvature.

@@ -1,8 +1,8 @@
 //! Forward-backward search over sets of effects.
 
-use super::fit::{Fit, Sample, fit, fit_starts};
-use super::hypothesis::{Hypothesis, kind_per_group, probe};
-use super::score::Score;
+use super::fit::{BEND, Fit, Sample, fit, fit_starts};
+use super::hypothesis::{Hypothesis, kind_per_group, probe, size_of};
+use super::score::{Score, scores};
 use crate::decide::holds;
 use crate::statistics::{chi2_quantile, median, quantile};
 use augsim_physics::effects::Needs;
@@ -26,9 +26,6 @@ const RESOLUTION: f64 = 0.1;
 const RESOLUTION_M: f64 = 1e-5;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
-/// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
-pub(crate) const BEND: f64 = 9.0;
-
 /// Most groups for which a parameter may have a value each: beyond, that is a description, not a law.
 const MOST_GROUPS: usize = 20;
 
@@ -123,6 +120,16 @@ impl<'a> Search<'a> {
     pub fn resolution(&self) -> f64 {
         let samples: usize = self.train.windows.iter().map(|w| w.last - w.first + 1).sum();
         samples as f64 * RESOLUTION.max(RESOLUTION_M / self.train.data.noise.sd[0]).powi(2)
+    }
+
+    /// What the kinds of the library that a fit lacks promise, best first.
+    pub fn scores(&self, from: &Fit) -> Vec<Score> {
+        scores(self.model, &self.train, &self.library, from)
+    }
+
+    /// Degrees of freedom of a kind.
+    pub fn size(&self, kind: &str) -> usize {
+        size_of(kind, self.train.data.groups.len())
     }
 
     pub fn base(&self) -> &Judged {

@@ -1,6 +1,7 @@
 //! Model files: what is declared about a system, and what `discover` adds to it.
 
 mod error;
+mod expected;
 mod groups;
 mod open;
 mod parse;

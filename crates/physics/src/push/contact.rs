@@ -3,10 +3,9 @@
 //! For the ellipsoid in closed form after Lynch, Maekawa and Tanie 1992, in the form that needs no angles: the force that a
 //! sticking contact would need decides. For the other surfaces see `contact_solver.rs`.
 
-use super::contact_solver::general;
 use super::planar::{Twist, Vector, add, cross, dot, rot90, scale, sub};
-use super::support::{Support, free_twist, mobility};
-use super::surface::{Matrix, Surface};
+use super::support::{Support, mobility};
+use super::surface::Matrix;
 use crate::Scalar;
 
 /// What the contact does.
@@ -107,39 +106,6 @@ impl<S: Scalar> Response<S> {
     pub(super) fn without_force(mode: Mode, twist: Twist<S>) -> Self {
         Self { mode, twist, force: [S::zero(); 2], slip: S::zero() }
     }
-}
-
-/// The twist of an object that the rod touches, and the force between them.
-#[inline]
-pub fn respond<S: Scalar>(
-    support: &Support<'_, S>,
-    touch: &Touch<S>,
-    friction: &ContactFriction<S>,
-) -> Response<S> {
-    let approach = dot(touch.velocity, touch.normal).value();
-    let Some(inertia) = &support.inertia else {
-        if approach <= 0.0 {
-            return Response::without_force(Mode::Separate, Twist::zero());
-        }
-        return match (&support.surface, support.loaded, friction.rise_s_per_m) {
-            (Surface::Ellipsoid { c }, false, None) => ellipsoid(support, *c, touch, friction.at_rest),
-            _ => general(support, touch, friction),
-        };
-    };
-    // With inertia an object may run ahead. Contact and free motion exclude each other (the one has a pushing force exactly
-    // when the other would overlap), so that the likelier is tried first.
-    let rate = |twist: &Twist<S>| dot(twist.at(touch.point), touch.normal).value();
-    if approach > rate(&inertia.previous) {
-        let response = general(support, touch, friction);
-        if dot(response.force, touch.normal).value() > 0.0 {
-            return response;
-        }
-    }
-    let free = free_twist(support);
-    if rate(&free) >= approach {
-        return Response::without_force(Mode::Separate, free);
-    }
-    general(support, touch, friction)
 }
 
 pub(super) fn slid(sign: f64) -> Mode {

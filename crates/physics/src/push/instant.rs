@@ -1,8 +1,9 @@
 //! One instant of a push: from pose and rod to contact, twist and force.
 
-use super::contact::{ContactFriction, Mode, Response, Touch, respond};
+use super::contact::{ContactFriction, Mode, Response, Touch};
 use super::field::Field;
 use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
+use super::response::respond;
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
 use super::surface::{Matrix, Surface};

@@ -1,10 +1,10 @@
 //! Pushing behind [`System`]: its schema, and one window of a push as a task.
 
-use super::arc::simulate_poses;
 use super::effects;
 use super::engine::{Push as Pushed, Steps};
 use super::path::Recorded;
 use super::planar::Pose;
+use super::poses::simulate_poses;
 use super::world::World;
 use crate::Scalar;
 use crate::model::Parameter;

@@ -184,6 +184,7 @@ pub fn sample() -> DiscoveryReport {
         scenario: "ball".into(),
         verdict: Verdict::Explained,
         sentence: "Two effects are missing: air drag that grows with the square of the speed (`quadratic-drag`, 0.132 per metre), and a restitution that falls with impact speed; with both, nothing but sensor noise is left.".into(),
+        warnings: Vec::new(),
         error: ErrorSummary {
             quantity: "height".into(),
             unit: "mm".into(),

@@ -1,6 +1,6 @@
 //! Figures of the residual before and after, and of held-out trajectories.
 
-use super::page::{AFTER, BEFORE};
+use super::tones::{AFTER, BEFORE};
 use super::{Anatomy, Bins, Example, Profile, Rmse};
 use crate::figure::{
     Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,

@@ -3,6 +3,7 @@
 mod anatomy;
 mod findings;
 mod page;
+mod tones;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,9 @@ pub struct DiscoveryReport {
     pub verdict: Verdict,
     /// The verdict in one sentence, e.g. `Quadratic drag is missing: …`.
     pub sentence: String,
+    /// What is suspicious in the data, one paragraph each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Error before and after on held-out trajectories.
     pub error: ErrorSummary,
     /// The declared parameters, before and after calibration.

@@ -1,13 +1,10 @@
 //! From a discovery to a page: the order of the sections, the verdict, the error before and after.
 
+use super::tones::{AFTER, BEFORE};
 use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, findings};
 use crate::figure::{Axis, Bar, BarGroup, Bars, Tone};
 use crate::page::{Block, Cell, Column, FigureBlock, KeyFigure, Page, Row, Section, Table};
 use crate::plot::text::significant;
-
-/// Colours of the stages, the same in the whole report.
-pub(super) const BEFORE: Tone = Tone::Series(1);
-pub(super) const AFTER: Tone = Tone::Series(0);
 
 pub(super) fn page(report: &DiscoveryReport) -> Page {
     let mut reproduce = Vec::new();
@@ -23,6 +20,10 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
         summary: report.sentence.clone(),
         key_figures: key_figures(report),
         sections: vec![
+            Section::new(
+                "Warnings about the data",
+                report.warnings.iter().cloned().map(Block::Prose).collect(),
+            ),
             Section::new("Error on held-out trajectories", error(&report.error)),
             Section::new("What was found", findings::found(report)),
             Section::new("What remains open", findings::open(report)),

@@ -4,67 +4,12 @@
 //! The factors are folded into the weights, and two functions share one division. Bounds, tested against
 //! f64 over all floats: both within 3e-7 absolute; t is clamped to +-43, which is exact to 2^-43.
 
-use super::lanes::{at_least, at_most};
 use super::vector::Vector;
-use pulp::Simd;
 
 /// Factor of the reset and update gates' weights.
 pub(crate) const SIGMOID_SCALE: f32 = -std::f32::consts::LOG2_E;
 /// Factor of the candidate's weights.
 pub(crate) const TANH_SCALE: f32 = 2.0 * std::f32::consts::LOG2_E;
-
-/// Two factors of at most 1 + 2^43 have a finite product.
-const CLAMP: f32 = 43.0;
-/// 1.5 * 2^23 + 127: adding it rounds to the nearest integer n and leaves n + 127, the exponent of 2^n, in
-/// the low bits.
-const ROUND: f32 = 12_582_912.0 + 127.0;
-/// (2^f - 1) / f on |f| <= 1/2, highest power first: minimax in the relative error of 2^f (9.2e-8).
-#[expect(clippy::approx_constant, reason = "a fitted coefficient near ln 2, not ln 2")]
-const EXP2: [f32; 5] = [1.326_472_7e-3, 9.671_513e-3, 5.550_733_6e-2, 2.402_224_2e-1, 6.931_47e-1];
-
-/// 2^n and 2^f with n + f = t, n an integer and |f| <= 1/2, for t between -126 and 126.
-#[inline(always)]
-fn powers<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
-    let k = |c: f32| simd.splat_f32s(c);
-    let rounded = simd.add_f32s(t, k(ROUND));
-    let f = simd.sub_f32s(t, simd.sub_f32s(rounded, k(ROUND)));
-    let bits = simd.transmute_u32s_f32s(rounded);
-    let power = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(bits, simd.splat_u32s(23)));
-    let mut p = k(EXP2[0]);
-    for &c in &EXP2[1..] {
-        p = simd.mul_add_e_f32s(p, f, k(c));
-    }
-    (power, simd.mul_add_e_f32s(p, f, k(1.0)))
-}
-
-/// 1 + 2^t.
-#[inline(always)]
-pub(crate) fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
-    let k = |c: f32| simd.splat_f32s(c);
-    let t = at_most(simd, at_least(simd, t, -CLAMP), CLAMP);
-    let (n, f) = powers(simd, t);
-    simd.mul_add_e_f32s(f, n, k(1.0))
-}
-
-/// 2^t for t of at most 0; 2^-126 below -126.
-#[inline(always)]
-pub(crate) fn exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
-    let (n, f) = powers(simd, at_least(simd, t, -126.0));
-    simd.mul_f32s(f, n)
-}
-
-/// numerator / (1 + 2^a) and numerator / (1 + 2^b), by one division.
-#[inline(always)]
-pub(crate) fn by_one_division<S: Simd>(
-    simd: S,
-    numerator: f32,
-    a: S::f32s,
-    b: S::f32s,
-) -> (S::f32s, S::f32s) {
-    let (a, b) = (one_plus_exp2(simd, a), one_plus_exp2(simd, b));
-    let both = simd.div_f32s(simd.splat_f32s(numerator), simd.mul_f32s(a, b));
-    (simd.mul_f32s(b, both), simd.mul_f32s(a, both))
-}
 
 /// Logistic functions of two arguments that were multiplied by [`SIGMOID_SCALE`].
 #[inline(always)]

@@ -6,6 +6,7 @@
 
 pub mod activation;
 pub mod draw;
+mod exp2;
 mod gates;
 mod gru_backward;
 mod gru_forward;

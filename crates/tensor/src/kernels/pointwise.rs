@@ -4,7 +4,8 @@
 //! Bounds, tested against f64 over all floats: `ln` 2 ulp, `tanh` 4e-7 relative, `softplus` 4e-7 relative to max(1, |y|).
 
 use super::activation::{TANH_CLAMP, TANH_P, TANH_Q};
-use super::gates::{SIGMOID_SCALE, exp2, one_plus_exp2};
+use super::exp2::{exp2, one_plus_exp2};
+use super::gates::SIGMOID_SCALE;
 use super::lanes::{at_least, at_most};
 use super::vector::Vector;
 use crate::simd::{Kernel, Level};

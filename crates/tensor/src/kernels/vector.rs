@@ -1,7 +1,7 @@
 //! What the kernels ask of a vector beyond [`pulp::Simd`]: the function that all gates are made of, where an
 //! instruction set has better means than the generic ones.
 
-use super::gates;
+use super::exp2;
 use pulp::Simd;
 
 /// A vector of a supported instruction set.
@@ -9,7 +9,7 @@ pub(crate) trait Vector: Simd {
     /// numerator / (1 + 2^a) and numerator / (1 + 2^b).
     #[inline(always)]
     fn over_one_plus_exp2(self, numerator: f32, a: Self::f32s, b: Self::f32s) -> (Self::f32s, Self::f32s) {
-        gates::by_one_division(self, numerator, a, b)
+        exp2::by_one_division(self, numerator, a, b)
     }
 }
 

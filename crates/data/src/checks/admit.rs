@@ -1,0 +1,93 @@
+//! Whether a set may be worked with: refused, with warnings, or as it is.
+
+use super::repeated_trajectory::without_copies;
+use super::{Check, Expected, Finding, Severity, run_checks};
+use crate::dataset::Dataset;
+use crate::error::Source;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use thiserror::Error;
+
+/// Checks whose findings the user knows and accepts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Accepted(u32);
+
+impl Accepted {
+    /// The same with `check`.
+    #[must_use]
+    pub fn with(self, check: Check) -> Self {
+        Accepted(self.0 | 1 << check as u32)
+    }
+
+    /// Whether `check` is accepted.
+    pub fn holds(self, check: Check) -> bool {
+        self.0 >> check as u32 & 1 == 1
+    }
+}
+
+impl FromIterator<Check> for Accepted {
+    fn from_iter<I: IntoIterator<Item = Check>>(checks: I) -> Self {
+        checks.into_iter().fold(Accepted::default(), Accepted::with)
+    }
+}
+
+/// A finding with which the set is still worked with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Warning {
+    /// The check.
+    pub check: Check,
+    /// File, place and remedy in one sentence.
+    pub text: String,
+}
+
+/// A set that may be worked with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Admitted {
+    /// The set; without copies, unless these are accepted.
+    pub data: Dataset,
+    /// What a reader of the result must know.
+    pub warnings: Vec<Warning>,
+}
+
+/// Why a set is refused.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub struct SuspiciousData {
+    /// The set.
+    pub origin: Source,
+    /// Everything that refuses it, the first named in full.
+    pub findings: Vec<Finding>,
+}
+
+impl fmt::Display for SuspiciousData {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(first) = self.findings.first() else {
+            return write!(f, "{}: suspicious data", self.origin);
+        };
+        write!(f, "{}: suspicious data ({}): {first}", self.origin, first.check())?;
+        let mut names: Vec<&str> = self.findings.iter().map(|f| f.check().name()).collect();
+        names.dedup();
+        if names.len() > 1 {
+            write!(f, "; also found: {}", names[1..].join(", "))?;
+        }
+        let flags: Vec<String> = names.iter().map(|n| format!("--accept {n}")).collect();
+        write!(f, " (if they are right as they are: {})", flags.join(" "))
+    }
+}
+
+/// Runs every check that is not accepted.
+///
+/// # Errors
+/// The findings that refuse the set.
+pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<Admitted, SuspiciousData> {
+    let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.holds(o.check));
+    let (refused, warned): (Vec<Finding>, Vec<Finding>) =
+        outcomes.flat_map(|o| o.findings).partition(|f| f.severity() == Severity::Refused);
+    if !refused.is_empty() {
+        return Err(SuspiciousData { origin: data.origin().clone(), findings: refused });
+    }
+    let repeated = warned.iter().any(|f| f.check() == Check::RepeatedTrajectory);
+    let text = |f: &Finding| format!("{}: {f}", data.origin());
+    let warnings = warned.iter().map(|f| Warning { check: f.check(), text: text(f) }).collect();
+    let data = if repeated { without_copies(&data) } else { data };
+    Ok(Admitted { data, warnings })
+}

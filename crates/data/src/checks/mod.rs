@@ -1,0 +1,149 @@
+//! Suspicious data: sets that every reader accepts and that cannot be what their names say.
+//!
+//! One file a check, all alike: a constant for each threshold with the figure that led to it, and `look`, which takes the
+//! set and what a model expects of it and gives what it finds. A further check is one file, a variant of [`Check`] and of
+//! [`Finding`], and a line in [`LIST`]. The order of the list is that of the messages: what spoils later checks (sentinels)
+//! comes first.
+
+mod absurd_value;
+mod admit;
+mod angle_in_degrees;
+mod column_scale;
+mod constant_column;
+mod declared_noise;
+mod finding;
+mod gravity_disagrees;
+mod measured;
+mod mixed_units;
+mod repeated_trajectory;
+mod sentinel_value;
+mod shifted_column;
+mod velocity_disagrees;
+
+use crate::dataset::Dataset;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+pub use admit::{Accepted, Admitted, SuspiciousData, Warning, admit};
+pub use finding::{Finding, Severity};
+
+/// A check, by the name that `--accept` takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Check {
+    /// Values that no measurement in SI units can have.
+    AbsurdValue,
+    /// One value far outside of all others, such as 9999, that stands for "not measured".
+    SentinelValue,
+    /// A position, an angle or a velocity that never changes.
+    ConstantColumn,
+    /// The same recording under two names.
+    RepeatedTrajectory,
+    /// A few trajectories in another unit than the rest.
+    MixedUnits,
+    /// One coordinate in another unit than the others.
+    ColumnScale,
+    /// A column moved by a row against the others.
+    ShiftedColumn,
+    /// A velocity that is not the change of the height.
+    VelocityDisagrees,
+    /// An angle called radian and written in degrees.
+    AngleInDegrees,
+    /// Free fall that is not the model's: another unit, upside down, or swapped columns.
+    GravityDisagrees,
+    /// A declared sensor noise as large as the motion.
+    DeclaredNoise,
+}
+
+/// What a model says about the data that it is to explain; `None` where it says nothing or there is no model.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Expected {
+    /// Gravity, m/s², downward positive.
+    pub gravity_m_s2: Option<f64>,
+    /// Standard deviation of measured positions, m.
+    pub position_sd_m: Option<f64>,
+    /// Standard deviation of measured angles, rad.
+    pub angle_sd_rad: Option<f64>,
+}
+
+type Look = fn(&Dataset, &Expected) -> Vec<Finding>;
+
+/// Every check with what it looks for and how.
+const LIST: [(Check, &str, Look); 11] = [
+    (Check::AbsurdValue, "values beyond 1e12 of an SI unit", absurd_value::look),
+    (
+        Check::SentinelValue,
+        "one value far outside of all others (9999 for `not measured`)",
+        sentinel_value::look,
+    ),
+    (Check::ConstantColumn, "a position, angle or velocity that never changes", constant_column::look),
+    (Check::RepeatedTrajectory, "the same recording under two names", repeated_trajectory::look),
+    (Check::MixedUnits, "a few trajectories in another unit", mixed_units::look),
+    (Check::ColumnScale, "one coordinate in another unit than the others", column_scale::look),
+    (Check::ShiftedColumn, "a column moved by a row against the others", shifted_column::look),
+    (Check::VelocityDisagrees, "a velocity that is not the change of the height", velocity_disagrees::look),
+    (Check::AngleInDegrees, "degrees in a column of radians", angle_in_degrees::look),
+    (Check::GravityDisagrees, "free fall other than the model's", gravity_disagrees::look),
+    (Check::DeclaredNoise, "a declared noise as large as the motion", declared_noise::look),
+];
+
+impl Check {
+    /// All checks, in the order of their messages.
+    pub fn all() -> impl Iterator<Item = Check> {
+        LIST.iter().map(|(check, ..)| *check)
+    }
+
+    /// The check called `name`, such as `sentinel-value`.
+    pub fn named(name: &str) -> Option<Check> {
+        Check::all().find(|check| check.name() == name)
+    }
+
+    /// Name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Check::AbsurdValue => "absurd-value",
+            Check::SentinelValue => "sentinel-value",
+            Check::ConstantColumn => "constant-column",
+            Check::RepeatedTrajectory => "repeated-trajectory",
+            Check::MixedUnits => "mixed-units",
+            Check::ColumnScale => "column-scale",
+            Check::ShiftedColumn => "shifted-column",
+            Check::VelocityDisagrees => "velocity-disagrees",
+            Check::AngleInDegrees => "angle-in-degrees",
+            Check::GravityDisagrees => "gravity-disagrees",
+            Check::DeclaredNoise => "declared-noise",
+        }
+    }
+
+    /// Whether the check compares the data with a model and says nothing without one.
+    pub fn needs_model(self) -> bool {
+        matches!(self, Check::GravityDisagrees | Check::DeclaredNoise)
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What one check found; nothing where the data pass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The check.
+    pub check: Check,
+    /// What it looks for, in words.
+    pub looks_for: &'static str,
+    /// What it found.
+    pub findings: Vec<Finding>,
+}
+
+/// Runs every check on `data`, with what a model expects of it.
+pub fn run_checks(data: &Dataset, expected: &Expected) -> Vec<Outcome> {
+    let run = |&(check, looks_for, look): &(Check, &'static str, Look)| Outcome {
+        check,
+        looks_for,
+        findings: look(data, expected),
+    };
+    LIST.iter().map(run).collect()
+}

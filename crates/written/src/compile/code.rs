@@ -1,0 +1,120 @@
+//! The operations of the machine.
+
+/// An operation: what to do with the operands `a`, `b`, `c`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub(crate) enum Code {
+    /// The number whose bits are `a` (low) and `b` (high).
+    Constant,
+    /// State number `a`.
+    State,
+    /// Input number `a`.
+    Input,
+    /// Change per second of input number `a`.
+    InputSlope,
+    /// Seconds since the trajectory began.
+    Time,
+    /// Parameter number `a`.
+    Parameter,
+    /// Width of smoothed jump number `a`.
+    Width,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Negate,
+    /// `a * b + c`, rounded once.
+    MultiplyAdd,
+    /// `a * b - c`, rounded once.
+    MultiplySubtract,
+    /// `c - a * b`, rounded once.
+    SubtractProduct,
+    Minimum,
+    Maximum,
+    Absolute,
+    /// `b` where `a > 0`, else `c`.
+    Select,
+    /// Square root, 0 below 0.
+    Sqrt,
+    Cbrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Atan2,
+    Hypot,
+    Power,
+    /// Table number `b` at `a`.
+    Table,
+    /// Slope of table number `b` at `a`.
+    TableSlope,
+}
+
+impl Code {
+    /// How many of `a`, `b`, `c` are results of other operations.
+    pub(crate) fn operands(self) -> usize {
+        match self {
+            Code::Constant
+            | Code::State
+            | Code::Input
+            | Code::InputSlope
+            | Code::Time
+            | Code::Parameter
+            | Code::Width => 0,
+            Code::MultiplyAdd | Code::MultiplySubtract | Code::SubtractProduct | Code::Select => 3,
+            Code::Add
+            | Code::Subtract
+            | Code::Multiply
+            | Code::Divide
+            | Code::Minimum
+            | Code::Maximum
+            | Code::Atan2
+            | Code::Hypot
+            | Code::Power => 2,
+            _ => 1,
+        }
+    }
+
+    /// Whether the operands may be exchanged.
+    pub(crate) fn commutes(self) -> bool {
+        matches!(self, Code::Add | Code::Multiply)
+    }
+}
+
+/// An operation with its operands: indices of earlier operations, or what its code says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Operation {
+    pub(crate) code: Code,
+    pub(crate) a: u32,
+    pub(crate) b: u32,
+    pub(crate) c: u32,
+}
+
+impl Operation {
+    pub(crate) fn new(code: Code, a: u32, b: u32, c: u32) -> Self {
+        Self { code, a, b, c }
+    }
+
+    pub(crate) fn constant(value: f64) -> Self {
+        let bits = value.to_bits();
+        Self::new(Code::Constant, bits as u32, (bits >> 32) as u32, 0)
+    }
+
+    /// The number, if it is one.
+    pub(crate) fn as_constant(&self) -> Option<f64> {
+        let bits = u64::from(self.a) | u64::from(self.b) << 32;
+        (self.code == Code::Constant).then(|| f64::from_bits(bits))
+    }
+
+    /// The operations whose results it uses.
+    pub(crate) fn used(&self) -> impl Iterator<Item = u32> {
+        [self.a, self.b, self.c].into_iter().take(self.code.operands())
+    }
+}

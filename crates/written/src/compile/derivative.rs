@@ -1,0 +1,293 @@
+//! Derivatives by the chain rule, forward, as more operations; what does not depend on a variable costs nothing.
+
+use super::{Code, Graph, Id};
+
+/// Below this the slope of a square root is that at it: rates such as `sqrt(level)` would otherwise have sensitivities
+/// without bound when a tank runs empty. In the unit of the argument.
+const SQRT_FLOOR: f64 = 1e-6;
+
+/// A quantity to differentiate with respect to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Variable {
+    /// Index of a state.
+    State(usize),
+    /// Index of a parameter.
+    Parameter(usize),
+    /// Time, for events whose condition moves by itself.
+    Time,
+}
+
+/// Derivatives of operations, with zeros left out.
+#[derive(Debug, Default)]
+pub(crate) struct Derivatives {
+    /// By operation: variables in order and the derivative.
+    known: Vec<Option<Vec<(Variable, Id)>>>,
+    /// Parameters to differentiate with respect to.
+    active: Vec<usize>,
+    /// Parameter that delays each input.
+    delays: Vec<Option<usize>>,
+}
+
+impl Derivatives {
+    pub(crate) fn new(active: &[usize], delays: Vec<Option<usize>>) -> Self {
+        Self { known: Vec::new(), active: active.to_vec(), delays }
+    }
+
+    /// Derivatives of `id` with respect to all states, active parameters and time.
+    pub(crate) fn of(&mut self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
+        // Operations that derivatives add are never differentiated, so the loop covers those up to `id` that it uses.
+        let mut needed = vec![false; id as usize + 1];
+        needed[id as usize] = true;
+        for at in (0..=id as usize).rev() {
+            if needed[at] && self.known.get(at).is_none_or(Option::is_none) {
+                graph.get(at as Id).used().for_each(|used| needed[used as usize] = true);
+            }
+        }
+        for (at, needed) in needed.into_iter().enumerate() {
+            if self.known.len() <= at {
+                self.known.resize(at + 1, None);
+            }
+            if needed && self.known[at].is_none() && !graph.is_too_large() {
+                self.known[at] = Some(self.differentiate(graph, at as Id));
+            }
+        }
+        self.known.get(id as usize).cloned().flatten().unwrap_or_default()
+    }
+
+    fn differentiate(&self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
+        let operation = graph.get(id);
+        let (a, b, c) = (operation.a, operation.b, operation.c);
+        let at = |id: Id| -> &[(Variable, Id)] { self.known[id as usize].as_deref().unwrap_or(&[]) };
+        let index = a as usize;
+        match operation.code {
+            Code::Constant | Code::Width | Code::InputSlope => Vec::new(),
+            Code::State => vec![(Variable::State(index), graph.constant(1.0))],
+            Code::Parameter if self.active.contains(&index) => {
+                vec![(Variable::Parameter(index), graph.constant(1.0))]
+            }
+            Code::Parameter => Vec::new(),
+            Code::Time => vec![(Variable::Time, graph.constant(1.0))],
+            Code::Input => {
+                // u(t - delay): the delay moves it against time.
+                let slope = graph.leaf(Code::InputSlope, index);
+                let delay = self.delays.get(index).copied().flatten().filter(|d| self.active.contains(d));
+                let mut out: Vec<_> =
+                    delay.map(|d| (Variable::Parameter(d), graph.negate(slope))).into_iter().collect();
+                out.push((Variable::Time, slope));
+                out
+            }
+            Code::Add => merge(at(a), at(b), |x, y| match (x, y) {
+                (Some(x), Some(y)) => graph.add(x, y),
+                (x, y) => x.or(y).unwrap_or(0),
+            }),
+            Code::Subtract => merge(at(a), at(b), |x, y| match (x, y) {
+                (Some(x), Some(y)) => graph.subtract(x, y),
+                (Some(x), None) => x,
+                (_, y) => graph.negate(y.unwrap_or(0)),
+            }),
+            Code::Negate => map(at(a), |x| graph.negate(x)),
+            Code::Multiply if a == b => {
+                let two = graph.constant(2.0);
+                let double = graph.multiply(two, a);
+                map(at(a), |x| graph.multiply(double, x))
+            }
+            Code::Multiply => product(graph, (a, at(a)), (b, at(b))),
+            Code::MultiplyAdd | Code::MultiplySubtract | Code::SubtractProduct => {
+                let both = if a == b {
+                    let two = graph.constant(2.0);
+                    let double = graph.multiply(two, a);
+                    map(at(a), |x| graph.multiply(double, x))
+                } else {
+                    product(graph, (a, at(a)), (b, at(b)))
+                };
+                merge(&both, at(c), |x, y| match (operation.code, x, y) {
+                    (Code::MultiplyAdd, Some(x), Some(y)) => graph.add(x, y),
+                    (Code::MultiplySubtract, Some(x), Some(y)) => graph.subtract(x, y),
+                    (_, Some(x), Some(y)) => graph.subtract(y, x),
+                    (Code::SubtractProduct, Some(x), None) => graph.negate(x),
+                    (Code::MultiplySubtract, None, y) => graph.negate(y.unwrap_or(0)),
+                    (_, x, y) => x.or(y).unwrap_or(0),
+                })
+            }
+            // (a/b)' = (a' - (a/b) b') / b
+            Code::Divide => {
+                let above = merge(at(a), at(b), |x, y| match (x, y) {
+                    (Some(x), None) => x,
+                    (x, y) => {
+                        let moved = graph.multiply(id, y.unwrap_or(0));
+                        match x {
+                            Some(x) => graph.subtract(x, moved),
+                            None => graph.negate(moved),
+                        }
+                    }
+                });
+                map(&above, |x| graph.divide(x, b))
+            }
+            Code::Minimum | Code::Maximum => {
+                let zero = graph.constant(0.0);
+                let (first, second) = if operation.code == Code::Minimum { (b, a) } else { (a, b) };
+                let difference = graph.subtract(first, second);
+                merge(at(a), at(b), |x, y| graph.select(difference, x.unwrap_or(zero), y.unwrap_or(zero)))
+            }
+            Code::Absolute => {
+                let below = graph.negate(a);
+                map(at(a), |x| {
+                    let negated = graph.negate(x);
+                    graph.select(below, negated, x)
+                })
+            }
+            Code::Select => {
+                let zero = graph.constant(0.0);
+                merge(at(b), at(c), |x, y| graph.select(a, x.unwrap_or(zero), y.unwrap_or(zero)))
+            }
+            Code::Atan2 | Code::Hypot | Code::Power => {
+                let [first, second] = partials(graph, operation.code, id, (a, b), at(b).is_empty());
+                merge(at(a), at(b), |x, y| {
+                    let x = x.map(|x| graph.multiply(first, x));
+                    let y = y.map(|y| graph.multiply(second, y));
+                    match (x, y) {
+                        (Some(x), Some(y)) => graph.add(x, y),
+                        (x, y) => x.or(y).unwrap_or(0),
+                    }
+                })
+            }
+            Code::Table => {
+                let slope = graph.table(Code::TableSlope, a, b);
+                map(at(a), |x| graph.multiply(slope, x))
+            }
+            // The slope of a table is constant between its knots.
+            Code::TableSlope => Vec::new(),
+            code => {
+                if at(a).is_empty() {
+                    return Vec::new();
+                }
+                let slope = slope(graph, code, id, a);
+                map(at(a), |x| graph.multiply(slope, x))
+            }
+        }
+    }
+}
+
+/// Derivative of a function of one variable `a` whose value is `id`.
+fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
+    let one = g.constant(1.0);
+    match code {
+        Code::Sqrt => {
+            let [floor, zero, half] = [SQRT_FLOOR, 0.0, 0.5].map(|x| g.constant(x));
+            let bounded = g.binary(Code::Maximum, a, floor);
+            let root = g.unary(Code::Sqrt, bounded);
+            let slope = g.divide(half, root);
+            g.select(a, slope, zero)
+        }
+        // 1 / (3 cbrt(a)^2), bounded as that of the square root is.
+        Code::Cbrt => {
+            let [floor, three] = [SQRT_FLOOR, 3.0].map(|x| g.constant(x));
+            let square = g.multiply(id, id);
+            let bounded = g.binary(Code::Maximum, square, floor);
+            let below = g.multiply(three, bounded);
+            g.divide(one, below)
+        }
+        Code::Exp => id,
+        Code::Ln => g.divide(one, a),
+        Code::Sin => g.unary(Code::Cos, a),
+        Code::Cos => {
+            let sine = g.unary(Code::Sin, a);
+            g.negate(sine)
+        }
+        Code::Tan => {
+            let square = g.multiply(id, id);
+            g.add(one, square)
+        }
+        // (1 - a)(1 + a) keeps its digits near the ends, where 1 - a^2 loses them.
+        Code::Asin | Code::Acos => {
+            let (below, above) = (g.subtract(one, a), g.add(one, a));
+            let square = g.multiply(below, above);
+            let root = g.unary(Code::Sqrt, square);
+            let slope = g.divide(one, root);
+            if code == Code::Asin { slope } else { g.negate(slope) }
+        }
+        Code::Atan => {
+            let square = g.multiply(a, a);
+            let below = g.add(one, square);
+            g.divide(one, below)
+        }
+        Code::Sinh => g.unary(Code::Cosh, a),
+        Code::Cosh => g.unary(Code::Sinh, a),
+        Code::Tanh => {
+            let square = g.multiply(id, id);
+            g.subtract(one, square)
+        }
+        _ => g.constant(0.0),
+    }
+}
+
+/// Partial derivatives of a function of two variables whose value is `id`; the second only if it is `needed`.
+fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_constant: bool) -> [Id; 2] {
+    let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
+    match code {
+        Code::Hypot => [a, b].map(|x| {
+            let slope = g.divide(x, id);
+            g.select(id, slope, zero)
+        }),
+        Code::Atan2 => {
+            let square = g.multiply(a, a);
+            let other = g.multiply(b, b);
+            let below = g.add(square, other);
+            let (first, second) = (g.divide(b, below), g.divide(a, below));
+            [first, g.negate(second)]
+        }
+        _ => {
+            let less = g.subtract(b, one);
+            let power = g.binary(Code::Power, a, less);
+            let first = g.multiply(b, power);
+            if exponent_is_constant {
+                return [first, zero];
+            }
+            // a^b ln a tends to 0 with a for b > 0; the bound keeps 0 * ln 0 from being no number.
+            let tiny = g.constant(1e-300);
+            let bounded = g.binary(Code::Maximum, a, tiny);
+            let logarithm = g.unary(Code::Ln, bounded);
+            [first, g.multiply(id, logarithm)]
+        }
+    }
+}
+
+/// `a' b + a b'`.
+fn product(
+    g: &mut Graph,
+    (a, da): (Id, &[(Variable, Id)]),
+    (b, db): (Id, &[(Variable, Id)]),
+) -> Vec<(Variable, Id)> {
+    merge(da, db, |x, y| {
+        let x = x.map(|x| g.multiply(x, b));
+        let y = y.map(|y| g.multiply(a, y));
+        match (x, y) {
+            (Some(x), Some(y)) => g.add(x, y),
+            (x, y) => x.or(y).unwrap_or(0),
+        }
+    })
+}
+
+fn map(list: &[(Variable, Id)], mut f: impl FnMut(Id) -> Id) -> Vec<(Variable, Id)> {
+    list.iter().map(|(variable, id)| (*variable, f(*id))).collect()
+}
+
+/// Joins two lists in the order of their variables.
+fn merge(
+    a: &[(Variable, Id)],
+    b: &[(Variable, Id)],
+    mut f: impl FnMut(Option<Id>, Option<Id>) -> Id,
+) -> Vec<(Variable, Id)> {
+    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
+    let mut out = Vec::new();
+    loop {
+        let next = match (a.peek(), b.peek()) {
+            (None, None) => return out,
+            (Some((x, _)), Some((y, _))) => *x.min(y),
+            (Some((x, _)), None) | (None, Some((x, _))) => *x,
+        };
+        let left = a.next_if(|(v, _)| *v == next).map(|(_, id)| *id);
+        let right = b.next_if(|(v, _)| *v == next).map(|(_, id)| *id);
+        out.push((next, f(left, right)));
+    }
+}

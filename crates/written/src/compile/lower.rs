@@ -1,0 +1,234 @@
+//! From trees to operations.
+
+use super::probe::Probe;
+use super::{Code, Graph, Id};
+use crate::model::{Model, Numerics};
+use crate::text::{Comparison, Function, Kind, Symbol, Tree};
+use std::collections::BTreeMap;
+
+/// Whether jumps are smoothed: in a rate the integrator would step across them, in an output or a reset they may stay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Smoothing {
+    /// `sign(z)` becomes `tanh(z / width)`.
+    Smooth,
+    /// `sign(z)` is -1, 0 or 1.
+    Sharp,
+}
+
+/// A smoothed jump.
+#[derive(Debug, Clone)]
+pub(crate) struct Width {
+    /// The quantity that jumps at 0.
+    pub(crate) argument: Id,
+    /// Width from the file, in the unit of the argument.
+    pub(crate) declared: Option<f64>,
+}
+
+/// The operations of a model while they are made.
+#[derive(Debug)]
+pub(crate) struct Lowering<'m> {
+    pub(crate) graph: Graph,
+    pub(crate) widths: Vec<Width>,
+    model: &'m Model,
+    lets: BTreeMap<(usize, Smoothing), Id>,
+    probe: Probe,
+}
+
+impl<'m> Lowering<'m> {
+    /// Nothing lowered so far.
+    pub(crate) fn new(model: &'m Model) -> Self {
+        let probe = Probe::new(model);
+        Self { graph: Graph::default(), widths: Vec::new(), model, lets: BTreeMap::new(), probe }
+    }
+
+    /// The value of an expression.
+    pub(crate) fn tree(&mut self, tree: &Tree, smoothing: Smoothing) -> Id {
+        let mut ids: Vec<Id> = Vec::with_capacity(tree.nodes.len());
+        for node in &tree.nodes {
+            let id = match &node.kind {
+                Kind::Number(value) => self.graph.constant(*value),
+                Kind::Symbol(symbol) => self.symbol(*symbol, smoothing),
+                Kind::Negate(a) => self.graph.negate(ids[*a]),
+                Kind::Add(a, b) => self.graph.add(ids[*a], ids[*b]),
+                Kind::Subtract(a, b) => self.graph.subtract(ids[*a], ids[*b]),
+                Kind::Multiply(a, b) => self.graph.multiply(ids[*a], ids[*b]),
+                Kind::Divide(a, b) => self.graph.divide(ids[*a], ids[*b]),
+                Kind::Power(a, b) => self.power(ids[*a], ids[*b]),
+                Kind::Call(function, arguments) => {
+                    let values: Vec<Id> = arguments.iter().map(|a| ids[*a]).collect();
+                    let text = arguments.first().map_or("", |a| tree.text_of(*a));
+                    self.call(*function, &values, text, smoothing)
+                }
+                Kind::If { comparison, left, right, then, otherwise } => {
+                    let sides = (ids[*left], ids[*right]);
+                    self.choose(
+                        *comparison,
+                        sides,
+                        (ids[*then], ids[*otherwise]),
+                        tree.text_of(*left),
+                        smoothing,
+                    )
+                }
+                Kind::Table { table, at } => self.graph.table(Code::Table, ids[*at], *table as u32),
+                // The reader allows `slope` only in `start`, which is not compiled.
+                Kind::Slope { .. } => self.graph.constant(0.0),
+            };
+            ids.push(id);
+        }
+        ids.last().copied().unwrap_or_else(|| self.graph.constant(0.0))
+    }
+
+    /// A condition as a number that is positive where it holds. `a < b` and `a <= b` differ on a point alone, which a
+    /// passage through 0 does not see.
+    pub(crate) fn condition(&mut self, tree: &Tree) -> Id {
+        let parts = match tree.nodes.last().map(|node| &node.kind) {
+            Some(Kind::If { comparison, left, right, .. }) => Some((*comparison, *left, *right)),
+            _ => None,
+        };
+        let Some((comparison, left, right)) = parts else { return self.tree(tree, Smoothing::Sharp) };
+        let side = |root: usize| Tree { text: tree.text.clone(), nodes: tree.nodes[..=root].to_vec() };
+        let left = self.tree(&side(left), Smoothing::Sharp);
+        let right = self.tree(&side(right), Smoothing::Sharp);
+        match comparison {
+            Comparison::Less | Comparison::LessOrEqual => self.graph.subtract(right, left),
+            _ => self.graph.subtract(left, right),
+        }
+    }
+
+    fn symbol(&mut self, symbol: Symbol, smoothing: Smoothing) -> Id {
+        match symbol {
+            Symbol::State(i) => self.graph.leaf(Code::State, i),
+            Symbol::Input(i) => self.graph.leaf(Code::Input, i),
+            Symbol::Parameter(i) => self.graph.leaf(Code::Parameter, i),
+            Symbol::Time => self.graph.leaf(Code::Time, 0),
+            Symbol::Output(_) => self.graph.constant(0.0),
+            Symbol::Let(i) => match self.lets.get(&(i, smoothing)) {
+                Some(id) => *id,
+                None => {
+                    // Values use only earlier ones, which are made first so that the recursion stays one deep.
+                    for earlier in 0..=i {
+                        if !self.lets.contains_key(&(earlier, smoothing)) {
+                            let model = self.model;
+                            let id = self.tree(&model.lets[earlier].value.tree, smoothing);
+                            self.lets.insert((earlier, smoothing), id);
+                        }
+                    }
+                    self.lets[&(i, smoothing)]
+                }
+            },
+        }
+    }
+
+    /// Whole powers become products; beyond the 64th the rounding of so many products would show.
+    fn power(&mut self, base: Id, exponent: Id) -> Id {
+        match self.graph.value_of(exponent) {
+            Some(n) if n.fract() == 0.0 && n.abs() <= 64.0 => {
+                let power = self.graph.whole_power(base, n.abs() as u32);
+                let one = self.graph.constant(1.0);
+                if n < 0.0 { self.graph.divide(one, power) } else { power }
+            }
+            _ => self.graph.binary(Code::Power, base, exponent),
+        }
+    }
+
+    fn call(&mut self, function: Function, z: &[Id], text: &str, smoothing: Smoothing) -> Id {
+        let g = &mut self.graph;
+        let code = match function {
+            Function::Sin => Code::Sin,
+            Function::Cos => Code::Cos,
+            Function::Tan => Code::Tan,
+            Function::Asin => Code::Asin,
+            Function::Acos => Code::Acos,
+            Function::Atan => Code::Atan,
+            Function::Sinh => Code::Sinh,
+            Function::Cosh => Code::Cosh,
+            Function::Tanh => Code::Tanh,
+            Function::Exp => Code::Exp,
+            Function::Ln => Code::Ln,
+            Function::Sqrt => Code::Sqrt,
+            Function::Cbrt => Code::Cbrt,
+            Function::Abs => Code::Absolute,
+            Function::Atan2 => return g.binary(Code::Atan2, z[0], z[1]),
+            Function::Hypot => return g.binary(Code::Hypot, z[0], z[1]),
+            Function::Min => return g.binary(Code::Minimum, z[0], z[1]),
+            Function::Max => return g.binary(Code::Maximum, z[0], z[1]),
+            Function::Clamp => {
+                let above = g.binary(Code::Maximum, z[0], z[1]);
+                return g.binary(Code::Minimum, above, z[2]);
+            }
+            Function::Relu => {
+                let zero = g.constant(0.0);
+                return g.binary(Code::Maximum, z[0], zero);
+            }
+            Function::Deadzone => {
+                let low = g.negate(z[1]);
+                let above = g.binary(Code::Maximum, z[0], low);
+                let inside = g.binary(Code::Minimum, above, z[1]);
+                return g.subtract(z[0], inside);
+            }
+            Function::Sign if smoothing == Smoothing::Smooth => return self.smooth_sign(z[0], text),
+            Function::Sign => {
+                let [zero, one, minus] = [0.0, 1.0, -1.0].map(|x| g.constant(x));
+                let negated = g.negate(z[0]);
+                let below = g.select(negated, minus, zero);
+                return g.select(z[0], one, below);
+            }
+            Function::Step if smoothing == Smoothing::Smooth => return self.smooth_step(z[0], text),
+            Function::Step => {
+                let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
+                return g.select(z[0], one, zero);
+            }
+        };
+        g.unary(code, z[0])
+    }
+
+    /// `tanh(z / width)`.
+    fn smooth_sign(&mut self, z: Id, text: &str) -> Id {
+        let known = self.widths.iter().position(|w| w.argument == z);
+        let index = known.unwrap_or_else(|| {
+            self.widths.push(Width { argument: z, declared: declared_width(&self.model.numerics, text) });
+            self.widths.len() - 1
+        });
+        let width = self.graph.leaf(Code::Width, index);
+        let scaled = self.graph.divide(z, width);
+        self.graph.unary(Code::Tanh, scaled)
+    }
+
+    /// `(1 + tanh(z / width)) / 2`.
+    fn smooth_step(&mut self, z: Id, text: &str) -> Id {
+        let sign = self.smooth_sign(z, text);
+        let half = self.graph.constant(0.5);
+        let scaled = self.graph.multiply(sign, half);
+        self.graph.add(scaled, half)
+    }
+
+    fn choose(
+        &mut self,
+        comparison: Comparison,
+        (left, right): (Id, Id),
+        (then, otherwise): (Id, Id),
+        text: &str,
+        smoothing: Smoothing,
+    ) -> Id {
+        // Written as a choice by `difference > 0`; `a <= b` is the contrary of `a - b > 0`.
+        let (difference, yes, no) = match comparison {
+            Comparison::Less => (self.graph.subtract(right, left), then, otherwise),
+            Comparison::Greater => (self.graph.subtract(left, right), then, otherwise),
+            Comparison::LessOrEqual => (self.graph.subtract(left, right), otherwise, then),
+            Comparison::GreaterOrEqual => (self.graph.subtract(right, left), otherwise, then),
+        };
+        let settled = self.graph.value_of(difference).is_some() || yes == no;
+        let sharp = smoothing == Smoothing::Sharp || settled;
+        if sharp || self.probe.branches_agree(&self.graph, difference, [yes, no]) {
+            return self.graph.select(difference, yes, no);
+        }
+        let share = self.smooth_step(difference, text);
+        let gap = self.graph.subtract(yes, no);
+        let part = self.graph.multiply(share, gap);
+        self.graph.add(no, part)
+    }
+}
+
+fn declared_width(numerics: &Numerics, text: &str) -> Option<f64> {
+    numerics.widths.get(text).copied()
+}

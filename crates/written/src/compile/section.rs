@@ -1,0 +1,135 @@
+//! Which operations run when: registers for all results, and lists of instructions for each purpose.
+
+use super::{Code, Graph, Id, Operation};
+
+/// Registers of a compiled system. The first hold what the engine sets.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    pub(crate) states: usize,
+    pub(crate) inputs: usize,
+    pub(crate) parameters: usize,
+    /// Register of every operation that some section needs.
+    register_of: Vec<Option<u32>>,
+    /// Constants and their registers.
+    pub(crate) constants: Vec<(u32, f64)>,
+    pub(crate) registers: usize,
+}
+
+/// Instructions of one purpose, and the registers where its results are.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Section {
+    /// Needed again whenever state, input or time change.
+    pub(crate) body: Vec<Instruction>,
+    /// Results.
+    pub(crate) results: Vec<u32>,
+}
+
+/// An operation on registers, its result into a later one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instruction {
+    pub(crate) operation: Operation,
+    pub(crate) to: u32,
+}
+
+impl Layout {
+    pub(crate) fn state(&self, index: usize) -> usize {
+        index
+    }
+
+    pub(crate) fn input(&self, index: usize) -> usize {
+        self.states + index
+    }
+
+    pub(crate) fn input_slope(&self, index: usize) -> usize {
+        self.states + self.inputs + index
+    }
+
+    pub(crate) fn time(&self) -> usize {
+        self.states + 2 * self.inputs
+    }
+
+    pub(crate) fn parameter(&self, index: usize) -> usize {
+        self.time() + 1 + index
+    }
+
+    pub(crate) fn width(&self, index: usize) -> usize {
+        self.time() + 1 + self.parameters + index
+    }
+
+    /// Gives registers to all operations that the results in `wanted` need, and returns the section of each, before
+    /// them the one that depends on parameters alone and runs once a simulation.
+    pub(crate) fn assign(
+        (states, inputs, parameters, widths): (usize, usize, usize, usize),
+        graph: &Graph,
+        wanted: &[Vec<Id>],
+    ) -> (Layout, Section, Vec<Section>) {
+        let operations = graph.operations();
+        let mut layout = Layout { states, inputs, parameters, ..Layout::default() };
+        layout.registers = layout.width(widths);
+        let needed: Vec<Vec<bool>> = wanted.iter().map(|results| reachable(operations, results)).collect();
+        let mut moves = vec![false; operations.len()];
+        for (id, operation) in operations.iter().enumerate() {
+            moves[id] = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time)
+                || operation.used().any(|used| moves[used as usize]);
+        }
+        layout.register_of = vec![None; operations.len()];
+        let mut once = Section::default();
+        for (id, operation) in operations.iter().enumerate() {
+            if !needed.iter().any(|needed| needed[id]) {
+                continue;
+            }
+            let index = operation.a as usize;
+            let register = match operation.code {
+                Code::State => layout.state(index),
+                Code::Input => layout.input(index),
+                Code::InputSlope => layout.input_slope(index),
+                Code::Time => layout.time(),
+                Code::Parameter => layout.parameter(index),
+                Code::Width => layout.width(index),
+                _ => {
+                    layout.registers += 1;
+                    layout.registers - 1
+                }
+            } as u32;
+            layout.register_of[id] = Some(register);
+            if let Some(value) = operation.as_constant() {
+                layout.constants.push((register, value));
+            } else if operation.code.operands() > 0 && !moves[id] {
+                once.body.push(layout.instruction(operation, register));
+            }
+        }
+        let section = |(results, needed): (&Vec<Id>, Vec<bool>)| Section {
+            results: results.iter().map(|id| layout.register(*id)).collect(),
+            body: (0..operations.len())
+                .filter(|id| needed[*id] && moves[*id] && operations[*id].code.operands() > 0)
+                .map(|id| layout.instruction(&operations[id], layout.register(id as Id)))
+                .collect(),
+        };
+        let sections = wanted.iter().zip(needed).map(section).collect();
+        (layout, once, sections)
+    }
+
+    /// Register of an operation that some section needs.
+    pub(crate) fn register(&self, id: Id) -> u32 {
+        self.register_of.get(id as usize).copied().flatten().unwrap_or(0)
+    }
+
+    fn instruction(&self, operation: &Operation, to: u32) -> Instruction {
+        let mut operation = *operation;
+        let operands = operation.code.operands();
+        let used = [&mut operation.a, &mut operation.b, &mut operation.c].into_iter().take(operands);
+        used.for_each(|operand| *operand = self.register(*operand));
+        Instruction { operation, to }
+    }
+}
+
+fn reachable(operations: &[Operation], results: &[Id]) -> Vec<bool> {
+    let mut needed = vec![false; operations.len()];
+    results.iter().for_each(|id| needed[*id as usize] = true);
+    for id in (0..operations.len()).rev() {
+        if needed[id] {
+            operations[id].used().for_each(|used| needed[used as usize] = true);
+        }
+    }
+    needed
+}

@@ -1,0 +1,282 @@
+//! States of `L` windows side by side, and the step of Runge and Kutta with the equation of their sensitivities.
+
+use super::Seed;
+use crate::compile::Section;
+use crate::system::{Column, Gradient, System};
+
+/// The inputs of a step, lane by lane: cubics in the time since the begin of a piece.
+#[derive(Debug, Clone)]
+pub(crate) struct Drive<const L: usize> {
+    /// `[input][power]`.
+    pub(crate) coefficients: Vec<[[f64; L]; 4]>,
+    /// Time at the begin of the piece.
+    pub(crate) begin: [f64; L],
+}
+
+/// `L` windows: registers of the machine, state and sensitivities, and scratch that is used again and again.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Block<const L: usize> {
+    pub(crate) registers: Vec<[f64; L]>,
+    /// `[state]`.
+    pub(crate) x: Vec<[f64; L]>,
+    /// `[seed][state]`.
+    pub(crate) s: Vec<[f64; L]>,
+    /// Rates at the begin of the last step.
+    pub(crate) first_rate: Vec<[f64; L]>,
+    stage: Vec<[f64; L]>,
+    sum: Vec<[f64; L]>,
+    /// Derivatives of the rates at the four stages, `[stage][entry]`.
+    gradients: Vec<[f64; L]>,
+    column: Vec<[f64; L]>,
+}
+
+/// Columns of the sensitivities: what each seed contributes to the rates.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Columns {
+    pub(crate) seeds: Vec<Seed>,
+    /// Active parameter of each seed.
+    pub(crate) active: Vec<Option<usize>>,
+    /// By state: entries of the rates' gradient with respect to states.
+    rows: Vec<Vec<RowEntry>>,
+    /// By active parameter: state and entry.
+    parameters: Vec<Vec<(usize, usize)>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct RowEntry {
+    entry: usize,
+    state: usize,
+    is_one: bool,
+}
+
+impl Columns {
+    pub(crate) fn new(system: &System, seeds: &[Seed]) -> Columns {
+        let active = |seed: &Seed| match seed {
+            Seed::Parameter(p) => system.active.iter().position(|a| a == p),
+            Seed::Start(_) => None,
+        };
+        let mut rows = vec![Vec::new(); system.states()];
+        let mut parameters = vec![Vec::new(); system.active.len()];
+        for (index, entry) in system.rate_gradient.entries.iter().enumerate() {
+            match entry.column {
+                Column::State(state) => {
+                    rows[entry.row].push(RowEntry { entry: index, state, is_one: entry.is_one });
+                }
+                Column::Active(k) => parameters[k].push((entry.row, index)),
+                Column::Time => {}
+            }
+        }
+        Columns { seeds: seeds.to_vec(), active: seeds.iter().map(active).collect(), rows, parameters }
+    }
+}
+
+impl<const L: usize> Drive<L> {
+    pub(crate) fn new(inputs: usize) -> Self {
+        Self { coefficients: vec![[[0.0; L]; 4]; inputs], begin: [0.0; L] }
+    }
+
+    /// Sets time and inputs at `time`.
+    #[inline(always)]
+    pub(crate) fn set(&self, system: &System, registers: &mut [[f64; L]], time: &[f64; L]) {
+        let layout = &system.layout;
+        registers[layout.time()] = *time;
+        for (input, c) in self.coefficients.iter().enumerate() {
+            let (value, slope) = (layout.input(input), layout.input_slope(input));
+            for lane in 0..L {
+                let s = time[lane] - self.begin[lane];
+                registers[value][lane] =
+                    c[3][lane].mul_add(s, c[2][lane]).mul_add(s, c[1][lane]).mul_add(s, c[0][lane]);
+                registers[slope][lane] =
+                    (3.0 * c[3][lane]).mul_add(s, 2.0 * c[2][lane]).mul_add(s, c[1][lane]);
+            }
+        }
+    }
+}
+
+impl<const L: usize> Block<L> {
+    pub(crate) fn new(system: &System, seeds: usize) -> Self {
+        let n = system.states();
+        let zeros = |count: usize| vec![[0.0; L]; count];
+        let mut registers = zeros(system.layout.registers);
+        system
+            .layout
+            .constants
+            .iter()
+            .for_each(|(register, value)| registers[*register as usize] = [*value; L]);
+        Self {
+            registers,
+            x: zeros(n),
+            s: zeros(n * seeds),
+            first_rate: zeros(n),
+            stage: zeros(n),
+            sum: zeros(n),
+            gradients: zeros(4 * system.rate_gradient.entries.len()),
+            column: zeros(3 * n),
+        }
+    }
+
+    /// Sets the parameters of a lane; [`Block::prepare`] must follow.
+    pub(crate) fn set_parameters(&mut self, system: &System, lane: usize, parameters: &[f64]) {
+        for (index, value) in parameters.iter().enumerate() {
+            self.registers[system.layout.parameter(index)][lane] = *value;
+        }
+        for (index, value) in system.widths.iter().enumerate() {
+            self.registers[system.layout.width(index)][lane] = *value;
+        }
+    }
+
+    /// Computes what depends on parameters alone.
+    pub(crate) fn prepare(&mut self, system: &System) {
+        system.machine.run(&system.once, &mut self.registers);
+    }
+
+    /// Runs a section at the present state.
+    pub(crate) fn evaluate(&mut self, system: &System, section: &Section, drive: &Drive<L>, time: &[f64; L]) {
+        let Self { registers, x, .. } = self;
+        system.machine.arch.dispatch(|| {
+            registers[..x.len()].copy_from_slice(x);
+            drive.set(system, registers, time);
+            system.machine.pass(section, registers);
+        });
+    }
+
+    /// A step of classical Runge-Kutta from `time` of length `h`, with the sensitivities of `columns` if given. Rates of
+    /// states that are `held` are 0.
+    pub(crate) fn step(
+        &mut self,
+        system: &System,
+        drive: &Drive<L>,
+        (time, h): (&[f64; L], &[f64; L]),
+        columns: Option<&Columns>,
+        held: &[bool],
+    ) {
+        system.machine.arch.dispatch(|| {
+            self.values(system, drive, (time, h), columns.is_some(), held);
+            if let Some(columns) = columns {
+                self.sensitivities(h, columns, held);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn values(
+        &mut self,
+        system: &System,
+        drive: &Drive<L>,
+        (time, h): (&[f64; L], &[f64; L]),
+        with_gradients: bool,
+        held: &[bool],
+    ) {
+        let n = self.x.len();
+        let (section, entries) = if with_gradients {
+            (&system.rate_gradient.section, &system.rate_gradient.entries[..])
+        } else {
+            (&system.rates, &[][..])
+        };
+        self.stage.copy_from_slice(&self.x);
+        for stage in 0..4 {
+            // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
+            let (at, on, weight) =
+                [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
+            let now: [f64; L] = std::array::from_fn(|lane| h[lane].mul_add(at, time[lane]));
+            self.registers[..n].copy_from_slice(&self.stage);
+            drive.set(system, &mut self.registers, &now);
+            system.machine.pass(section, &mut self.registers);
+            for (entry, to) in entries.iter().zip(&mut self.gradients[stage * entries.len()..]) {
+                *to = self.registers[entry.register];
+            }
+            for i in 0..n {
+                let mut rate = self.registers[section.results[i] as usize];
+                if held.get(i) == Some(&true) {
+                    rate = [0.0; L];
+                }
+                if stage == 0 {
+                    self.first_rate[i] = rate;
+                    self.sum[i] = [0.0; L];
+                }
+                for lane in 0..L {
+                    self.sum[i][lane] = rate[lane].mul_add(weight, self.sum[i][lane]);
+                    self.stage[i][lane] = (h[lane] * on).mul_add(rate[lane], self.x[i][lane]);
+                }
+            }
+        }
+        for i in 0..n {
+            for lane in 0..L {
+                self.x[i][lane] = (h[lane] * (1.0 / 6.0)).mul_add(self.sum[i][lane], self.x[i][lane]);
+            }
+        }
+    }
+
+    /// The same step on the equation S' = J S + P of each column: the exact derivative of the step of the values.
+    #[inline(always)]
+    fn sensitivities(&mut self, h: &[f64; L], columns: &Columns, held: &[bool]) {
+        let n = self.x.len();
+        let entries = self.gradients.len() / 4;
+        let (stage, rest) = self.column.split_at_mut(n);
+        let (sum, rate) = rest.split_at_mut(n);
+        for (s, active) in self.s.chunks_exact_mut(n).zip(&columns.active) {
+            stage.copy_from_slice(s);
+            sum.fill([0.0; L]);
+            for (index, (on, weight)) in
+                [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate()
+            {
+                let gradient = &self.gradients[index * entries..(index + 1) * entries];
+                rate.fill([0.0; L]);
+                if let Some(active) = active {
+                    for (row, entry) in &columns.parameters[*active] {
+                        rate[*row] = gradient[*entry];
+                    }
+                }
+                for (i, row) in columns.rows.iter().enumerate() {
+                    for entry in row {
+                        let (j, z) = (&gradient[entry.entry], &stage[entry.state]);
+                        for lane in 0..L {
+                            rate[i][lane] = if entry.is_one {
+                                rate[i][lane] + z[lane]
+                            } else {
+                                j[lane].mul_add(z[lane], rate[i][lane])
+                            };
+                        }
+                    }
+                    if held.get(i) == Some(&true) {
+                        rate[i] = [0.0; L];
+                    }
+                }
+                for i in 0..n {
+                    for lane in 0..L {
+                        sum[i][lane] = rate[i][lane].mul_add(weight, sum[i][lane]);
+                        stage[i][lane] = (h[lane] * on).mul_add(rate[i][lane], s[i][lane]);
+                    }
+                }
+            }
+            for i in 0..n {
+                for lane in 0..L {
+                    s[i][lane] = (h[lane] * (1.0 / 6.0)).mul_add(sum[i][lane], s[i][lane]);
+                }
+            }
+        }
+    }
+
+    /// Derivatives along a column of values whose gradient was just evaluated: `g_x S + g_p`, by value.
+    pub(crate) fn along(
+        &self,
+        gradient: &Gradient,
+        columns: &Columns,
+        seed: usize,
+        lane: usize,
+        into: &mut [f64],
+    ) {
+        let n = self.x.len();
+        into.fill(0.0);
+        for entry in &gradient.entries {
+            let factor = match entry.column {
+                Column::State(state) => self.s[seed * n + state][lane],
+                Column::Active(k) if columns.active[seed] == Some(k) => 1.0,
+                _ => continue,
+            };
+            if let Some(to) = into.get_mut(entry.row) {
+                *to = self.registers[entry.register][lane].mul_add(factor, *to);
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! A step for stiff systems: two stages of diagonally implicit Runge-Kutta of order 2, L-stable (Alexander, SIAM
+//! Journal on Numerical Analysis 14, 1977), with the exact derivative of the step.
+
+use super::block::{Block, Columns, Drive};
+use crate::system::{Column, System};
+
+/// 1 - 1/sqrt(2): the one value that makes two stages of order 2 L-stable.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+/// Newton steps before a stage gives up.
+const NEWTON_STEPS: usize = 30;
+
+/// Advances one window by `h`; false if a stage finds no solution, and the state is then as before.
+pub(crate) fn step(
+    block: &mut Block<1>,
+    system: &System,
+    drive: &Drive<1>,
+    (time, h): (f64, f64),
+    columns: Option<&Columns>,
+    held: &[bool],
+) -> bool {
+    let n = system.states();
+    let begin = block.x.clone();
+    let mut rates = [vec![0.0; n], vec![0.0; n]];
+    let sensitivities = columns.map_or(0, |c| c.seeds.len());
+    let mut first_columns = vec![0.0; n * sensitivities];
+    for stage in 0..2 {
+        let at = time + if stage == 0 { GAMMA * h } else { h };
+        let known: Vec<f64> = (0..n)
+            .map(|i| begin[i][0] + if stage == 0 { 0.0 } else { (1.0 - GAMMA) * h * rates[0][i] })
+            .collect();
+        if stage == 1 {
+            rates[1] = rates[0].clone();
+        }
+        let rate = &mut rates[stage];
+        let mut solved = None;
+        let mut last = f64::INFINITY;
+        for _ in 0..NEWTON_STEPS {
+            (0..n).for_each(|i| block.x[i][0] = known[i] + GAMMA * h * rate[i]);
+            let (values, jacobian) = linearise(block, system, drive, at, held);
+            let Some(factors) = Factors::new(iteration_matrix(&jacobian, h), n) else { break };
+            let mut change: Vec<f64> = (0..n).map(|i| values[i] - rate[i]).collect();
+            factors.solve(&mut change);
+            rate.iter_mut().zip(&change).for_each(|(k, d)| *k += d);
+            let size = (0..n)
+                .map(|i| h * change[i].abs() / (1e-300 + known[i].abs() + h * rate[i].abs()))
+                .fold(0.0, f64::max);
+            let converged = size < 1e-13 || size < 1e-9 && size >= 0.5 * last;
+            last = size;
+            if converged {
+                solved = Some(());
+                break;
+            }
+        }
+        if solved.is_none() {
+            block.x = begin;
+            return false;
+        }
+        if let Some(columns) = columns {
+            (0..n).for_each(|i| block.x[i][0] = known[i] + GAMMA * h * rate[i]);
+            let (_, jacobian) = linearise(block, system, drive, at, held);
+            let Some(factors) = Factors::new(iteration_matrix(&jacobian, h), n) else {
+                block.x = begin;
+                return false;
+            };
+            for seed in 0..sensitivities {
+                let before: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let moved = if stage == 0 { 0.0 } else { first_columns[seed * n + i] };
+                        block.s[seed * n + i][0] + (1.0 - GAMMA) * h * moved
+                    })
+                    .collect();
+                let mut right = vec![0.0; n];
+                for (i, to) in right.iter_mut().enumerate() {
+                    *to = (0..n).map(|j| jacobian[i * n + j] * before[j]).sum();
+                }
+                for entry in &system.rate_gradient.entries {
+                    let own = matches!(entry.column, Column::Active(k) if columns.active[seed] == Some(k));
+                    if own && held.get(entry.row) != Some(&true) {
+                        right[entry.row] += block.registers[entry.register][0];
+                    }
+                }
+                factors.solve(&mut right);
+                if stage == 0 {
+                    first_columns[seed * n..][..n].copy_from_slice(&right);
+                } else {
+                    for i in 0..n {
+                        let first = first_columns[seed * n + i];
+                        block.s[seed * n + i][0] += h * ((1.0 - GAMMA) * first + GAMMA * right[i]);
+                    }
+                }
+            }
+        }
+    }
+    let [first, second] = &rates;
+    (0..n).for_each(|i| block.x[i][0] = begin[i][0] + h * ((1.0 - GAMMA) * first[i] + GAMMA * second[i]));
+    (0..n).for_each(|i| block.first_rate[i][0] = first[i]);
+    true
+}
+
+/// Rates and their derivatives with respect to states, row by row.
+pub(crate) fn linearise(
+    block: &mut Block<1>,
+    system: &System,
+    drive: &Drive<1>,
+    time: f64,
+    held: &[bool],
+) -> (Vec<f64>, Vec<f64>) {
+    let n = system.states();
+    let gradient = &system.rate_gradient;
+    block.evaluate(system, &gradient.section, drive, &[time]);
+    let is_held = |i: usize| held.get(i) == Some(&true);
+    let rate = |i: usize| block.registers[gradient.section.results[i] as usize][0];
+    let values = (0..n).map(|i| if is_held(i) { 0.0 } else { rate(i) }).collect();
+    let mut jacobian = vec![0.0; n * n];
+    for entry in gradient.entries.iter().filter(|e| !is_held(e.row)) {
+        if let Column::State(state) = entry.column {
+            jacobian[entry.row * n + state] = block.registers[entry.register][0];
+        }
+    }
+    (values, jacobian)
+}
+
+/// I - gamma h J.
+fn iteration_matrix(jacobian: &[f64], h: f64) -> Vec<f64> {
+    let n = jacobian.len().isqrt();
+    let one = |i: usize| if i / n == i % n { 1.0 } else { 0.0 };
+    jacobian.iter().enumerate().map(|(i, j)| one(i) - GAMMA * h * j).collect()
+}
+
+/// Gauss elimination with row exchange. Systems have a few states; a library's blocked factors cost more to set up than
+/// these take to solve.
+struct Factors {
+    rows: Vec<f64>,
+    order: Vec<usize>,
+    n: usize,
+}
+
+impl Factors {
+    /// Nothing for a matrix that is singular or not finite.
+    fn new(mut rows: Vec<f64>, n: usize) -> Option<Factors> {
+        let mut order: Vec<usize> = (0..n).collect();
+        for column in 0..n {
+            let largest = (column..n)
+                .max_by(|a, b| rows[a * n + column].abs().total_cmp(&rows[b * n + column].abs()))?;
+            let pivot = rows[largest * n + column];
+            if pivot == 0.0 || !pivot.is_finite() {
+                return None;
+            }
+            order.swap(column, largest);
+            (0..n).for_each(|j| rows.swap(column * n + j, largest * n + j));
+            for row in column + 1..n {
+                let factor = rows[row * n + column] / pivot;
+                rows[row * n + column] = factor;
+                for j in column + 1..n {
+                    rows[row * n + j] -= factor * rows[column * n + j];
+                }
+            }
+        }
+        Some(Factors { rows, order, n })
+    }
+
+    fn solve(&self, right: &mut [f64]) {
+        let n = self.n;
+        let mut x: Vec<f64> = self.order.iter().map(|i| right[*i]).collect();
+        for i in 0..n {
+            let known: f64 = (0..i).map(|j| self.rows[i * n + j] * x[j]).sum();
+            x[i] -= known;
+        }
+        for i in (0..n).rev() {
+            let known: f64 = (i + 1..n).map(|j| self.rows[i * n + j] * x[j]).sum();
+            x[i] = (x[i] - known) / self.rows[i * n + i];
+        }
+        right.copy_from_slice(&x);
+    }
+}

@@ -1,0 +1,89 @@
+//! A measured input between its samples: a cubic in time from knot to knot.
+
+use crate::model::Hold;
+
+/// An input as a function of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    times: Vec<f64>,
+    /// Coefficients of the powers 0 to 3 of the time since the knot.
+    pieces: Vec<[f64; 4]>,
+    hold: Hold,
+}
+
+impl Signal {
+    /// Through `values` at `times` (seconds, rising). Missing values (NaN) are left out; before the first knot and after
+    /// the last the input keeps its value. Without any value it is 0.
+    pub fn new(times: &[f64], values: &[f64], hold: Hold) -> Signal {
+        let (times, values): (Vec<f64>, Vec<f64>) =
+            times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
+        let last = times.len().saturating_sub(1);
+        let curvatures = if hold == Hold::Spline { curvatures(&times, &values) } else { Vec::new() };
+        let piece = |i: usize| match hold {
+            _ if i == last => [values[i], 0.0, 0.0, 0.0],
+            Hold::Zero => [values[i], 0.0, 0.0, 0.0],
+            Hold::Linear => [values[i], (values[i + 1] - values[i]) / (times[i + 1] - times[i]), 0.0, 0.0],
+            Hold::Spline => {
+                let h = times[i + 1] - times[i];
+                let (m, n) = (curvatures[i], curvatures[i + 1]);
+                let slope = (values[i + 1] - values[i]) / h - h * (2.0 * m + n) / 6.0;
+                [values[i], slope, 0.5 * m, (n - m) / (6.0 * h)]
+            }
+        };
+        let pieces = (0..times.len()).map(piece).collect();
+        Signal { times, pieces, hold }
+    }
+
+    /// How it runs between samples.
+    pub fn hold(&self) -> Hold {
+        self.hold
+    }
+
+    /// Times at which its formula changes.
+    pub(crate) fn knots(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Coefficients of the piece behind a knot.
+    pub(crate) fn piece(&self, knot: usize) -> [f64; 4] {
+        self.pieces.get(knot).copied().unwrap_or([0.0; 4])
+    }
+
+    /// Coefficients of the powers of the time since `begin`, for the piece in which `inside` lies.
+    pub(crate) fn around(&self, inside: f64, begin: f64) -> [f64; 4] {
+        let after = self.times.partition_point(|knot| *knot <= inside);
+        let Some(index) = after.checked_sub(1) else {
+            return [self.pieces.first().map_or(0.0, |p| p[0]), 0.0, 0.0, 0.0];
+        };
+        let [a, b, c, d] = self.pieces[index];
+        let s = begin - self.times[index];
+        if s == 0.0 || [b, c, d] == [0.0; 3] {
+            return [a, b, c, d];
+        }
+        [a + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), c + 3.0 * s * d, d]
+    }
+
+    /// Value at a time; at a knot that of the piece behind it.
+    pub fn at(&self, time: f64) -> f64 {
+        self.around(time, time)[0]
+    }
+}
+
+/// Second derivatives at the knots of the natural cubic spline, by Thomas' algorithm (de Boor, A Practical Guide to
+/// Splines, 1978, chapter 4).
+fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let n = times.len();
+    let mut curvature = vec![0.0; n];
+    let (mut upper, mut right) = (vec![0.0; n], vec![0.0; n]);
+    for i in 1..n.saturating_sub(1) {
+        let (before, after) = (times[i] - times[i - 1], times[i + 1] - times[i]);
+        let jump = (values[i + 1] - values[i]) / after - (values[i] - values[i - 1]) / before;
+        let pivot = 2.0 * (before + after) - before * upper[i - 1];
+        upper[i] = after / pivot;
+        right[i] = (6.0 * jump - before * right[i - 1]) / pivot;
+    }
+    for i in (1..n.saturating_sub(1)).rev() {
+        curvature[i] = right[i] - upper[i] * curvature[i + 1];
+    }
+    curvature
+}

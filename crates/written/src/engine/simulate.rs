@@ -1,0 +1,516 @@
+//! Windows in, outputs and their derivatives out: blocks of lanes in the order of the windows, each lane as if it were
+//! alone.
+
+use super::block::{Block, Columns, Drive};
+use super::diagnose::not_finite;
+use super::lane::Lane;
+use super::schedule::{Piece, pieces};
+use super::{Options, Seed, Simulated, SimulationError, Window};
+use crate::system::{Column, System};
+use rayon::prelude::*;
+
+/// Windows side by side. Two registers of AVX-512 a value: more leave the first cache with nine sensitivities, fewer
+/// show the latency of each operation.
+const LANES: usize = 16;
+
+/// Method of integration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Classical Runge-Kutta of order 4 in fixed steps.
+    RungeKutta,
+    /// Diagonally implicit Runge-Kutta of order 2 in fixed steps, for stiff systems.
+    Implicit,
+    /// Dormand-Prince 5(4) with steps of its own choice, values only: slow, to check the others against.
+    Reference {
+        /// Error that a step may make, relative to the state.
+        tolerance: f64,
+    },
+}
+
+impl System {
+    /// Simulates windows with derivatives with respect to `seeds`. The result of a window does not depend on the others,
+    /// on their order, or on the number of threads, to the last bit.
+    ///
+    /// # Errors
+    /// Of each window its own [`SimulationError`].
+    pub fn simulate(
+        &self,
+        windows: &[Window<'_>],
+        seeds: &[Seed],
+        options: &Options,
+    ) -> Vec<Result<Simulated, SimulationError>> {
+        let columns = Columns::new(self, seeds);
+        let run = |windows: &[Window<'_>]| match windows {
+            [_] => Run::<1>::new(self, windows, &columns, options).run(),
+            _ => Run::<LANES>::new(self, windows, &columns, options).run(),
+        };
+        windows.par_chunks(LANES).flat_map_iter(run).collect()
+    }
+
+    fn objection(&self, window: &Window<'_>, seeds: &[Seed]) -> Option<SimulationError> {
+        let record = window.record;
+        let name = || record.name.clone();
+        let samples = record.times.len();
+        if window.first > window.last || window.last >= samples {
+            let (first, last) = (window.first, window.last);
+            return Some(SimulationError::Samples { record: name(), first, last, samples });
+        }
+        let model = &self.model;
+        for (what, found, expected) in [
+            ("start", window.start.len(), model.states.len()),
+            ("parameters", window.parameters.len(), model.parameters.len()),
+            ("inputs", record.inputs.len(), model.inputs.len()),
+        ] {
+            if found != expected {
+                return Some(SimulationError::Size { record: name(), what, found, expected });
+            }
+        }
+        seeds.iter().find_map(|seed| match seed {
+            Seed::Parameter(p) if !self.active.contains(p) => {
+                let name = model.parameters.get(*p).map_or_else(|| p.to_string(), |p| p.name.clone());
+                Some(SimulationError::NotActive { name })
+            }
+            Seed::Start(state) if *state >= model.states.len() => {
+                let (found, expected) = (*state + 1, model.states.len());
+                Some(SimulationError::Size { record: name(), what: "start", found, expected })
+            }
+            _ => None,
+        })
+    }
+}
+
+/// Root mean square of the argument of each smoothed jump over the samples of `windows`.
+///
+/// # Errors
+/// The first error of the simulation.
+pub(crate) fn jump_sizes(
+    system: &System,
+    windows: &[Window<'_>],
+    options: &Options,
+) -> Result<Vec<f64>, SimulationError> {
+    let columns = Columns::new(system, &[]);
+    let mut sums = vec![0.0; system.widths.len()];
+    let mut samples = 0;
+    for window in windows {
+        let mut run = Run::<1>::new(system, std::slice::from_ref(window), &columns, options);
+        run.jumps = Some((vec![0.0; sums.len()], 0));
+        let measured = run.advance_all();
+        if let Some(failure) = run.failures.into_iter().flatten().next() {
+            return Err(failure);
+        }
+        let (squares, count) = measured.unwrap_or_default();
+        sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+        samples += count;
+    }
+    Ok(sums.into_iter().map(|sum: f64| (sum / f64::from(samples.max(1))).sqrt()).collect())
+}
+
+/// A block of windows on its way.
+struct Run<'r, const L: usize> {
+    system: &'r System,
+    windows: Vec<&'r Window<'r>>,
+    /// How many results are wanted; lanes beyond repeat the last window.
+    wanted: usize,
+    columns: &'r Columns,
+    options: &'r Options,
+    block: Block<L>,
+    drive: Drive<L>,
+    /// Windows as lanes of their own, where something may happen to one that does not to others.
+    lanes: Vec<Lane>,
+    failures: Vec<Option<SimulationError>>,
+    results: Vec<Simulated>,
+    /// Sums of squares of what jumps, and their number, while they are measured.
+    jumps: Option<(Vec<f64>, u32)>,
+    /// Scratch: state and sensitivities at the begin of a step.
+    before: (Vec<[f64; L]>, Vec<[f64; L]>),
+}
+
+impl<'r, const L: usize> Run<'r, L> {
+    fn new(
+        system: &'r System,
+        windows: &'r [Window<'r>],
+        columns: &'r Columns,
+        options: &'r Options,
+    ) -> Self {
+        let failures: Vec<_> = windows.iter().map(|w| system.objection(w, &columns.seeds)).collect();
+        let usable: Vec<&Window<'_>> =
+            windows.iter().zip(&failures).filter(|(_, f)| f.is_none()).map(|(w, _)| w).collect();
+        let last = usable.last().copied();
+        let lane_windows: Vec<&Window<'_>> = windows
+            .iter()
+            .zip(&failures)
+            .map(|(w, f)| if f.is_none() { Some(w) } else { last })
+            .chain(std::iter::repeat(last))
+            .take(L)
+            .flatten()
+            .collect();
+        let (n, seeds) = (system.states(), columns.seeds.len());
+        let mut run = Run {
+            system,
+            windows: lane_windows,
+            wanted: windows.len(),
+            columns,
+            options,
+            block: Block::new(system, seeds),
+            drive: Drive::new(system.model.inputs.len()),
+            lanes: Vec::new(),
+            failures,
+            results: vec![Simulated::default(); windows.len()],
+            jumps: None,
+            before: (vec![[0.0; L]; n], vec![[0.0; L]; n * seeds]),
+        };
+        run.begin();
+        run
+    }
+
+    fn begin(&mut self) {
+        let (system, n) = (self.system, self.system.states());
+        let alone = !system.is_plain() || self.options.method != Method::RungeKutta;
+        for (lane, window) in self.windows.iter().enumerate() {
+            self.block.set_parameters(system, lane, window.parameters);
+            (0..n).for_each(|i| self.block.x[i][lane] = window.start[i]);
+            for (seed, of) in self.columns.seeds.iter().enumerate() {
+                if let Seed::Start(state) = of {
+                    self.block.s[seed * n + state][lane] = 1.0;
+                }
+            }
+        }
+        self.block.prepare(system);
+        if alone {
+            for index in 0..self.windows.len() {
+                let window = self.windows[index];
+                let mut lane = Lane::new(system, self.columns.seeds.len(), window.parameters);
+                self.take_out(index, &mut lane, false);
+                self.sample_inputs(index, window.first);
+                copy_drive(&self.drive, index, &mut lane.drive);
+                lane.begin(system, window.record.times[window.first]);
+                self.put_back(index, &lane);
+                self.lanes.push(lane);
+            }
+        }
+    }
+
+    /// Simulates to the last sample; returns what was measured of jumps.
+    fn advance_all(&mut self) -> Option<(Vec<f64>, u32)> {
+        let intervals = self.windows.iter().map(|w| w.last - w.first).max().unwrap_or(0);
+        if !self.windows.is_empty() {
+            self.record(0);
+            for interval in 0..intervals {
+                self.interval(interval);
+                self.record(interval + 1);
+                if self.failures.iter().all(Option::is_some) {
+                    break;
+                }
+            }
+        }
+        self.jumps.take()
+    }
+
+    fn run(mut self) -> Vec<Result<Simulated, SimulationError>> {
+        self.advance_all();
+        let n = self.system.states();
+        for (lane, result) in self.results.iter_mut().enumerate() {
+            result.end = self.block.x.iter().map(|x| x[lane]).collect();
+            let at = |i: usize, seed: usize| self.block.s[seed * n + i][lane];
+            let seeds = self.columns.seeds.len();
+            result.end_slopes =
+                (0..n).flat_map(|i| (0..seeds).map(move |seed| (i, seed))).map(|(i, s)| at(i, s)).collect();
+            if let Some(lane) = self.lanes.get_mut(lane) {
+                result.events = std::mem::take(&mut lane.events);
+            }
+        }
+        self.results.into_iter().zip(self.failures).map(|(r, f)| f.map_or(Ok(r), Err)).collect()
+    }
+
+    fn is_live(&self, lane: usize, interval: usize) -> bool {
+        let window = self.windows[lane];
+        interval < window.last - window.first && self.failures.get(lane).is_none_or(Option::is_none)
+    }
+
+    /// Advances every lane by its sample interval.
+    fn interval(&mut self, interval: usize) {
+        let model = &self.system.model;
+        let simple = model.inputs.iter().all(|i| i.delay.is_none())
+            && self.windows.iter().all(|w| w.record.is_aligned);
+        if simple {
+            let mut parts: [(f64, f64, usize); L] = [(0.0, 0.0, 0); L];
+            for (lane, window) in self.windows.iter().enumerate() {
+                let times = &window.record.times;
+                let live = self.is_live(lane, interval);
+                let from = (window.first + interval).min(window.last);
+                let to = if live { from + 1 } else { from };
+                parts[lane] = (times[from], times[to], if live { self.options.substeps } else { 0 });
+                self.drive.begin[lane] = times[from];
+                for (input, signal) in window.record.inputs.iter().enumerate() {
+                    let c = signal.piece(from);
+                    (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
+                }
+            }
+            return self.part(&parts);
+        }
+        let of_lane = |lane: usize| -> Vec<Piece> {
+            let window = self.windows[lane];
+            if !self.is_live(lane, interval) {
+                return Vec::new();
+            }
+            let sample = window.first + interval;
+            pieces(model, window.record, window.parameters, sample, self.options.substeps)
+        };
+        let all: Vec<Vec<Piece>> = (0..L).map(of_lane).collect();
+        for index in 0..all.iter().map(Vec::len).max().unwrap_or(0) {
+            let mut parts: [(f64, f64, usize); L] = [(0.0, 0.0, 0); L];
+            let rest = Piece::default();
+            for lane in 0..L {
+                let last = all[lane].last().map_or(0.0, |p| p.end);
+                let piece = all[lane].get(index).unwrap_or(&rest);
+                self.jump(lane, piece);
+                parts[lane] =
+                    if piece.steps > 0 { (piece.begin, piece.end, piece.steps) } else { (last, last, 0) };
+                self.drive.begin[lane] = parts[lane].0;
+                for (input, c) in piece.inputs.iter().enumerate() {
+                    (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
+                }
+            }
+            self.part(&parts);
+        }
+    }
+
+    /// Advances every lane over a part of its interval: begin, end and steps.
+    fn part(&mut self, parts: &[(f64, f64, usize); L]) {
+        if let Method::Reference { tolerance } = self.options.method {
+            return self.adaptive(parts, tolerance);
+        }
+        let steps = parts.iter().map(|p| p.2).max().unwrap_or(0);
+        for step in 0..steps {
+            let mut time = [0.0; L];
+            let mut h = [0.0; L];
+            for (lane, (begin, end, steps)) in parts.iter().enumerate() {
+                if step < *steps {
+                    h[lane] = (end - begin) / *steps as f64;
+                    time[lane] = begin + step as f64 * h[lane];
+                } else {
+                    time[lane] = *end;
+                }
+            }
+            self.step(&time, &h);
+        }
+    }
+
+    fn columns(&self) -> Option<&'r Columns> {
+        let columns: &'r Columns = self.columns;
+        (!columns.seeds.is_empty()).then_some(columns)
+    }
+
+    fn step(&mut self, time: &[f64; L], h: &[f64; L]) {
+        let (system, columns) = (self.system, self.columns());
+        if self.lanes.is_empty() {
+            return self.block.step(system, &self.drive, (time, h), columns, &[]);
+        }
+        self.before.0.copy_from_slice(&self.block.x);
+        self.before.1.copy_from_slice(&self.block.s);
+        let alone: Vec<bool> = if self.options.method == Method::RungeKutta {
+            self.block.step(system, &self.drive, (time, h), columns, &[]);
+            self.happening(time, h)
+        } else {
+            vec![true; L]
+        };
+        for index in 0..L {
+            let failed = self.failures.get(index).is_some_and(Option::is_some);
+            if alone[index] && h[index] > 0.0 && !failed && index < self.wanted {
+                self.walk(index, time[index], h[index]);
+            }
+        }
+    }
+
+    /// Takes the step of one window again, by itself.
+    fn walk(&mut self, index: usize, time: f64, h: f64) {
+        let (system, columns, method) = (self.system, self.columns(), self.options.method);
+        let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
+        self.take_out(index, &mut lane, true);
+        copy_drive(&self.drive, index, &mut lane.drive);
+        if let Err(trouble) = lane.walk(system, method, (time, h), columns) {
+            self.failures[index] = Some(trouble.of(system, &self.windows[index].record.name));
+        }
+        self.put_back(index, &lane);
+        self.lanes[index] = lane;
+    }
+
+    /// Lanes in which something may have happened during the step that was just taken.
+    fn happening(&mut self, time: &[f64; L], h: &[f64; L]) -> Vec<bool> {
+        let (system, n) = (self.system, self.system.states());
+        let end = self.block.x.clone();
+        let at_end: [f64; L] = std::array::from_fn(|lane| time[lane] + h[lane]);
+        let events = system.model.events.len();
+        let read = |block: &Block<L>, results: &[u32]| -> Vec<[f64; L]> {
+            results.iter().map(|r| block.registers[*r as usize]).collect()
+        };
+        self.block.evaluate(system, &system.conditions, &self.drive, &at_end);
+        let last = read(&self.block, &system.conditions.results[..events]);
+        let first_rate = self.block.first_rate.clone();
+        self.block.evaluate(system, &system.rates, &self.drive, &at_end);
+        let last_rate = read(&self.block, &system.rates.results);
+        for i in 0..n {
+            for lane in 0..L {
+                let bend = 0.125 * h[lane] * (first_rate[i][lane] - last_rate[i][lane]);
+                self.block.x[i][lane] = 0.5 * (self.before.0[i][lane] + end[i][lane]) + bend;
+            }
+        }
+        let half: [f64; L] = std::array::from_fn(|lane| time[lane] + 0.5 * h[lane]);
+        self.block.evaluate(system, &system.conditions, &self.drive, &half);
+        let middle = read(&self.block, &system.conditions.results[..events]);
+        let beyond = |i: usize, x: f64| {
+            let state = &system.model.states[i];
+            state.min.is_some_and(|min| x < min) || state.max.is_some_and(|max| x > max)
+        };
+        let mut alone = vec![false; L];
+        for (lane, own) in self.lanes.iter_mut().enumerate() {
+            let turns = |event: usize| {
+                let side = own.mode.sides[event];
+                side * middle[event][lane] <= 0.0
+                    || side * last[event][lane] <= 0.0
+                    || middle[event][lane] * last[event][lane] <= 0.0
+            };
+            let hits = |i: usize| beyond(i, end[i][lane]) || beyond(i, self.block.x[i][lane]);
+            alone[lane] = !own.mode.is_free() || (0..events).any(turns) || (0..n).any(hits);
+        }
+        self.block.x = end;
+        alone
+    }
+
+    fn adaptive(&mut self, parts: &[(f64, f64, usize); L], tolerance: f64) {
+        for (index, (begin, end, steps)) in parts.iter().enumerate() {
+            let failed = self.failures.get(index).is_some_and(Option::is_some);
+            if *steps == 0 || failed || index >= self.wanted {
+                continue;
+            }
+            let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
+            self.take_out(index, &mut lane, false);
+            copy_drive(&self.drive, index, &mut lane.drive);
+            if let Err(trouble) = lane.adaptive(self.system, (*begin, *end), tolerance) {
+                self.failures[index] = Some(trouble.of(self.system, &self.windows[index].record.name));
+            }
+            self.put_back(index, &lane);
+            self.lanes[index] = lane;
+        }
+    }
+
+    /// An input that jumps at a time which a fitted delay moves: S += (f before - f after) for the delay's seed.
+    fn jump(&mut self, index: usize, piece: &Piece) {
+        let (system, n) = (self.system, self.system.states());
+        for input in &piece.jumps {
+            let delay = system.model.inputs[*input].delay;
+            let is_delay = |seed: &Seed| delay.is_some_and(|d| *seed == Seed::Parameter(d));
+            let Some(seed) = self.columns.seeds.iter().position(is_delay) else { continue };
+            let time = [piece.begin; L];
+            let rates = |run: &mut Self| -> Vec<f64> {
+                run.block.evaluate(system, &system.rates, &run.drive, &time);
+                let at = |r: &u32| run.block.registers[*r as usize][index];
+                system.rates.results.iter().map(at).collect()
+            };
+            let signal = &self.windows[index].record.inputs[*input];
+            let delay = delay.map_or(0.0, |d| self.windows[index].parameters[d]);
+            let knots = signal.knots();
+            let knot = knots.partition_point(|k| k + delay < piece.begin);
+            let earlier = signal.piece(knot.saturating_sub(1))[0];
+            for (other, c) in piece.inputs.iter().enumerate() {
+                (0..4).for_each(|power| self.drive.coefficients[other][power][index] = c[power]);
+            }
+            self.drive.begin[index] = piece.begin;
+            let after = rates(self);
+            self.drive.coefficients[*input][0][index] =
+                if knot == 0 { piece.inputs[*input][0] } else { earlier };
+            let before = rates(self);
+            self.drive.coefficients[*input][0][index] = piece.inputs[*input][0];
+            for i in 0..n {
+                self.block.s[seed * n + i][index] += before[i] - after[i];
+            }
+        }
+    }
+
+    /// Copies a window out of its block: as it was before the step, or as it is.
+    fn take_out(&self, index: usize, lane: &mut Lane, before: bool) {
+        let (x, s) = if before { (&self.before.0, &self.before.1) } else { (&self.block.x, &self.block.s) };
+        lane.block.x.iter_mut().zip(x).for_each(|(to, from)| to[0] = from[index]);
+        lane.block.s.iter_mut().zip(s).for_each(|(to, from)| to[0] = from[index]);
+    }
+
+    fn put_back(&mut self, index: usize, lane: &Lane) {
+        self.block.x.iter_mut().zip(&lane.block.x).for_each(|(to, from)| to[index] = from[0]);
+        self.block.s.iter_mut().zip(&lane.block.s).for_each(|(to, from)| to[index] = from[0]);
+    }
+
+    /// Sets the inputs of a lane to those at a sample, behind a jump.
+    fn sample_inputs(&mut self, lane: usize, sample: usize) {
+        let window = self.windows[lane];
+        let time = window.record.times[sample];
+        self.drive.begin[lane] = time;
+        for (input, signal) in window.record.inputs.iter().enumerate() {
+            let delay = self.system.model.inputs[input].delay.map_or(0.0, |d| window.parameters[d]);
+            let c = if window.record.is_aligned && delay == 0.0 {
+                signal.piece(sample)
+            } else {
+                signal.around(time - delay, time - delay)
+            };
+            (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
+        }
+    }
+
+    /// Writes the outputs of sample `index` of each window.
+    fn record(&mut self, index: usize) {
+        let (system, n) = (self.system, self.system.states());
+        let mut time = [0.0; L];
+        for lane in 0..self.windows.len() {
+            let window = self.windows[lane];
+            let sample = (window.first + index).min(window.last);
+            time[lane] = window.record.times[sample];
+            self.sample_inputs(lane, sample);
+            let live = self.failures.get(lane).is_some_and(Option::is_none);
+            if live && !self.block.x.iter().all(|x| x[lane].is_finite()) {
+                let state = self.block.x.iter().position(|x| !x[lane].is_finite()).unwrap_or(0);
+                self.failures[lane] = Some(not_finite(system, window, index, state, self.options));
+            }
+        }
+        if let Some((squares, count)) = &mut self.jumps {
+            self.block.evaluate(system, &system.jumps, &self.drive, &time);
+            let arguments = system.jumps.results.iter().map(|r| self.block.registers[*r as usize][0]);
+            squares.iter_mut().zip(arguments).for_each(|(sum, z)| *sum += z * z);
+            *count += 1;
+        }
+        let gradient = &system.output_gradient;
+        let section = if self.columns.seeds.is_empty() { &system.outputs } else { &gradient.section };
+        self.block.evaluate(system, section, &self.drive, &time);
+        let outputs = system.model.outputs.len();
+        let results = &section.results[..outputs];
+        let mut columns = vec![[0.0; L]; outputs * self.columns.seeds.len()];
+        for (seed, active) in self.columns.active.iter().enumerate() {
+            for entry in &gradient.entries {
+                let to = &mut columns[entry.row * self.columns.seeds.len() + seed];
+                let g = &self.block.registers[entry.register];
+                match entry.column {
+                    Column::State(state) => {
+                        let s = &self.block.s[seed * n + state];
+                        (0..L).for_each(|lane| to[lane] = g[lane].mul_add(s[lane], to[lane]));
+                    }
+                    Column::Active(k) if *active == Some(k) => {
+                        (0..L).for_each(|lane| to[lane] += g[lane]);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        for (lane, result) in self.results.iter_mut().enumerate() {
+            let window = self.windows[lane];
+            if self.failures[lane].is_none() && index <= window.last - window.first {
+                result.values.extend(results.iter().map(|r| self.block.registers[*r as usize][lane]));
+                result.slopes.extend(columns.iter().map(|c| c[lane]));
+            }
+        }
+    }
+}
+
+fn copy_drive<const L: usize>(from: &Drive<L>, lane: usize, to: &mut Drive<1>) {
+    to.begin[0] = from.begin[lane];
+    for (to, from) in to.coefficients.iter_mut().zip(&from.coefficients) {
+        to.iter_mut().zip(from).for_each(|(to, from)| to[0] = from[lane]);
+    }
+}

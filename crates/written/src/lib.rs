@@ -1,0 +1,19 @@
+//! Systems that users write as equations: model files, an expression compiler with exact derivatives, and an engine
+//! that simulates many windows at once with their sensitivities.
+
+mod compile;
+pub mod engine;
+mod error;
+mod example;
+pub mod limits;
+mod machine;
+mod math;
+pub mod model;
+mod nearest;
+mod system;
+pub mod text;
+
+pub use error::{Excerpt, Fault, ModelError, Place};
+pub use example::{EXAMPLES, example};
+pub use model::Model;
+pub use system::System;

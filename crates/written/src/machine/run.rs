@@ -1,0 +1,115 @@
+//! The machine: one pass over the instructions, each a loop over lanes that the compiler turns into vector code of the
+//! instruction set found at run time.
+
+use super::evaluate;
+use crate::compile::{Code, Section};
+use crate::model::Table;
+use pulp::Arch;
+
+/// Registers of `L` lanes each.
+pub(crate) type Registers<const L: usize> = [[f64; L]];
+
+/// Instruction set and tables of a system.
+#[derive(Debug, Clone)]
+pub(crate) struct Machine {
+    pub(crate) arch: Arch,
+    pub(crate) tables: Vec<Table>,
+}
+
+impl Machine {
+    /// Runs the instructions of `section` on `registers`.
+    pub(crate) fn run<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
+        self.arch.dispatch(|| self.pass(section, registers));
+    }
+
+    /// [`Machine::run`] within code that is already compiled for the instruction set.
+    #[inline(always)]
+    pub(crate) fn pass<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
+        for instruction in &section.body {
+            let operation = instruction.operation;
+            // A result lies behind what it is made of, so that one can be written while the others are read.
+            let (before, after) = registers.split_at_mut(instruction.to as usize);
+            let Some(to) = after.first_mut() else { continue };
+            let operands = operation.code.operands();
+            let at = |operand: u32, index: usize| if index < operands { operand as usize } else { 0 };
+            let (a, b, c) =
+                (&before[at(operation.a, 0)], &before[at(operation.b, 1)], &before[at(operation.c, 2)]);
+            macro_rules! table {
+                ($of:expr) => {
+                    for lane in 0..L {
+                        to[lane] = self.tables.get(operation.b as usize).map_or(0.0, |t| $of(t, a[lane]));
+                    }
+                };
+            }
+            macro_rules! arms {
+                ($($name:ident),*) => {
+                    match operation.code {
+                        $(Code::$name => for lane in 0..L {
+                            to[lane] = evaluate(Code::$name, a[lane], b[lane], c[lane]);
+                        })*
+                        Code::Table => table!(Table::value),
+                        Code::TableSlope => table!(Table::slope),
+                        Code::Constant | Code::State | Code::Input | Code::InputSlope | Code::Time
+                        | Code::Parameter | Code::Width => {}
+                    }
+                };
+            }
+            arms!(
+                Add,
+                Subtract,
+                Multiply,
+                Divide,
+                Negate,
+                MultiplyAdd,
+                MultiplySubtract,
+                SubtractProduct,
+                Minimum,
+                Maximum,
+                Absolute,
+                Select,
+                Sqrt,
+                Cbrt,
+                Exp,
+                Ln,
+                Sin,
+                Cos,
+                Tan,
+                Asin,
+                Acos,
+                Atan,
+                Sinh,
+                Cosh,
+                Tanh,
+                Atan2,
+                Hypot,
+                Power
+            );
+        }
+    }
+}
+
+impl Table {
+    /// Index of the knot before `x`, and nothing beyond the ends.
+    fn piece(&self, x: f64) -> Option<usize> {
+        let after = self.at.partition_point(|knot| *knot <= x);
+        (after > 0 && after < self.at.len()).then(|| after - 1)
+    }
+
+    pub(crate) fn value(&self, x: f64) -> f64 {
+        match self.piece(x) {
+            Some(i) => {
+                let share = (x - self.at[i]) / (self.at[i + 1] - self.at[i]);
+                (self.values[i + 1] - self.values[i]).mul_add(share, self.values[i])
+            }
+            None if x.is_nan() => x,
+            None if self.at.first().is_some_and(|first| x < *first) => {
+                self.values.first().copied().unwrap_or(0.0)
+            }
+            None => self.values.last().copied().unwrap_or(0.0),
+        }
+    }
+
+    pub(crate) fn slope(&self, x: f64) -> f64 {
+        self.piece(x).map_or(0.0, |i| (self.values[i + 1] - self.values[i]) / (self.at[i + 1] - self.at[i]))
+    }
+}

@@ -1,0 +1,44 @@
+//! Natural logarithm.
+
+use super::polynomial;
+
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+/// Bits of the square root of one half: fractions are taken from it to twice it, around 1.
+const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+
+/// `ln x`.
+#[inline(always)]
+pub(crate) fn ln(x: f64) -> f64 {
+    // Numbers below the normal ones are raised by 2^54 first.
+    let tiny = x < f64::MIN_POSITIVE;
+    let raised = if tiny { x * 18_014_398_509_481_984.0 } else { x };
+    let bits = raised.to_bits();
+    // The exponent of 2, counted so that it stays positive: the shift needs no sign.
+    let shifted = bits.wrapping_sub(SQRT_HALF).wrapping_add(2048 << 52);
+    let exponent = (shifted >> 52) & 0xfff;
+    let fraction = f64::from_bits(bits.wrapping_sub(exponent.wrapping_sub(2048) << 52));
+    // Low bits below 2^52 in a number of exponent 52 are that whole number.
+    let k = f64::from_bits(0x4330_0000_0000_0000 | exponent) - 4_503_599_627_370_496.0 - 2048.0;
+    let k = if tiny { k - 54.0 } else { k };
+    let f = fraction - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let r = z * polynomial(
+        z,
+        [
+            1.479_819_860_511_658_6e-1,
+            1.531_383_769_920_937_3e-1,
+            1.818_357_216_161_805e-1,
+            2.222_219_843_214_978_4e-1,
+            2.857_142_874_366_239_2e-1,
+            3.999_999_999_940_942e-1,
+            6.666_666_666_666_735e-1,
+        ],
+    );
+    let half = 0.5 * f * f;
+    let value = k.mul_add(LN2_HIGH, -((half - s.mul_add(half + r, k * LN2_LOW)) - f));
+    let value = if x == 0.0 { f64::NEG_INFINITY } else { value };
+    let value = if x < 0.0 { f64::NAN } else { value };
+    if x < f64::INFINITY { value } else { x }
+}

@@ -1,0 +1,68 @@
+//! What a model must have beyond correct expressions: parameters that matter and outputs that show the state.
+
+use super::toml_reader::Reader;
+use super::{Expression, Model};
+use crate::error::{Fault, ModelError};
+use crate::text::{Kind, Symbol};
+
+pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
+    let mut used = vec![false; model.parameters.len()];
+    for symbol in expressions(model).flat_map(|e| e.tree.symbols()) {
+        if let Symbol::Parameter(i) = symbol {
+            used[i] = true;
+        }
+    }
+    model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
+    if let Some(p) = model.parameters.iter().zip(used).find_map(|(p, used)| (!used && !p.frozen).then_some(p))
+    {
+        return Err(reader.error(p.line, &format!("parameters.{}", p.name), Fault::Unused));
+    }
+    let mut moving = Vec::with_capacity(model.lets.len());
+    for value in &model.lets {
+        let moves = changes(&value.value, &moving);
+        moving.push(moves);
+    }
+    if let Some(o) = model.outputs.iter().find(|o| !changes(&o.value, &moving)) {
+        return Err(reader.error(o.value.line, &o.value.key, Fault::NeverChanges));
+    }
+    for text in model.numerics.widths.keys() {
+        if !smoothed(model).any(|argument| argument == text) {
+            let line = reader.text.find("sign_width").map_or(1, |at| reader.line(at));
+            let fault = Fault::UnusedWidth { text: augsim_data::shown(text) };
+            return Err(reader.error(line, "numerics.sign_width", fault));
+        }
+    }
+    Ok(())
+}
+
+/// Whether an expression names a state, or a `[let]` value that does.
+fn changes(expression: &Expression, moving: &[bool]) -> bool {
+    expression.tree.symbols().any(|symbol| match symbol {
+        Symbol::State(_) => true,
+        Symbol::Let(i) => moving.get(i).copied().unwrap_or(false),
+        _ => false,
+    })
+}
+
+/// All expressions that the engine evaluates.
+fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
+    let lets = model.lets.iter().map(|l| &l.value);
+    let rates = model.states.iter().map(|s| &s.rate);
+    let outputs = model.outputs.iter().map(|o| &o.value);
+    let events = model.events.iter().flat_map(|e| {
+        let until = e.rest.iter().filter_map(|r| r.until.as_ref());
+        std::iter::once(&e.when).chain(e.set.iter().map(|(_, value)| value)).chain(until)
+    });
+    lets.chain(rates).chain(outputs).chain(events)
+}
+
+/// Arguments of everything that jumps, as they are written.
+fn smoothed(model: &Model) -> impl Iterator<Item = &str> {
+    expressions(model).flat_map(|e| {
+        e.tree.nodes.iter().filter_map(|node| match &node.kind {
+            Kind::Call(f, arguments) if f.jumps() => arguments.first().map(|a| e.tree.text_of(*a)),
+            Kind::If { left, .. } => Some(e.tree.text_of(*left)),
+            _ => None,
+        })
+    })
+}

@@ -1,0 +1,89 @@
+//! The checked tree of an expression: nodes in one list, children before parents, so that every pass is a loop and no
+//! expression can exhaust the stack.
+
+use super::Function;
+use std::ops::Range;
+
+/// Meaning of a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Symbol {
+    /// Index into the states.
+    State(usize),
+    /// Index into the inputs.
+    Input(usize),
+    /// Index into the parameters.
+    Parameter(usize),
+    /// Index into the `[let]` values.
+    Let(usize),
+    /// Index into the outputs; only in `start`.
+    Output(usize),
+    /// Seconds since the trajectory began.
+    Time,
+}
+
+/// The sign between the two sides of a condition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each is the comparison of its name")]
+pub enum Comparison {
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+}
+
+/// A number, a name or an operation. Children are indices into [`Tree::nodes`], below their parent's.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "each is the operation of its name on the nodes it lists")]
+pub enum Kind {
+    Number(f64),
+    Symbol(Symbol),
+    Negate(usize),
+    Add(usize, usize),
+    Subtract(usize, usize),
+    Multiply(usize, usize),
+    Divide(usize, usize),
+    Power(usize, usize),
+    Call(Function, Vec<usize>),
+    If { comparison: Comparison, left: usize, right: usize, then: usize, otherwise: usize },
+    Table { table: usize, at: usize },
+    Slope { output: usize },
+}
+
+/// An operation and the bytes of the text that it was read from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TreeNode {
+    /// The operation.
+    pub kind: Kind,
+    /// Bytes of the expression's text.
+    pub span: Range<usize>,
+}
+
+/// An expression whose names are resolved and whose functions have the arguments they need.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tree {
+    /// Text that it was read from.
+    pub text: String,
+    /// Nodes; the last is the whole expression.
+    pub nodes: Vec<TreeNode>,
+}
+
+impl Tree {
+    /// Index of the node that is the whole expression.
+    pub fn root(&self) -> usize {
+        self.nodes.len().saturating_sub(1)
+    }
+
+    /// Text of a node.
+    pub fn text_of(&self, node: usize) -> &str {
+        self.nodes.get(node).and_then(|n| self.text.get(n.span.clone())).unwrap_or("")
+    }
+
+    /// Every name that the expression uses.
+    pub fn symbols(&self) -> impl Iterator<Item = Symbol> + '_ {
+        self.nodes.iter().filter_map(|n| match n.kind {
+            Kind::Symbol(symbol) => Some(symbol),
+            Kind::Slope { output } => Some(Symbol::Output(output)),
+            _ => None,
+        })
+    }
+}
