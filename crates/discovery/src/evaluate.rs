@@ -65,7 +65,7 @@ impl Lanes {
 
     /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
     pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
-        let rough = record.rough_start();
+        let rough = record.rough_start(h.system.schema().channels.len());
         let mut n: Vec<f64> = self.start.iter().map(|&i| rough[i]).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
         n.extend(self.own.iter().map(|&i| {

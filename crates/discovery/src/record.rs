@@ -39,10 +39,11 @@ impl Record {
         self.times[k] - self.times[before] < self.memory_s
     }
 
-    /// Rough states at the start time, in the order of the ball's schema: positions, then velocities, of the observed axes.
-    pub fn rough_start(&self) -> Vec<f64> {
-        let axes: &[usize] = match self.y.len() {
-            0 | 1 => &[2],
+    /// Rough states at the start time, in the order of the ball's schema: positions, then velocities, of as many axes as there
+    /// are channels. A planned record has no measurements that would tell how many these are.
+    pub fn rough_start(&self, channels: usize) -> Vec<f64> {
+        let axes: &[usize] = match channels {
+            1 => &[2],
             2 => &[0, 2],
             _ => &[0, 1, 2],
         };

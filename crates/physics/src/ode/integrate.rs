@@ -8,8 +8,8 @@
 use super::crossing::{Crossing, first_crossing};
 use super::equations::{At, Equations};
 use super::inputs::Inputs;
+use super::limits::{MOST_EVENTS, MOST_STEPS, Tolerance};
 use super::step::Step;
-use super::{MOST_EVENTS, MOST_STEPS, Tolerance};
 use crate::system::{Offsets, Seed, Simulated, SimulationError, Task, seeded};
 use crate::{Dual, Scalar};
 

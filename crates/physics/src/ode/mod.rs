@@ -65,6 +65,7 @@ mod crossing;
 mod equations;
 mod inputs;
 mod integrate;
+mod limits;
 mod step;
 mod tableau;
 
@@ -77,30 +78,10 @@ use integrate::Integration;
 use std::sync::Arc;
 
 pub use equations::{At, Equations};
+pub use limits::Tolerance;
 
 /// Most derivatives of one simulation: more run in blocks.
 const WIDEST: usize = 24;
-/// Most steps of one window, rejected ones included.
-const MOST_STEPS: usize = 1_000_000;
-/// Most events of one window.
-const MOST_EVENTS: usize = 1_000;
-
-/// How exactly a step is taken: its local error stays below `absolute + relative |state|`, in the unit of the state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Share of the state.
-    pub relative: f64,
-    /// In the unit of the state.
-    pub absolute: f64,
-}
-
-impl Default for Tolerance {
-    /// 1e-9 and 1e-11: far below the noise of any sensor, so that no step shows in a residual.
-    fn default() -> Self {
-        Self { relative: 1e-9, absolute: 1e-11 }
-    }
-}
-
 /// State equations as a [`System`].
 #[derive(Debug)]
 pub struct Ode<E> {

@@ -7,7 +7,7 @@
 //! and whatever takes a system takes an augmented one.
 //!
 //! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
-//! dual numbers. Adding one from Rust by its equations: see [`Equations`](crate::ode::Equations).
+//! dual numbers. Adding one from Rust by its equations: see `Equations` in the `ode` module.
 
 pub(crate) mod effect;
 mod error;
