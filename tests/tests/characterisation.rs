@@ -133,7 +133,6 @@ const SETS: [Set; 16] = [
 ];
 
 #[test]
-#[expect(clippy::print_stderr, reason = "what each set takes, for who chooses the sets")]
 fn answers_stay_as_they_are() {
     let file = workspace().join("tests/characterisation.json");
     let (mint, full) = (std::env::var("AUGSIM_MINT").ok(), std::env::var_os("AUGSIM_ANSWERS"));

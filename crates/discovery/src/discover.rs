@@ -120,8 +120,7 @@ fn check_calibration(model: &Model, train: &Sample<'_>) -> Result<(), DiscoveryE
     Err(DiscoveryError::NotCalibrated {
         model: model.file.clone(),
         data: train.data.name.clone(),
-        rmse_m: format!("{rmse:.3}"),
-        sd_m: format!("{sd:.2e}"),
-        ratio: format!("{:.0}", rmse / sd),
+        rmse_m: rmse,
+        sd_m: sd,
     })
 }

@@ -74,7 +74,8 @@ pub enum DiscoveryError {
     },
     /// The declared model cannot be brought near the data.
     #[error(
-        "{model} cannot be calibrated to {data}: gravity with a free start leaves {rmse_m} m in the first flights, {ratio} times the sensor's noise of {sd_m} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)"
+        "{model} cannot be calibrated to {data}: gravity with a free start leaves {rmse_m:.3} m in the first flights, {:.0} times the sensor's noise of {sd_m:.2e} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)",
+        rmse_m / sd_m
     )]
     NotCalibrated {
         /// The model.
@@ -82,11 +83,9 @@ pub enum DiscoveryError {
         /// The data.
         data: String,
         /// Root mean square residual, m.
-        rmse_m: String,
+        rmse_m: f64,
         /// Noise, m.
-        sd_m: String,
-        /// Their ratio.
-        ratio: String,
+        sd_m: f64,
     },
     /// Columns of a push are missing.
     #[error(
@@ -100,15 +99,16 @@ pub enum DiscoveryError {
     },
     /// The rod never reaches the object.
     #[error(
-        "{data}: the rod never comes nearer to {object} than {closest_mm} mm, so nothing is pushed; check the outline, `rod_radius_m`, the frames of rod and object, and that the pose is that of the area centroid"
+        "{data}: the rod never comes nearer to {object} than {:.1} mm, so nothing is pushed; check the outline, `rod_radius_m`, the frames of rod and object, and that the pose is that of the area centroid",
+        1e3 * closest_m
     )]
     NoContact {
         /// The data.
         data: String,
         /// The object.
         object: String,
-        /// Smallest gap, mm.
-        closest_mm: String,
+        /// Smallest gap, m.
+        closest_m: f64,
     },
     /// Neither a declared noise nor enough samples to estimate it.
     #[error(
@@ -122,15 +122,15 @@ pub enum DiscoveryError {
     },
     /// The model has a value for a group that the data do not have.
     #[error(
-        "{model}: `{parameter}` has a value for the group `{group}`, which is none of {data}; correct the name or take the value out ({known})"
+        "{model}: `{}` has a value for the group `{}`, which is none of {data}; correct the name or take the value out ({known})",
+        unknown.parameter,
+        unknown.group
     )]
     UnknownGroup {
         /// The model.
         model: String,
-        /// The parameter.
-        parameter: String,
-        /// The group.
-        group: String,
+        /// The parameter and the group.
+        unknown: Box<UnknownGroup>,
         /// The data.
         data: String,
         /// The groups that there are, in words.
@@ -172,7 +172,6 @@ impl DiscoveryError {
 
     pub(crate) fn unknown_group(model: &str, data: &str, unknown: UnknownGroup, known: &[String]) -> Self {
         let known = Groups(known.iter().filter(|name| !name.is_empty()).cloned().collect());
-        let UnknownGroup { parameter, group } = unknown;
-        Self::UnknownGroup { model: model.into(), parameter, group, data: data.into(), known }
+        Self::UnknownGroup { model: model.into(), unknown: Box::new(unknown), data: data.into(), known }
     }
 }

@@ -265,8 +265,11 @@ fn check_contact(model: &PushModel, records: &[Record], name: &str) -> Result<()
     if closest < CONTACT_M {
         return Ok(());
     }
-    let closest_mm = format!("{:.1}", 1e3 * closest);
-    Err(DiscoveryError::NoContact { data: name.into(), object: model.object.name.clone(), closest_mm })
+    Err(DiscoveryError::NoContact {
+        data: name.into(),
+        object: model.object.name.clone(),
+        closest_m: closest,
+    })
 }
 
 /// White noise from third differences of neighbouring fresh samples (their sum of squared weights is 20), by the median. The
