@@ -1,10 +1,9 @@
 //! Finds the operation of a rate that made it infinite or no number.
 
 use super::{Options, SimulationError, Window};
-use crate::compile::Code;
 use crate::model::Model;
 use crate::system::System;
-use crate::text::{Comparison, Function, Kind, Symbol, Tree};
+use crate::text::{Kind, Symbol, Tree};
 
 /// The failure of a window whose state number `state` is not finite at its sample `index`.
 pub(crate) fn not_finite(
@@ -96,17 +95,11 @@ impl Scene<'_> {
                 Kind::Divide(a, b) => at(a) / at(b),
                 Kind::Power(a, b) => at(a).powf(at(b)),
                 Kind::Call(function, arguments) => {
-                    call(*function, &arguments.iter().map(at).collect::<Vec<f64>>())
+                    function.value(&arguments.iter().map(at).collect::<Vec<f64>>())
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
                     let (left, right) = (at(left), at(right));
-                    let holds = match comparison {
-                        Comparison::Less => left < right,
-                        Comparison::LessOrEqual => left <= right,
-                        Comparison::Greater => left > right,
-                        Comparison::GreaterOrEqual => left >= right,
-                    };
-                    at(if holds { then } else { otherwise })
+                    at(if comparison.holds(left, right) { then } else { otherwise })
                 }
                 Kind::Table { table, at: z } => self.model.tables[*table].value(at(z)),
                 Kind::Slope { .. } => 0.0,
@@ -128,41 +121,6 @@ impl Scene<'_> {
             Symbol::Time => self.time,
             Symbol::Output(_) => 0.0,
         }
-    }
-}
-
-fn call(function: Function, z: &[f64]) -> f64 {
-    let one = |code: Code| crate::machine::evaluate(code, z[0], z.get(1).copied().unwrap_or(0.0), 0.0);
-    match function {
-        Function::Sin => one(Code::Sin),
-        Function::Cos => one(Code::Cos),
-        Function::Tan => one(Code::Tan),
-        Function::Asin => one(Code::Asin),
-        Function::Acos => one(Code::Acos),
-        Function::Atan => one(Code::Atan),
-        Function::Sinh => one(Code::Sinh),
-        Function::Cosh => one(Code::Cosh),
-        Function::Tanh => one(Code::Tanh),
-        Function::Exp => one(Code::Exp),
-        Function::Ln => one(Code::Ln),
-        Function::Sqrt => one(Code::Sqrt),
-        Function::Cbrt => one(Code::Cbrt),
-        Function::Atan2 => one(Code::Atan2),
-        Function::Hypot => one(Code::Hypot),
-        Function::Abs => one(Code::Absolute),
-        Function::Min => one(Code::Minimum),
-        Function::Max => one(Code::Maximum),
-        Function::Clamp => z[0].max(z[1]).min(z[2]),
-        Function::Relu => z[0].max(0.0),
-        Function::Deadzone => z[0] - z[0].max(-z[1]).min(z[1]),
-        Function::Sign => {
-            if z[0] == 0.0 {
-                0.0
-            } else {
-                z[0].signum()
-            }
-        }
-        Function::Step => f64::from(u8::from(z[0] > 0.0)),
     }
 }
 

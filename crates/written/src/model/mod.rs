@@ -4,12 +4,14 @@ mod check;
 mod equations;
 mod read;
 mod scope;
+mod start;
 mod toml_reader;
 mod units;
 
 use crate::text::Tree;
 use augsim_data::{Dimensions, Unit};
 pub use read::{parse, read};
+pub use start::FirstSamples;
 use std::collections::BTreeMap;
 
 /// An expression and the line and key of the file where it stands.

@@ -1,5 +1,7 @@
 //! The functions that an expression may call.
 
+use crate::compile::Code;
+
 /// A function of one or more numbers. `if`, `table` and `slope` have a syntax of their own and are not among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is the function of its name")]
@@ -82,6 +84,42 @@ impl Function {
     /// Whether its value jumps, so that it is smoothed in a rate.
     pub(crate) fn jumps(self) -> bool {
         matches!(self, Function::Sign | Function::Step)
+    }
+
+    /// Its value for arguments `z`; jumps are sharp.
+    pub(crate) fn value(self, z: &[f64]) -> f64 {
+        let one = |code: Code| crate::machine::evaluate(code, z[0], z.get(1).copied().unwrap_or(0.0), 0.0);
+        match self {
+            Function::Sin => one(Code::Sin),
+            Function::Cos => one(Code::Cos),
+            Function::Tan => one(Code::Tan),
+            Function::Asin => one(Code::Asin),
+            Function::Acos => one(Code::Acos),
+            Function::Atan => one(Code::Atan),
+            Function::Sinh => one(Code::Sinh),
+            Function::Cosh => one(Code::Cosh),
+            Function::Tanh => one(Code::Tanh),
+            Function::Exp => one(Code::Exp),
+            Function::Ln => one(Code::Ln),
+            Function::Sqrt => one(Code::Sqrt),
+            Function::Cbrt => one(Code::Cbrt),
+            Function::Atan2 => one(Code::Atan2),
+            Function::Hypot => one(Code::Hypot),
+            Function::Abs => one(Code::Absolute),
+            Function::Min => one(Code::Minimum),
+            Function::Max => one(Code::Maximum),
+            Function::Clamp => z[0].max(z[1]).min(z[2]),
+            Function::Relu => z[0].max(0.0),
+            Function::Deadzone => z[0] - z[0].max(-z[1]).min(z[1]),
+            Function::Sign => {
+                if z[0] == 0.0 {
+                    0.0
+                } else {
+                    z[0].signum()
+                }
+            }
+            Function::Step => f64::from(u8::from(z[0] > 0.0)),
+        }
     }
 
     /// The names of all, with those of a syntax of their own.

@@ -31,6 +31,18 @@ pub enum Comparison {
     GreaterOrEqual,
 }
 
+impl Comparison {
+    /// Whether it holds between two numbers.
+    pub(crate) fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Comparison::Less => left < right,
+            Comparison::LessOrEqual => left <= right,
+            Comparison::Greater => left > right,
+            Comparison::GreaterOrEqual => left >= right,
+        }
+    }
+}
+
 /// A number, a name or an operation. Children are indices into [`Tree::nodes`], below their parent's.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "each is the operation of its name on the nodes it lists")]
