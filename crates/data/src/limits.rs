@@ -96,9 +96,9 @@ impl Limit {
     /// Value without an environment variable.
     pub fn default_value(self) -> u64 {
         match self {
-            // The largest set at hand unpacks to 60 MB; a reader needs a small multiple of the file in memory.
+            // The largest file at hand unpacks to 14 MB; a reader needs a small multiple of the file in memory.
             Limit::Bytes => 1 << 30,
-            // The longest model file that `discover` writes has 8 kB.
+            // A model file has a few kilobytes.
             Limit::TextBytes => 16 << 20,
             // 0.8 GB of doubles.
             Limit::Cells => 100_000_000,
@@ -110,7 +110,7 @@ impl Limit {
             Limit::HeaderBytes => 4096,
             // numpy writes two. The parser takes a time that grows exponentially with brackets within brackets.
             Limit::Brackets => 6,
-            // The nets here have 2,000 to 20,000.
+            // The nets here have some thousand.
             Limit::Parameters => 10_000_000,
         }
     }
