@@ -136,13 +136,7 @@ pub(crate) fn laws(model: &Model, data: &Measured, impacts: &[Vec<Event>]) -> Ve
 /// 1 % and 99 % quantiles of a feature; `None` if it hardly varies.
 fn span(target: Target, against: Against, data: &Measured, impacts: &[Vec<Event>]) -> Option<(f64, f64)> {
     let mut x: Vec<f64> = if target.location() == Location::Impact {
-        let clocks = data.records.iter().map(|r| r.covariates.clock_s);
-        let feature = |event: &Event, clock: f64| match against {
-            Against::Clock => event.time + clock,
-            _ => event.feature(against),
-        };
-        let each = impacts.iter().zip(clocks);
-        each.flat_map(|(list, clock)| list.iter().map(move |event| feature(event, clock))).collect()
+        impacts.iter().flatten().map(|event| event.feature(against)).collect()
     } else {
         let axes = data.axes.indices();
         let channel = |axis: usize| axes.iter().position(|&a| a == axis);
