@@ -1,6 +1,6 @@
 //! The second pass over a model file: expressions, in which all names are known.
 
-use super::read::{check_name, known_with, section, suffixed};
+use super::entries::{check_name, known_with, section, suffixed};
 use super::scope::{Names, Site, View};
 use super::toml_reader::{Item, Value};
 use super::{Direction, Event, Expression, Integrator, Let, Model, Numerics, Rest, units};

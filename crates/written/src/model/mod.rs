@@ -1,6 +1,7 @@
 //! A model file as data: quantities with their bounds, and expressions whose names are resolved.
 
 mod check;
+mod entries;
 mod equations;
 mod read;
 mod scope;

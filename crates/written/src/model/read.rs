@@ -1,12 +1,13 @@
 //! Reads a model file: every key is known or refused, every name is resolved, every mistake has its line.
 
+use super::entries::{check_name, known_with, section, suffixed};
 use super::equations::Equations;
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
 use super::{Expression, Hold, Input, Model, Numerics, Output, Parameter, State, Table, check};
 use crate::error::{Fault, ModelError};
 use crate::limits;
-use crate::text::{self, Symbol, Tree};
+use crate::text::{Symbol, Tree};
 use augsim_data::{Unit, shown, shown_cause};
 use std::path::Path;
 use toml::Spanned;
@@ -262,32 +263,6 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
-/// Entries of a table at the top; none where it is absent.
-pub(super) fn section<'r, 't>(
-    file: &Item<'r, 't>,
-    key: &str,
-    of: &'static str,
-    allowed: usize,
-) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
-    let Some(table) = file.at(key) else { return Ok(Vec::new()) };
-    let entries = table.entries("a table, such as [states]")?;
-    if entries.len() > allowed {
-        return Err(table.error(Fault::TooMany { of, found: entries.len(), allowed }));
-    }
-    Ok(entries)
-}
-
-pub(super) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
-    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    if !begins || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
-        return Err(item.error(Fault::MalformedName { name: shown(name) }));
-    }
-    if text::is_reserved(name) {
-        return Err(item.error(Fault::ReservedName { name: name.into() }));
-    }
-    Ok(())
-}
-
 fn claim(names: &mut Names, item: &Item<'_, '_>, name: &str, symbol: Symbol) -> Result<(), ModelError> {
     check_name(item, name)?;
     if let Some((_, other)) = names.quantities.iter().find(|(n, _)| n == name) {
@@ -314,21 +289,6 @@ fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
 fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
     Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))
-}
-
-/// The entry `kind` or `kind_UNIT`.
-pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
-    let entries = item.value.get_ref().as_table().map(|table| item.reader.entries(table))?;
-    let is =
-        |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
-    let (name, ..) = entries.into_iter().find(|(name, ..)| is(name))?;
-    item.at(name)
-}
-
-/// Known keys with those that were found under a name with a unit.
-pub(super) fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<&'k str> {
-    let suffixed = found.iter().filter_map(|item| item.as_ref()?.key.rsplit('.').next());
-    known.iter().copied().chain(suffixed).collect()
 }
 
 /// Stands where an expression will be read in the second pass.
