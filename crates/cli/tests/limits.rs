@@ -131,7 +131,7 @@ fn an_option_that_asks_for_too_much_is_a_usage_error_and_writes_nothing() {
 #[test]
 fn the_net_of_a_run_is_bounded() {
     let dir = tempfile::tempdir().unwrap();
-    let rows = |k: usize| format!("d{k},0,4,0\nd{k},0.016666666666666666,4,-0.1\n");
+    let rows = |k: usize| format!("d{k},0,4,0\nd{k},0.016666666666666666,3.998,-0.16\n");
     let text = format!("trajectory,t_s,height_m,velocity_m_s\n{}{}", rows(0), rows(1));
     std::fs::write(dir.path().join("good.csv"), text).unwrap();
     let train = ["train", "--data", "good.csv", "--out", "run", "--iterations", "2", "--recipe", "neural"];

@@ -207,8 +207,7 @@ fn swapped_x_and_z_are_named() {
          restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n",
     );
     let error = refusal(dir.path(), &["discover", "model.toml", "swapped.csv", "--out", "found"]);
-    let says =
-        "`x_m` falls with the acceleration of gravity and `z_m` does not, so the two seem to be swapped";
+    let says = "`z_m` shows no free fall while `x_m` falls with 9.81 m/s²; the two are swapped: exchange their names";
     assert!(error.contains(says), "{error}");
     let right = augsim(dir.path(), &["discover", "model.toml", "right.csv", "--out", "found"]);
     assert_eq!(right.status.code(), Some(0), "{}", String::from_utf8_lossy(&right.stderr));

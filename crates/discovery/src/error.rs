@@ -49,19 +49,6 @@ pub enum DiscoveryError {
         /// The column.
         column: String,
     },
-    /// A horizontal column falls and the vertical one does not.
-    #[error(
-        "{data}: `{falls}` falls with the acceleration of gravity and `{vertical}` does not, so the two seem to be swapped; \
-         the height (up is positive) belongs in `{vertical}`"
-    )]
-    SwappedAxes {
-        /// The data.
-        data: String,
-        /// The column that falls.
-        falls: &'static str,
-        /// The column that should.
-        vertical: &'static str,
-    },
     /// Restitution is to be calibrated without impacts.
     #[error(
         "{data}: no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from {model}, or give data with bounces"

@@ -44,7 +44,6 @@ mod segment;
 mod separate;
 mod spikes;
 mod statistics;
-mod swapped;
 mod tally;
 mod unlisted;
 

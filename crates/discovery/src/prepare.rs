@@ -8,7 +8,6 @@ use crate::record::{Measured, Record};
 use crate::segment::{rough_noise, segment};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
-use crate::swapped::swapped;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::ball::{GRAVITY, RESTITUTION};
@@ -59,9 +58,6 @@ pub(crate) fn prepare(
     }
     let calibrates = !model.parameters[RESTITUTION].frozen;
     if calibrates && !data.has_impacts() {
-        if let Some((falls, vertical)) = swapped(&data, g) {
-            return Err(DiscoveryError::SwappedAxes { data: data.name, falls, vertical });
-        }
         return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
     }
     let mut noise = estimate(&mut data, model.position_sd_m);
