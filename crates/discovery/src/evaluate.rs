@@ -246,13 +246,12 @@ fn sums<const N: usize>(run: &Simulated, record: &Record, correlation: f64) -> S
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize| {
+        let residual = |k: usize, d: &mut [f64; N]| {
             let w = record.weight[c][k];
-            let mut d = [0.0; N];
             d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
-            (w * (record.y[c][k] - run.value(k, c)), d)
+            w * (record.y[c][k] - run.value(k, c))
         };
-        whitened(record, c, correlation, residual, |r, d| {
+        whitened(record, c, correlation, [0.0; N], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for i in 0..count {
@@ -278,12 +277,12 @@ fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize| {
+        let residual = |k: usize, d: &mut Vec<f64>| {
             let w = record.weight[c][k];
-            let d: Vec<f64> = run.slopes(k, c)[..count].iter().map(|slope| w * slope).collect();
-            (w * (record.y[c][k] - run.value(k, c)), d)
+            d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
+            w * (record.y[c][k] - run.value(k, c))
         };
-        whitened(record, c, correlation, residual, |r, d| {
+        whitened(record, c, correlation, vec![0.0; count], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for (i, di) in d.iter().enumerate() {
@@ -298,32 +297,35 @@ fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums
 }
 
 /// Gives every measured sample of channel `c` to `each` with its derivatives, both in units of the noise and free of the part
-/// that the sample before foretells: noise that is correlated from sample to sample is that of an autoregression.
+/// that the sample before foretells: noise that is correlated from sample to sample is that of an autoregression. `residual`
+/// writes a sample's derivatives and gives its residual; `blank` is a row of derivatives of the right length.
 fn whitened<D: AsMut<[f64]> + Clone>(
     record: &Record,
     c: usize,
     correlation: f64,
-    residual: impl Fn(usize) -> (f64, D),
+    blank: D,
+    residual: impl Fn(usize, &mut D) -> f64,
     mut each: impl FnMut(f64, &D),
 ) {
     let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
-    // The measured sample before: its place, residual and derivatives.
-    let mut previous: Option<(usize, f64, D)> = None;
+    // Rows change places instead of being copied: they are long beside the arithmetic on them.
+    let (mut row, mut row_before, mut white) = (&mut blank.clone(), &mut blank.clone(), blank);
+    // The measured sample before: its place and residual.
+    let mut previous: Option<(usize, f64)> = None;
     for k in (0..record.times.len()).filter(|&k| record.weight[c][k] != 0.0) {
-        let (mut r, mut d) = residual(k);
-        if correlation == 0.0 {
-            each(r, &d);
-            continue;
-        }
-        let plain = (k, r, d.clone());
-        if let Some((_, rp, dp)) = previous.as_mut().filter(|p| record.follows(p.0, k)) {
-            r = (r - correlation * *rp) * innovation;
-            for (d, dp) in d.as_mut().iter_mut().zip(dp.as_mut()) {
-                *d = (*d - correlation * *dp) * innovation;
+        let plain = residual(k, row);
+        match previous.filter(|p| correlation != 0.0 && record.follows(p.0, k)) {
+            None => each(plain, row),
+            Some((_, before)) => {
+                let rows = row.as_mut().iter().zip(row_before.as_mut().iter());
+                for (w, (d, before)) in white.as_mut().iter_mut().zip(rows) {
+                    *w = (*d - correlation * before) * innovation;
+                }
+                each((plain - correlation * before) * innovation, &white);
             }
         }
-        previous = Some(plain);
-        each(r, &d);
+        previous = Some((k, plain));
+        std::mem::swap(&mut row, &mut row_before);
     }
 }
 
