@@ -23,7 +23,7 @@ pub enum WeightsError {
         reason: String,
     },
     /// Not a safetensors file.
-    #[error("{}: not a usable safetensors file: {reason}", path.display())]
+    #[error("{}: not a usable safetensors file: {}", path.display(), printable(reason, MOST_OF_A_REASON))]
     Format {
         /// The file.
         path: PathBuf,
@@ -41,7 +41,7 @@ pub enum WeightsError {
         available: String,
     },
     /// A tensor of the file does not belong to the net.
-    #[error("{}: tensor `{}` does not belong to this net", path.display(), shown(name))]
+    #[error("{}: tensor `{}` does not belong to this net", path.display(), printable(name, MOST_OF_A_NAME))]
     Unknown {
         /// The file.
         path: PathBuf,
@@ -62,9 +62,17 @@ pub enum WeightsError {
     },
 }
 
-/// A name from a file for a message: at most 60 characters, without any that a terminal would obey.
-fn shown(name: &str) -> String {
-    name.chars().take(60).flat_map(char::escape_debug).collect()
+/// Characters of a name, and of a sentence of the reader's, that a message has room for.
+const MOST_OF_A_NAME: usize = 60;
+const MOST_OF_A_REASON: usize = 300;
+
+/// The first `most` characters of a text from a file, those that a terminal would obey written out.
+fn printable(text: &str, most: usize) -> String {
+    let mut out = String::new();
+    for c in text.chars().take(most) {
+        if c.is_control() { out.extend(c.escape_unicode()) } else { out.push(c) }
+    }
+    out
 }
 
 /// The bytes of a safetensors file of all parameters, as 32-bit floats.
@@ -108,7 +116,12 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
     let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
     for name in names {
         let Ok(view) = file.tensor(&name) else {
-            let available = found.iter().take(20).map(|name| shown(name)).collect::<Vec<_>>().join(", ");
+            let available = found
+                .iter()
+                .take(20)
+                .map(|name| printable(name, MOST_OF_A_NAME))
+                .collect::<Vec<_>>()
+                .join(", ");
             return Err(WeightsError::Missing { path: path.to_owned(), name, available });
         };
         let Some((dims, values)) = fresh.get_mut(&name) else { continue };
