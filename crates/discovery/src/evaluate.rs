@@ -3,9 +3,9 @@
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::record::Record;
-use augsim_physics::effects::{Against, ScatterPer};
+use crate::statistics::median;
 use augsim_physics::model::Per;
-use augsim_physics::system::{Begin, Offsets, Seed, Simulated, System, Task};
+use augsim_physics::system::{Begin, Event, Offsets, ScatterPer, Seed, Simulated, System, Task};
 
 /// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
 #[derive(Clone, Debug)]
@@ -31,15 +31,15 @@ impl Lanes {
             match f.per {
                 Per::Trajectory => own.push(f.index),
                 Per::All => theta.push((f.index, at)),
-                Per::Group => theta.push((f.index, at + record.group)),
+                Per::Group => theta.push((f.index, at + record.seen.group)),
             }
             at += h.width(f);
         }
         let start: Vec<usize> = h.system.schema().free_states().collect();
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
-            Some(ScatterPer::Trajectory) => usize::from(!record.impacts.is_empty()),
-            Some(ScatterPer::Impact) => record.impacts.len(),
+            Some(ScatterPer::Record) => usize::from(!record.seen.events.is_empty()),
+            Some(ScatterPer::Event) => record.seen.events.len(),
         };
         let parameters = theta.iter().map(|(index, _)| index).chain(extras).map(|&i| Seed::Parameter(i));
         let nuisances = start.iter().map(|&i| Seed::Start(i)).chain(own.iter().map(|&i| Seed::Parameter(i)));
@@ -65,11 +65,11 @@ impl Lanes {
 
     /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
     pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
-        let rough = record.rough_start(h.system.schema().channels.len());
-        let mut n: Vec<f64> = self.start.iter().map(|&i| rough[i]).collect();
+        let rough = record.seen.windows.first().map_or(&[][..], |w| &w.start);
+        let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
         n.extend(self.own.iter().map(|&i| {
-            let rough = crate::statistics::median(&mut record.ratios.clone());
+            let rough = rough_event_value(record);
             if event == Some(i) && rough > 0.0 { rough } else { h.values[i] }
         }));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
@@ -80,6 +80,11 @@ impl Lanes {
     pub fn fixed_nuisances(&self) -> usize {
         self.start.len() + self.own.len()
     }
+}
+
+/// Median of the rough values of the events' parameter in a record; 0 without events.
+pub(crate) fn rough_event_value(record: &Record) -> f64 {
+    median(&mut record.seen.events.iter().map(|e| e.value).collect::<Vec<_>>())
 }
 
 /// The point at which a trajectory is simulated.
@@ -108,13 +113,13 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values_of(record.group);
+        let mut values = h.values_of(record.seen.group);
         values.extend(system.parameters().iter().skip(values.len()).map(|p| p.nominal));
         let mut at = 0;
         for f in &h.free {
             match f.per {
                 Per::All => values[f.index] = theta[at],
-                Per::Group => values[f.index] = theta[at + record.group],
+                Per::Group => values[f.index] = theta[at + record.seen.group],
                 Per::Trajectory => {}
             }
             at += h.width(f);
@@ -135,7 +140,7 @@ impl<'a> Point<'a> {
             start,
             nuisance,
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
-            shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
+            shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Record),
             own_prior: own.map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2)))).collect(),
         }
     }
@@ -148,7 +153,7 @@ impl<'a> Point<'a> {
             Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
             _ => Offsets::None,
         };
-        let (record, window) = (&record.seen(), 0..record.times.len());
+        let (record, window) = (&record.seen, 0..record.seen.times.len());
         let (parameters, start) = (&self.values, &self.start);
         let task = Task { parameters, record, window, start, offsets, seeds };
         let mut out = Simulated::default();
@@ -176,23 +181,6 @@ const SCALE_FREEDOM: f64 = 8.0;
 fn robust(q: f64, m: f64) -> (f64, f64) {
     let n = SCALE_FREEDOM + m;
     (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
-}
-
-/// An event that a simulation passed.
-#[derive(Clone, Debug)]
-pub(crate) struct Event {
-    /// When, s.
-    pub time: f64,
-    /// Features, in the order of the schema.
-    features: Vec<f64>,
-}
-
-impl Event {
-    /// A feature of the event; not a number where it has none of this kind.
-    pub fn feature(&self, feature: Against) -> f64 {
-        let place = Against::ALL.iter().position(|f| *f == feature);
-        place.and_then(|i| self.features.get(i).copied()).unwrap_or(f64::NAN)
-    }
 }
 
 /// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
@@ -228,9 +216,7 @@ pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlat
         40 => sums::<40>(&run, record, correlation),
         _ => sums_of_any_width(&run, record, correlation),
     };
-    let events = run.event_times().iter().enumerate();
-    let events = events.map(|(i, &time)| Event { time, features: run.event(i).to_vec() }).collect();
-    finish(point, lanes, sums, events)
+    finish(point, lanes, sums, run.events())
 }
 
 /// `J'J` and `J'r` of whitened residuals r and their derivatives J, their sum of squares and how many there are.
@@ -249,7 +235,7 @@ fn sums<const N: usize>(run: &Simulated, record: &Record, correlation: f64) -> S
         let residual = |k: usize, d: &mut [f64; N]| {
             let w = record.weight[c][k];
             d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.y[c][k] - run.value(k, c))
+            w * (record.seen.values[c][k] - run.value(k, c))
         };
         whitened(record, c, correlation, [0.0; N], residual, |r, d| {
             squares += r * r;
@@ -280,7 +266,7 @@ fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums
         let residual = |k: usize, d: &mut Vec<f64>| {
             let w = record.weight[c][k];
             d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.y[c][k] - run.value(k, c))
+            w * (record.seen.values[c][k] - run.value(k, c))
         };
         whitened(record, c, correlation, vec![0.0; count], residual, |r, d| {
             squares += r * r;
@@ -312,9 +298,9 @@ fn whitened<D: AsMut<[f64]> + Clone>(
     let (mut row, mut row_before, mut white) = (&mut blank.clone(), &mut blank.clone(), blank);
     // The measured sample before: its place and residual.
     let mut previous: Option<(usize, f64)> = None;
-    for k in (0..record.times.len()).filter(|&k| record.weight[c][k] != 0.0) {
+    for k in (0..record.seen.times.len()).filter(|&k| record.weight[c][k] != 0.0) {
         let plain = residual(k, row);
-        match previous.filter(|p| correlation != 0.0 && record.follows(p.0, k)) {
+        match previous.filter(|p| correlation != 0.0 && record.seen.follows(p.0, k)) {
             None => each(plain, row),
             Some((_, before)) => {
                 let rows = row.as_mut().iter().zip(row_before.as_mut().iter());

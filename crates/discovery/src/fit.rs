@@ -1,9 +1,10 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Event, Lanes, Normal, Point, normal};
+use crate::evaluate::{Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Measured, Record};
+use augsim_physics::system::{Event, Scatter};
 use rayon::prelude::*;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
@@ -17,9 +18,8 @@ const LOST: f64 = 0.2;
 /// Most steps of a record's own nuisances after a step of theta.
 const MOST_FOLLOWING: usize = 8;
 
-/// Bounds of the scatter of the restitution.
-const LEAST_SCATTER: f64 = 1e-5;
-const MOST_SCATTER: f64 = 0.5;
+/// Least standard deviation of a scatter, in units of its typical size: at 0 it could not grow.
+const LEAST_SCATTER: f64 = 5e-4;
 /// Most steps of the scatter, and the relative step below which it stands still.
 const MOST_SCATTER_STEPS: usize = 12;
 const SCATTER_TOLERANCE: f64 = 0.01;
@@ -193,10 +193,11 @@ fn fit_with(
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
-        let change = (scatter_sd(&lanes, &state, scatter.sd).0 / scatter.sd).ln();
+        let change = (scatter_sd(&h, &lanes, &state, scatter.sd).0 / scatter.sd).ln();
         changes.push(change);
-        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(LEAST_SCATTER, MOST_SCATTER);
-        h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
+        let (least, most) = scatter_bounds(&h);
+        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(least, most);
+        h.scatter = Some(Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
         state = assemble(sample, &h, &lanes, theta, nuisance);
         if change.abs() < SCATTER_TOLERANCE {
@@ -210,7 +211,7 @@ fn fit_with(
         ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
-    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&lanes, &state, s.sd).1);
+    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&h, &lanes, &state, s.sd).1);
     Fit {
         hypothesis: h,
         draws,
@@ -236,7 +237,7 @@ fn extrapolated(changes: &[f64]) -> f64 {
 
 /// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992), and to how many draws
 /// the offsets amount: the information on ln sd, halved.
-fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
+fn scatter_sd(h: &Hypothesis, lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
     let (mut sum, mut freedom, mut draws) = (0.0, 0.0, 0.0);
     for ((l, normal), n) in lanes.iter().zip(&state.normals).zip(&state.nuisance) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -251,7 +252,15 @@ fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
             draws += weight * seen * seen;
         }
     }
-    ((sum / freedom.max(1e-6)).sqrt().clamp(LEAST_SCATTER, MOST_SCATTER), draws)
+    let (least, most) = scatter_bounds(h);
+    ((sum / freedom.max(1e-6)).sqrt().clamp(least, most), draws)
+}
+
+/// Bounds of the standard deviation of the scatter, in the unit of the parameter that scatters.
+fn scatter_bounds(h: &Hypothesis) -> (f64, f64) {
+    let event = h.system.schema().event.as_ref();
+    let sd = event.and_then(|e| e.scatter.parameters.first());
+    sd.map_or((0.0, f64::INFINITY), |p| (LEAST_SCATTER * p.typical, p.max))
 }
 
 fn minimise(

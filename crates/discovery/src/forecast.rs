@@ -1,6 +1,6 @@
 //! Errors before and after, on trajectories that no fit has seen.
 //!
-//! The initial state is fitted on the first arc alone, each model with its own; what follows the first impact is predicted.
+//! The initial state is fitted to the first samples alone, each model with its own; the rest is predicted.
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample, fit_nuisance};
@@ -8,8 +8,8 @@ use crate::hypothesis::Hypothesis;
 use crate::record::{Measured, Record};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
-use augsim_physics::effects::ScatterPer;
 use augsim_physics::model::Per;
+use augsim_physics::system::ScatterPer;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -68,19 +68,11 @@ fn predictor(training: &Fit) -> Hypothesis {
     h
 }
 
-/// Samples from which the start is found: the first arc, or the first part of a flight without impacts.
-fn known_part(record: &Record) -> usize {
-    match (record.impacts.first(), record.arcs.first()) {
-        (Some(_), Some(arc)) => arc.end,
-        _ => (record.times.len() * 2 / 5).max(6).min(record.times.len()),
-    }
-}
-
 fn truncated(record: &Record, n: usize) -> Record {
     let mut r = record.clone();
-    r.times.truncate(n);
-    r.y.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
-    r.impacts.clear();
+    r.seen.times.truncate(n);
+    r.seen.values.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
+    r.seen.events.clear();
     r
 }
 
@@ -91,8 +83,8 @@ fn one_error(
     theta: &[f64],
     correlation: f64,
 ) -> (f64, f64) {
-    let known = known_part(record);
-    let single = Measured { records: vec![truncated(record, known)], ..data.without_records() };
+    let known = record.seen.known;
+    let single = data.with_records(vec![truncated(record, known)]);
     let sample = Sample { data: &single, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
     let lanes = Lanes::new(h, &single.records[0], &[]);
@@ -100,9 +92,9 @@ fn one_error(
     let run = point.plain(&lanes, record);
     let (mut s, mut n) = (0.0, 0.0);
     for c in 0..run.channels() {
-        for k in known..record.times.len() {
+        for k in known..record.seen.times.len() {
             if record.weight[c][k] > 0.0 {
-                s += (record.y[c][k] - run.value(k, c)).powi(2);
+                s += (record.seen.values[c][k] - run.value(k, c)).powi(2);
                 n += 1.0;
             }
         }
@@ -136,7 +128,7 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
                 let mut nuisance = fit.nuisance[i].clone();
                 if let Some(scatter) = fit.hypothesis.scatter {
                     let first = lanes.fixed_nuisances();
-                    let shared = scatter.per == ScatterPer::Trajectory;
+                    let shared = scatter.per == ScatterPer::Record;
                     let draw = normal();
                     for x in &mut nuisance[first..] {
                         *x = scatter.sd * if shared { draw } else { normal() };
@@ -154,11 +146,11 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
                         if w == 0.0 {
                             continue;
                         }
-                        let linked = before.is_some_and(|b| record.follows(b, k));
+                        let linked = before.is_some_and(|b| record.seen.follows(b, k));
                         let rho = if linked { sample.correlation } else { 0.0 };
                         last = rho * last + (1.0 - rho * rho).sqrt() * normal();
                         before = Some(k);
-                        copy.y[c][k] = run.value(k, c) + last / w;
+                        copy.seen.values[c][k] = run.value(k, c) + last / w;
                     }
                 }
                 let (a, b) = one_error(sample.data, &copy, &h, &fit.theta, sample.correlation);

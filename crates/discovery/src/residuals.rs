@@ -10,12 +10,12 @@ pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64
     let lanes = Lanes::new(h, record, &[]);
     let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[i]);
     let run = point.plain(&lanes, record);
-    (0..record.y.len())
+    (0..record.seen.values.len())
         .map(|c| {
             (0..run.samples())
                 .map(|k| match record.weight[c][k] {
                     0.0 => f64::NAN,
-                    _ => record.y[c][k] - run.value(k, c),
+                    _ => record.seen.values[c][k] - run.value(k, c),
                 })
                 .collect()
         })

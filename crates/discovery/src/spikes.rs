@@ -22,7 +22,7 @@ pub(crate) fn spikes(sample: &Sample<'_>, fit: &Fit) -> Vec<(usize, usize, usize
                 let &[before, k, after] = triple else { continue };
                 // Residuals in units of the noise.
                 let [a, x, b] = [before, k, after].map(|k| left[k] * weight[k]);
-                let linked = record.follows(before, k) && record.follows(k, after);
+                let linked = record.seen.follows(before, k) && record.seen.follows(k, after);
                 let alone = (x - 0.5 * (a + b)).abs() > SPIKE * 1.5f64.sqrt();
                 let agree = (a - b).abs() < SPIKE * 2f64.sqrt();
                 if linked && alone && agree {
