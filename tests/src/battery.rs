@@ -4,8 +4,8 @@ use crate::gaps::Gaps;
 use crate::sealed::{Truth, draw, seal};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
-use augsim_physics::system::ScatterPer;
 use augsim_physics::model::Model;
+use augsim_physics::system::ScatterPer;
 use std::fmt;
 use std::time::Instant;
 

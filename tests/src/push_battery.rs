@@ -63,12 +63,8 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
-            oracle = format!(
-                "oracle gain {:.1} ({:.1}) rmse {:.3} mm",
-                told.gain,
-                told.penalty,
-                1e3 * told.rmse
-            );
+            oracle =
+                format!("oracle gain {:.1} ({:.1}) rmse {:.3} mm", told.gain, told.penalty, 1e3 * told.rmse);
             if told.visible() {
                 summary.visible += 1;
                 let exact = found == [kind.name()];

@@ -1,9 +1,7 @@
 //! What can be added to a declared model, and how sets of additions are named.
 
 use augsim_physics::model::Per;
-use augsim_physics::system::{
-    Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target,
-};
+use augsim_physics::system::{Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target};
 use std::sync::Arc;
 
 /// Kind of a law that is not in the library.

@@ -5,7 +5,7 @@ use crate::candidates::laws;
 use crate::fit::{Fit, Sample};
 use crate::linear::Square;
 use crate::periodicity;
-use crate::residuals::residuals;
+use crate::residuals::left;
 use crate::result::Tests;
 use crate::score::{Score, heterogeneity, scores};
 use crate::search::{Judged, Search};
@@ -108,15 +108,15 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
     const TERMS: usize = 4;
     let rho = sample.correlation;
     let innovation = 1.0 / (1.0 - rho * rho).sqrt();
-    let parts: Vec<(f64, f64)> = (0..sample.chosen.len())
+    let parts: Vec<(f64, f64)> = left(sample, fit)
         .into_par_iter()
-        .map(|i| {
-            let record = &sample.data.records[sample.chosen[i]];
-            let left = residuals(sample, fit, i);
+        .zip(sample.chosen)
+        .map(|(left, &j)| {
+            let record = &sample.data.records[j];
             let (mut sum, mut count) = (0.0, 0.0);
             for arc in &record.seen.pieces {
-                for (c, r) in left.iter().enumerate() {
-                    let used: Vec<usize> = arc.clone().filter(|&k| record.weight[c][k] > 0.0).collect();
+                for (c, r) in left.residuals.iter().enumerate() {
+                    let used: Vec<usize> = arc.clone().filter(|&k| r[k].is_finite()).collect();
                     if used.len() < 2 * TERMS {
                         continue;
                     }
@@ -144,7 +144,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
                     count += TERMS as f64;
                 }
             }
-            (sum, count - fit.nuisance[i].len() as f64)
+            (sum, count - left.nuisances as f64)
         })
         .collect();
     let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));

@@ -1,10 +1,9 @@
 //! Where residuals live: against time and what else the system shows them against, their autocorrelation and quantiles.
 
 use crate::fit::{Fit, Sample};
-use crate::residuals::residuals;
+use crate::residuals::left;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 const BINS: usize = 20;
@@ -75,18 +74,12 @@ pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy
 }
 
 fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
-    let all: Vec<Vec<Vec<f64>>> =
-        (0..sample.chosen.len()).into_par_iter().map(|i| residuals(sample, fit, i)).collect();
     let mut out = Collector::default();
-    for (i, (record, channels)) in sample.records().zip(&all).enumerate() {
-        let features = sample.data.system.shown_against(&record.seen, &fit.events[i]);
-        for (c, r) in channels.iter().enumerate() {
-            for k in 0..r.len() {
-                let w = record.weight[c][k];
-                if w == 0.0 {
-                    continue;
-                }
-                let z = r[k] * w;
+    for (record, left) in sample.records().zip(left(sample, fit)) {
+        let features = sample.data.system.shown_against(&record.seen, &left.events);
+        for (c, r) in left.residuals.iter().enumerate() {
+            for k in (0..r.len()).filter(|&k| r[k].is_finite()) {
+                let z = r[k] * record.weight[c][k];
                 out.value(z);
                 for (name, values) in &features {
                     out.against(name, values[k], z);

@@ -9,7 +9,7 @@ use crate::calibrate::calibrate;
 use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
-use crate::fit::fit;
+use crate::fit::{fit, merged};
 use crate::folds::{FOLDS, open};
 use crate::prepare::{Prepared, split};
 use crate::result::ErrorTable;
@@ -52,10 +52,7 @@ pub(crate) fn crossed(prepared: &Prepared, options: &Options) -> Option<Crossed>
             let all = prepared.sample(&rest);
             let [base, best] = [&decided.base, &decided.best].map(|j| {
                 let held = search.heldout(&j.fit);
-                let mut seen: Vec<(&usize, &Vec<f64>)> = train.iter().zip(&j.fit.nuisance).collect();
-                seen.extend(test.iter().zip(&held.nuisance));
-                seen.sort_by_key(|(record, _)| **record);
-                let nuisance: Vec<Vec<f64>> = seen.into_iter().map(|(_, n)| n.clone()).collect();
+                let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
                 fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
             });
             let lists = Lists::of(&prepared.sample(fold), [&base, &best], options.seed);

@@ -6,7 +6,7 @@ use crate::calibrate::calibrate;
 use crate::crossed::{crossed, worth_crossing};
 use crate::decide::{Decided, decide, heldout_gain};
 use crate::error_table::{Lists, measured_in};
-use crate::fit::fit;
+use crate::fit::{fit, merged};
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
 use crate::result::{Discovery, ErrorTable};
@@ -59,9 +59,7 @@ pub fn discover(
     let all = prepared.sample(&everything);
     let full = |j: &Judged| {
         let held = search.heldout(&j.fit);
-        let mut nuisance = vec![Vec::new(); everything.len()];
-        let parts = train.iter().zip(&j.fit.nuisance).chain(test.iter().zip(&held.nuisance));
-        parts.for_each(|(&record, n)| nuisance[record] = n.clone());
+        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
         fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
     };
     let (calibrated, last) = (full(&base), full(&best));

@@ -3,9 +3,7 @@
 use crate::addition::Addition;
 use crate::record::Measured;
 use augsim_physics::model::{Parameter, Per};
-use augsim_physics::system::{
-    Addition as Added, Augmentation, Fitted, FittedValues, Law, Scatter, System,
-};
+use augsim_physics::system::{Addition as Added, Augmentation, Fitted, FittedValues, Law, Scatter, System};
 use std::sync::Arc;
 
 /// A parameter that is fitted.
@@ -219,9 +217,7 @@ impl Hypothesis {
         }
         for (addition, values) in self.additions.iter().zip(added) {
             out.additions.extend(match (addition, addition.law()) {
-                (Addition::Scatter(s), _) => {
-                    Some(Added::Scatter(s.per, self.scatter.map_or(0.0, |s| s.sd)))
-                }
+                (Addition::Scatter(s), _) => Some(Added::Scatter(s.per, self.scatter.map_or(0.0, |s| s.sd))),
                 (_, Some(law)) => Some(Added::Law(law, values)),
                 (_, None) => None,
             });

@@ -376,8 +376,11 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
 }
 
 fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
-    let mut speeds: Vec<Vec<Vec<f64>>> =
-        data.records.iter().map(|r| r.seen.values.iter().map(|c| vec![f64::NAN; c.len()]).collect()).collect();
+    let mut speeds: Vec<Vec<Vec<f64>>> = data
+        .records
+        .iter()
+        .map(|r| r.seen.values.iter().map(|c| vec![f64::NAN; c.len()]).collect())
+        .collect();
     for arc in arcs {
         for (&k, v) in arc.place.1.iter().zip(&arc.speed) {
             speeds[arc.place.0][arc.channel][k] = *v;

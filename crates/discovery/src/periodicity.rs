@@ -49,8 +49,9 @@ fn points(sample: &Sample<'_>, fit: &Fit) -> Vec<Point> {
     let schema = fit.hypothesis.system.schema();
     let strength = schema.event.as_ref().and_then(|e| e.strength);
     let mut points = Vec::new();
-    for (i, record) in sample.records().enumerate() {
-        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
+    for (i, at) in sample.excerpts().into_iter().enumerate() {
+        let record = at.record;
+        let lanes = Lanes::new(&fit.hypothesis, at, &[]);
         let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
         // An offset that a whole trajectory shares counts once.
         let events = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });

@@ -3,7 +3,7 @@
 use crate::DiscoveryError;
 use crate::tally::Tally;
 use augsim_data::{Dataset, Trajectory};
-use augsim_physics::system::{Declaration, Record as Seen, Stream, System};
+use augsim_physics::system::{Declaration, Record as Seen, Stream, System, Window};
 use std::sync::Arc;
 
 /// One record with the weights of its samples.
@@ -13,6 +13,20 @@ pub(crate) struct Record {
     pub seen: Seen,
     /// `weight[channel][sample]` = 1/σ, in the unit of the channel; 0 where not measured or masked.
     pub weight: Vec<Vec<f64>>,
+}
+
+/// A window of a record: what is simulated from a start of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Excerpt<'a> {
+    pub record: &'a Record,
+    pub window: &'a Window,
+}
+
+impl Record {
+    /// Its windows.
+    pub fn excerpts(&self) -> impl Iterator<Item = Excerpt<'_>> {
+        self.seen.windows.iter().map(|window| Excerpt { record: self, window })
+    }
 }
 
 /// All records of a data set with what they have in common.

@@ -39,8 +39,10 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
         let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
         let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
         if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
-            best =
-                Some((misfit, format!("{} {} {offset:+.4} {slope:+.4} {label}", law.target.quantity.name, "+=")));
+            best = Some((
+                misfit,
+                format!("{} {} {offset:+.4} {slope:+.4} {label}", law.target.quantity.name, "+="),
+            ));
         }
     }
     best.map_or_else(String::new, |b| b.1)

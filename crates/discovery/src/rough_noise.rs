@@ -22,4 +22,3 @@ pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
         .collect();
     1.4826 * median(&mut misfits)
 }
-

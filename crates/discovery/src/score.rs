@@ -7,6 +7,7 @@ use crate::linear::{Square, eliminate};
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Eigenvalues of the scaled information below this are directions that the data do not see.
 const RANK_CUT: f64 = 1e-4;
@@ -86,22 +87,23 @@ fn batch_scores(
     }
     let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
     let parts: Vec<_> = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(&fit.nuisance)
-        .map(|(&j, nuisance)| {
-            let record = &sample.data.records[j];
+        .map(|(&at, nuisance)| {
+            let record = at.record;
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, record, &extras);
+            let lanes = Lanes::new(h, at, &extras);
             let n = normal(
                 &Point::new(h, &*system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
-                record,
+                at,
                 sample.correlation,
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             let mut places = lanes.theta.clone();
-            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.seen.group } else { c }));
+            places
+                .extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.seen.group } else { c }));
             (s, u, places)
         })
         .collect();
@@ -179,17 +181,17 @@ fn one_score(
 pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     let h = &fit.hypothesis;
     let parts: Vec<Vec<(usize, f64, f64)>> = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(&fit.nuisance)
-        .map(|(&j, nuisance)| {
-            let record = &sample.data.records[j];
+        .map(|(&at, nuisance)| {
+            let record = at.record;
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, record, &[]);
+            let lanes = Lanes::new(h, at, &[]);
             let n = normal(
                 &Point::new(h, &*h.system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
-                record,
+                at,
                 sample.correlation,
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
@@ -198,8 +200,14 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
         .collect();
     let n = h.theta_len();
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    for (t, s, u) in parts.into_iter().flatten() {
-        if s > OBSERVABLE {
+    for windows in sample.of_records() {
+        // What the windows of a record say of each entry, together.
+        let mut record: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for &(t, s, u) in parts[windows].iter().flatten() {
+            let sums = record.entry(t).or_default();
+            *sums = (sums.0 + s, sums.1 + u);
+        }
+        for (t, (s, u)) in record.into_iter().filter(|(_, (s, _))| *s > OBSERVABLE) {
             q[t] += u * u / s;
             sum_u[t] += u;
             sum_s[t] += s;

@@ -2,8 +2,8 @@
 
 use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
-use crate::evaluate::{Lanes, rough_event_value};
 use crate::candidates::{library, may_join};
+use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::score::{Score, heterogeneity, scores};
@@ -144,12 +144,14 @@ impl<'a> Search<'a> {
         let place = h.entries_of(event);
         let bound = MOST_OF_AN_OFFSET * self.most_scatter();
         self.train
-            .records()
+            .excerpts()
+            .into_iter()
             .zip(&from.nuisance)
-            .map(|(record, n)| {
+            .map(|(at, n)| {
+                let record = at.record;
                 // A fit without scatter bends the starts to make up for it: they begin anew.
-                let plain = Lanes::new(h, record, &[]);
-                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, record) } else { n.clone() };
+                let plain = Lanes::new(h, at, &[]);
+                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, at) } else { n.clone() };
                 n.truncate(plain.fixed_nuisances());
                 let common = match &place {
                     None => h.values[event],
@@ -229,9 +231,8 @@ impl<'a> Search<'a> {
             let Some(join) = addition.listed().and_then(|effect| effect.joins.as_ref()) else { continue };
             let Some(first) = Addition::of_kind(self.system(), &join.kind) else { continue };
             if may_join(&first, &fit.hypothesis) {
-                let both = |own: &[f64]| {
-                    vec![(first.clone(), join.start.clone()), (addition.clone(), own.to_vec())]
-                };
+                let both =
+                    |own: &[f64]| vec![(first.clone(), join.start.clone()), (addition.clone(), own.to_vec())];
                 moves.extend(join.own.iter().map(|own| both(own)));
             }
         }

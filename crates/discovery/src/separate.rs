@@ -46,14 +46,16 @@ pub(crate) fn separation(sample: &Sample<'_>, noise: &[f64], a: &Fit, b: &Fit) -
 /// data so far allow) have moved as near as they can.
 fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, other: &Fit) -> Option<f64> {
     let mut record = Record { seen: design.record.clone(), weight: Vec::new() };
-    let lanes = Lanes::new(&truth.hypothesis, &record, &[]);
-    let start = lanes.nuisance_start(&truth.hypothesis, &record);
+    let planned = record.excerpts().next()?;
     let h = &truth.hypothesis;
+    let lanes = Lanes::new(h, planned, &[]);
+    let start = lanes.nuisance_start(h, planned);
     let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
-    let run = point.plain(&lanes, &record);
+    let run = point.plain(&lanes, planned);
     let end = run.event_times().get(design.most_events).copied().unwrap_or(f64::INFINITY);
     let n = record.seen.times.iter().take_while(|t| **t < end).count();
     record.seen.times.truncate(n);
+    record.seen.windows[0].samples = 0..n;
     for (c, noise) in noise.iter().enumerate().take(run.channels()) {
         record.seen.values.push((0..n).map(|k| run.value(k, c)).collect());
         record.weight.push(vec![1.0 / noise; n]);
@@ -64,20 +66,21 @@ fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, ot
 /// Least misfit of a fitted explanation to one more record, its parameters held by their information so far.
 fn nearest(sample: &Sample<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
-    let lanes = Lanes::new(h, record, &[]);
+    let planned = record.excerpts().next()?;
+    let lanes = Lanes::new(h, planned, &[]);
     let common = lanes.common();
     let prior = fit.information.sub(&lanes.theta);
     let at = |theta: &[f64], nuisance: &[f64]| {
         sample.data.tally.simulation();
         let point = Point::new(h, &*h.system, &lanes, record, theta, nuisance);
-        let normal = normal(&point, &lanes, record, sample.correlation);
+        let normal = normal(&point, &lanes, planned, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();
         let held: Vec<f64> =
             (0..common).map(|i| (0..common).map(|k| prior.at(i, k) * moved[k]).sum()).collect();
         let cost = normal.misfit + moved.iter().zip(&held).map(|(a, b)| a * b).sum::<f64>();
         (normal, held, cost)
     };
-    let (mut theta, mut nuisance) = (fit.theta.clone(), lanes.nuisance_start(h, record));
+    let (mut theta, mut nuisance) = (fit.theta.clone(), lanes.nuisance_start(h, planned));
     let mut now = at(&theta, &nuisance);
     for _ in 0..STEPS {
         let (normal, held, cost) = &now;

@@ -1,7 +1,7 @@
 //! The experiment that tells two explanations of pushes apart, or confirms one.
 
-use augsim_physics::system::{Effect, known_separation};
 use augsim_physics::push::effects::spec_of;
+use augsim_physics::system::{Effect, known_separation};
 
 /// Causes that poses cannot tell from a declared parameter that differs between groups.
 pub(crate) fn stands_for(kind: &str) -> &'static [&'static str] {

@@ -12,7 +12,9 @@ const HOPELESS: f64 = 0.2;
 
 #[derive(Debug, Error)]
 enum Reason {
-    #[error("no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from the model, or give data with bounces")]
+    #[error(
+        "no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from the model, or give data with bounces"
+    )]
     NoImpacts,
     #[error(
         "the model cannot be calibrated: gravity with a free start leaves {rmse_m:.3} m in the first flights, {:.0} times the sensor's noise of {sd_m:.2e} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)",

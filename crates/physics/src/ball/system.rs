@@ -60,12 +60,7 @@ impl Ball {
     /// The ball of a declared world with these parameters, one for each place of the world's vector.
     ///
     /// A radius of 0 becomes 1 m: without spin only ratios to it enter, so that any will do.
-    pub fn new(
-        world: World,
-        mut parameters: Vec<Parameter>,
-        release: Release,
-        declares: Declares,
-    ) -> Self {
+    pub fn new(world: World, mut parameters: Vec<Parameter>, release: Release, declares: Declares) -> Self {
         let radius_declared = parameters.get(RADIUS).is_some_and(|radius| radius.nominal > 0.0);
         if let Some(radius) = parameters.get_mut(RADIUS)
             && !radius_declared
@@ -204,7 +199,8 @@ impl System for Ball {
         let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
         match self.world.owner(parameter) {
             Some(kind) => {
-                let spec = effects::spec_of(kind).and_then(|s| s.parameters.iter().find(|q| q.name == p.name));
+                let spec =
+                    effects::spec_of(kind).and_then(|s| s.parameters.iter().find(|q| q.name == p.name));
                 Quantity::new(&format!("{kind}.{}", p.name), spec.map_or("", |q| q.unit))
             }
             None => {
@@ -281,13 +277,11 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
         begin: if held { Begin::Fixed(0.0) } else { Begin::Free },
     });
     let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
-    let targets = TableTarget::ALL
-        .iter()
-        .map(|t| Target {
-            quantity: Quantity::new(t.name(), t.unit()),
-            place: t.location().name().into(),
-            costly: t.location() == Location::Flight,
-        });
+    let targets = TableTarget::ALL.iter().map(|t| Target {
+        quantity: Quantity::new(t.name(), t.unit()),
+        place: t.location().name().into(),
+        costly: t.location() == Location::Flight,
+    });
     Schema {
         system: "ball".into(),
         record: ["trajectory".into(), "trajectories".into()],

@@ -5,7 +5,8 @@ use crate::ball::Axes;
 use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer,
+    System,
 };
 use augsim_data::checks::Expected;
 use std::sync::Arc;

@@ -2,9 +2,7 @@
 
 use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
 use crate::ball::BASE_PARAMETERS;
-use crate::effects::{
-    self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target,
-};
+use crate::effects::{self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::system::ScatterPer;
 use augsim_data::shown_cause;
 use std::ops::Range;
