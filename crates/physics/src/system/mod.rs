@@ -94,6 +94,12 @@ pub trait System: Debug + Send + Sync {
         self.library().get(effect).map(nulls).into_iter().collect()
     }
 
+    /// Values of an effect's parameters from which it is fitted without being scored: thresholds of laws that have no slope
+    /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
+    fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
     /// starts. `sd` is a rough noise of each channel, in its unit.
     ///
