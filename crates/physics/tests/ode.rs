@@ -129,6 +129,30 @@ fn an_oscillator_and_its_derivatives_are_the_closed_form() {
 }
 
 #[test]
+fn many_windows_are_simulated_as_each_by_itself_and_refused_one_by_one() {
+    let system = Ode::new(Oscillator::new());
+    let good =
+        Scene { parameters: &[3.0], start: &[0.7, -0.4], record: times(20, 0.1), offsets: Offsets::None };
+    let bad = Scene { start: &[0.7], record: times(20, 0.1), parameters: &[3.0], offsets: Offsets::None };
+    let seeds = [Seed::Parameter(0)];
+    let tasks = [good.task(&seeds), bad.task(&seeds), good.task(&[]), good.task(&seeds)];
+    let mut out = vec![Simulated::default(); 3];
+    let done = system.simulate_all(&tasks, &mut out);
+    assert!(done[0].is_ok() && done[2].is_ok());
+    assert!(matches!(
+        done[1],
+        Err(SimulationError::Task { part: "start states", expected: 2, found: 1, .. })
+    ));
+    assert!(matches!(&done[3], Err(SimulationError::Task { part: "places for results", .. })));
+    let alone = good.run(&system, &seeds);
+    let values = good.run(&system, &[]);
+    for k in 0..20 {
+        assert_eq!((alone.value(k, 0), alone.slopes(k, 0)), (out[0].value(k, 0), out[0].slopes(k, 0)));
+        assert_eq!((values.value(k, 0), out[2].lanes()), (out[2].value(k, 0), 0));
+    }
+}
+
+#[test]
 fn the_error_falls_with_the_tolerance() {
     // Local errors of the fifth order are held at the tolerance: the global one is in proportion to it, within a factor.
     let scene =

@@ -79,6 +79,46 @@ pub trait System: Debug + Send + Sync {
         self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
     }
 
+    /// Simulates many windows: result and place of `out` number `i` are those of task `i`, to the last bit those of
+    /// [`simulate`](System::simulate), whatever else stands in the list. Runs on the calling thread: a caller with several
+    /// hands out parts of its list, best in multiples of [`side_by_side`](System::side_by_side).
+    ///
+    /// The default simulates one after the other. A system that carries several windows in one pass overrides it.
+    ///
+    /// # Errors
+    /// Of each task its own [`SimulationError`], which concerns no other; its place of `out` is then undefined. A task
+    /// without a place in `out` is refused.
+    fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
+        let places = out.len();
+        let mut places_left = out.iter_mut();
+        let simulate = |task| match places_left.next() {
+            Some(out) => self.simulate(task, out),
+            None => Err(SimulationError::no_place(self.schema(), tasks.len(), places)),
+        };
+        tasks.iter().map(simulate).collect()
+    }
+
+    /// How many windows with the same seeds [`simulate_all`](System::simulate_all) carries in one pass.
+    fn side_by_side(&self) -> usize {
+        1
+    }
+
+    /// Values of an effect's parameters at which it vanishes, each a place to score it at and to fit it from. An inner
+    /// parameter, such as a width or a threshold, has no null of its own and stands on a grid there; its derivative is 0
+    /// at every one of these points.
+    ///
+    /// The default is one point, that of the nulls; none for an effect that the library does not have.
+    fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
+        let nulls = |effect: &Effect| effect.parameters.iter().map(|p| p.null).collect();
+        self.library().get(effect).map(nulls).into_iter().collect()
+    }
+
+    /// Values of an effect's parameters from which it is fitted without being scored: thresholds of laws that have no slope
+    /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
+    fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
     /// starts. `sd` is a rough noise of each channel, in its unit.
     ///
