@@ -195,6 +195,9 @@ pub(crate) struct Normal {
     pub misfit: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
+    /// Twice the inverse of the degrees of freedom of the cost: the weight falls along a step `x` by `softening (u'x) weight`,
+    /// with `u` the gradient.
+    pub softening: f64,
     /// Events that the simulation passed.
     pub events: Vec<Event>,
 }
@@ -324,6 +327,7 @@ fn finish(point: &Point<'_>, lanes: &Lanes, sums: Sums, events: Vec<Event>) -> N
     let Sums { mut h, mut g, squares: misfit, terms } = sums;
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
     let (mut q, weight) = robust(misfit, free.max(1.0));
+    let softening = 2.0 / (SCALE_FREEDOM + free.max(1.0));
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
     let first = lanes.fixed_nuisances();
     let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
@@ -334,5 +338,5 @@ fn finish(point: &Point<'_>, lanes: &Lanes, sums: Sums, events: Vec<Event>) -> N
         g[lane] -= precision * (point.nuisance[i] - mean);
         q += precision * (point.nuisance[i] - mean).powi(2);
     }
-    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, events }
+    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, softening, events }
 }

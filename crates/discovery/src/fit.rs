@@ -1,5 +1,8 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
+use crate::cluster::{Cluster, clusters};
+use crate::covariance::{sandwich, undetermined};
+use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::evaluate::{Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
@@ -68,6 +71,8 @@ pub(crate) struct Fit {
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
+    /// Shares in the information, and gradients.
+    pub clusters: Vec<Cluster>,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
     /// Simulated events of each window of the chosen records.
@@ -75,17 +80,37 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// Covariance of theta.
+    /// Covariance of theta: the larger of the inverse information and the sandwich over records.
     pub fn covariance(&self) -> Square {
-        self.information.cholesky().inverse()
+        let p = self.theta.len();
+        let mut bread = self.information.clone();
+        let mut gradients = Vec::with_capacity(self.clusters.len());
+        for cluster in &self.clusters {
+            cluster.soften(&mut bread);
+            gradients.push(cluster.dense(p).1);
+        }
+        sandwich(&self.information, &bread, &gradients)
     }
 
-    /// 95 % intervals of theta, kept inside the bounds.
+    /// Dispersion of the gradients of the records along the entries `range` of theta; never below that of white noise.
+    pub fn dispersion(&self, range: Range<usize>) -> Dispersion {
+        let p = self.theta.len();
+        let each: Vec<Quadratic> = self.clusters.iter().map(|c| c.dense(p)).collect();
+        let mut sum = vec![0.0; p];
+        each.iter().for_each(|(_, u)| sum.iter_mut().zip(u).for_each(|(a, b)| *a += b));
+        dispersion(&self.information, &sum, &each, range, 1.0)
+    }
+
+    /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
     pub fn ci95(&self) -> Vec<[f64; 2]> {
         let c = self.covariance();
+        let open = undetermined(&self.information);
         let bounds = self.hypothesis.bounds();
         (0..self.theta.len())
             .map(|i| {
+                if open[i] {
+                    return [bounds[i].0, bounds[i].1];
+                }
                 let half = 1.96 * c.at(i, i).max(0.0).sqrt();
                 [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
             })
@@ -239,6 +264,7 @@ fn fit_with(
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
     let draws = h.scatter.map_or(0.0, |s| scatter_sd(&h, &lanes, &state, s.sd).1);
+    let clusters = clusters(&sample.of_records(), &lanes, &state.normals);
     Fit {
         hypothesis: h,
         draws,
@@ -246,6 +272,7 @@ fn fit_with(
         nuisance: state.nuisance,
         ll,
         information,
+        clusters,
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }

@@ -39,8 +39,10 @@ pub(crate) struct Search<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub fit: Fit,
-    /// -2 ln likelihood on the training part plus penalties.
+    /// -2 ln likelihood on the training part plus the penalty.
     pub criterion: f64,
+    /// Gain that the additions have to exceed together.
+    pub penalty: f64,
     /// Ln likelihood of the held-out part.
     pub heldout_ll: Option<f64>,
 }
@@ -80,23 +82,43 @@ impl<'a> Search<'a> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
-    /// Penalty of an addition on -2 ln likelihood.
+    /// Gain in -2 ln likelihood by an addition that chance alone exceeds with probability [`ALPHA`] over the library, where
+    /// residuals are white.
     pub fn penalty(&self, addition: &Addition) -> f64 {
         let m = self.library.len().max(1) as f64 + 2.0;
-        let count = match addition {
-            Addition::Table(_) => return chi2_quantile(ALPHA / 24.0, 8.0) + 4.0,
+        match addition {
+            Addition::Table(t) => chi2_quantile(ALPHA / 24.0, t.table.knots as f64) + 4.0,
+            _ => chi2_quantile(ALPHA / m, self.size(addition)),
+        }
+    }
+
+    /// Degrees of freedom of an addition.
+    fn size(&self, addition: &Addition) -> f64 {
+        match addition {
+            Addition::Table(t) => t.table.knots as f64,
             Addition::Scatter(_) => 1.0,
             Addition::Effect(listed, per) => {
                 let n = listed.effect.parameters.len() as f64;
                 if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
             }
-        };
-        chi2_quantile(ALPHA / m, count)
+        }
     }
 
+    /// Judges a fit on the training part: each addition pays its quantile in units of the dispersion that the records'
+    /// gradients have along its own parameters.
     pub fn judge(&self, fit: Fit) -> Judged {
-        let penalty: f64 = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
-        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
+        let additions = &fit.hypothesis.additions;
+        let pays = |(number, addition): (usize, &Addition)| {
+            let quantile = self.penalty(addition);
+            let range = fit.hypothesis.range_of(number);
+            if range.is_empty() {
+                return quantile;
+            }
+            let own = fit.dispersion(range);
+            own.factor * own.widened(quantile, self.size(addition))
+        };
+        let penalty = additions.iter().enumerate().map(pays).sum();
+        Judged { criterion: -2.0 * fit.ll + penalty, penalty, fit, heldout_ll: None }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
