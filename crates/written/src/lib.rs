@@ -5,6 +5,7 @@ mod compile;
 pub mod engine;
 mod error;
 mod example;
+pub mod library;
 pub mod limits;
 mod machine;
 mod math;

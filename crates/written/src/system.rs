@@ -75,12 +75,8 @@ impl System {
     /// does not end its own condition.
     pub fn compile(model: &Model, active: &[usize]) -> Result<System, ModelError> {
         let mut lowering = Lowering::new(model);
-        let mut rates = Vec::new();
-        for state in &model.states {
-            rates.push(lowering.tree(&state.rate.tree, Smoothing::Smooth));
-        }
+        let (rates, outputs) = (lowering.rates(), lowering.outputs());
         let mut sharp = |tree| lowering.tree(tree, Smoothing::Sharp);
-        let outputs: Vec<Id> = model.outputs.iter().map(|o| sharp(&o.value.tree)).collect();
         let mut conditions: Vec<Id> = model.events.iter().map(|e| sharp(&e.when.tree)).collect();
         let mut resets = Vec::new();
         let mut untils = Vec::new();
