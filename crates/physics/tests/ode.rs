@@ -19,13 +19,10 @@ fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
         system: system.into(),
         record: ["record".into(), "records".into()],
         states: (0..states).map(state).collect(),
-        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None }],
+        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None }],
         inputs: inputs.iter().map(|&between| Input { columns: vec!["u".into()], between }).collect(),
-        covariates: vec![],
-        features: vec![],
-        targets: vec![],
         measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
-        event: None,
+        ..Schema::default()
     }
 }
 
@@ -87,9 +84,7 @@ impl Oscillator {
             place: "motion".into(),
             parameters: vec![friction],
             formula: "v' = -b v".into(),
-            source: String::new(),
-            stands_for: vec![],
-            excludes: vec![],
+            ..Effect::default()
         };
         Self(schema("oscillator", 2, &[]), vec![parameter("w_rad_s", 3.0)], vec![effect])
     }
@@ -199,7 +194,13 @@ struct Bouncing(Schema, Vec<Parameter>, bool);
 
 impl Bouncing {
     fn new(rests: bool) -> Self {
-        let event = EventSchema { words: ["bounce".into(), "bounces".into()], parameter: 1 };
+        let event = EventSchema {
+            words: ["bounce".into(), "bounces".into()],
+            parameter: 1,
+            scatter: Effect::default(),
+            declared: None,
+            strength: None,
+        };
         let schema = Schema { event: Some(event), ..schema("bouncing", 2, &[]) };
         Self(schema, vec![parameter("g_m_s2", 9.81), parameter("e", 0.9)], rests)
     }

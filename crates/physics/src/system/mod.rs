@@ -9,11 +9,14 @@
 //! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
 //! dual numbers. Adding one from Rust by its equations: see `Equations` in the `ode` module.
 
+mod declaration;
+mod design;
 pub(crate) mod effect;
 mod error;
 mod lanes;
 mod law;
 mod record;
+mod scatter;
 mod schema;
 mod simulated;
 mod task;
@@ -23,14 +26,17 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use effect::{Effect, EffectParameter};
+pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, NotReadable};
+pub use design::{Design, Designs};
+pub use effect::{Effect, EffectParameter, Join, Rival, Start, known_separation};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
-pub use record::{Record, SeenEvent, Stream, Window};
+pub use record::{MEMORY, Record, SeenEvent, Stream, Window, typical_step};
+pub use scatter::{Scatter, ScatterPer};
 pub use schema::{Begin, Between, Channel, EventSchema, Input, Measure, Quantity, Schema, State, Target};
-pub use simulated::Simulated;
+pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 
 /// A system that moves, is measured, and has a model that may be wrong.
@@ -100,6 +106,19 @@ pub trait System: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Name and unit of a declared parameter in results.
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
+        Quantity::new(name, "")
+    }
+
+    /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
+    ///
+    /// The default takes the column of the covariate's own name.
+    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
+    }
+
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
     /// starts. `sd` is a rough noise of each channel, in its unit.
     ///
@@ -114,9 +133,33 @@ pub trait System: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Why no answer can come of these prepared records, in one sentence that says what to do.
-    fn objection(&self, _records: &[Record]) -> Option<Objection> {
+    /// Why no answer can come of these prepared records, in one sentence that says what to do. Wrong samples are no numbers;
+    /// `sd` is the noise of each channel, in its unit.
+    fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
         None
+    }
+
+    /// Whether these records can speak about an effect of the library, and the declared model does not have it already.
+    fn possible(&self, _effect: usize, _records: &[&Record]) -> bool {
+        true
+    }
+
+    /// Laws of one feature that these records can speak about; `events` are those that a simulation of each record passed.
+    fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+        Vec::new()
+    }
+
+    /// Quantities that residuals are shown against, by name, with their values sample by sample (NaN where there is none);
+    /// `events` are those that the simulation passed.
+    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        let channels = self.schema().channels.iter().zip(&record.values);
+        let time = ("time_s".to_string(), record.times.clone());
+        std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
+    }
+
+    /// Experiments that could be made, sampled every `step_s` seconds.
+    fn designs(&self, _records: &[&Record], _step_s: f64) -> Designs {
+        Designs::default()
     }
 
     /// Deviation of a channel, in its unit, to which the engine is accurate; smaller effects are none.
