@@ -1,6 +1,7 @@
 //! Systems that users write as equations: model files, an expression compiler with exact derivatives, and an engine
 //! that simulates many windows at once with their sensitivities.
 
+mod bridge;
 mod compile;
 pub mod engine;
 mod error;
@@ -14,6 +15,7 @@ mod nearest;
 mod system;
 pub mod text;
 
+pub use bridge::{MeasuredModel, WrittenSystem};
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

@@ -20,6 +20,8 @@ pub(crate) enum Smoothing {
 pub(crate) struct Width {
     /// The quantity that jumps at 0.
     pub(crate) argument: Id,
+    /// Its text in the model.
+    pub(crate) text: String,
     /// Width from the file, in the unit of the argument.
     pub(crate) declared: Option<f64>,
 }
@@ -325,7 +327,8 @@ impl<'m> Lowering<'m> {
     fn smooth_sign(&mut self, z: Id, text: &str) -> Id {
         let known = self.widths.iter().position(|w| w.argument == z);
         let index = known.unwrap_or_else(|| {
-            self.widths.push(Width { argument: z, declared: declared_width(&self.model.numerics, text) });
+            let declared = declared_width(&self.model.numerics, text);
+            self.widths.push(Width { argument: z, text: text.to_owned(), declared });
             self.widths.len() - 1
         });
         let width = self.graph.leaf(Code::Width, index);

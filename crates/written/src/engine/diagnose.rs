@@ -18,8 +18,10 @@ pub(crate) fn not_finite(
     let name = |state: usize| system.model.states[state].name.clone();
     // The last sample that is finite, by simulating up to it again; the fault lies in its rates or one step behind.
     let shorter = Window { last: before, ..window.clone() };
-    let start = match system.simulate(std::slice::from_ref(&shorter), &[], options).pop() {
-        Some(Ok(simulated)) if index > 0 => simulated.end,
+    // A start that is not finite itself has no such sample, and asking for it would lead here again.
+    let up_to = (index > 0).then(|| system.simulate(std::slice::from_ref(&shorter), &[], options).pop());
+    let start = match up_to.flatten() {
+        Some(Ok(simulated)) => simulated.end,
         _ => window.start.to_vec(),
     };
     let times = &window.record.times;

@@ -2,9 +2,9 @@
 
 use super::expand::Candidate;
 use crate::engine::{Options, Window};
-use crate::model::{Expression, How, Model, Output, Target};
+use crate::model::{How, Model, Target};
 use crate::system::System;
-use crate::text::{Kind, Meaning, Symbol, Tree, TreeNode};
+use crate::text::{Meaning, Symbol};
 use augsim_data::{Dimensions, Unit};
 
 /// An amount is of usual size where its term has this share of the root mean square of what it changes.
@@ -35,17 +35,13 @@ struct Point {
 impl Scales {
     /// Sizes in a simulation of windows. Windows that cannot be simulated are left out.
     pub fn of(system: &System, windows: &[Window<'_>], options: &Options) -> Scales {
-        // The same system with its states as outputs.
-        let mut model = Model { text: String::new(), ..system.model().clone() };
-        model.outputs = (0..model.states.len()).map(|state| shown_state(&model, state)).collect();
         let mut scales = Scales { step_s: 1.0, duration_s: 1.0, ..Scales::default() };
-        let Ok(probe) = System::compile(&model, &[]) else { return scales };
         let total: usize = windows.iter().map(|w| w.last + 1 - w.first).sum();
         let stride = total.div_ceil(POINTS).max(1);
         let mut count = 0;
-        for (window, simulated) in windows.iter().zip(probe.simulate(windows, &[], options)) {
-            let Ok(simulated) = simulated else { continue };
-            for (k, state) in simulated.values.chunks_exact(model.states.len().max(1)).enumerate() {
+        for window in windows {
+            let Ok(states) = system.states_along(window, options) else { continue };
+            for (k, state) in states.chunks_exact(window.start.len().max(1)).enumerate() {
                 count += 1;
                 let finite = state.iter().all(|x| x.is_finite());
                 if count % stride == 0 && finite {
@@ -221,15 +217,6 @@ pub(super) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Mode
 
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
-
-/// An output that shows a state.
-fn shown_state(model: &Model, state: usize) -> Output {
-    let name = model.states[state].name.clone();
-    let node = TreeNode { kind: Kind::Symbol(Symbol::State(state)), span: 0..0 };
-    let tree = Tree { text: name.clone(), nodes: vec![node] };
-    let value = Expression { tree, line: 0, key: String::new() };
-    Output { name, unit: None, value, sd: None, range: None, step: None, period: None }
 }
 
 /// Values at a point.
