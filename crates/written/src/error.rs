@@ -109,6 +109,16 @@ pub enum Fault {
     NoSuchState { state: String, nearest: Option<String> },
     #[error("nominal {nominal:?} is outside [{min:?}, {max:?}]; change it or widen min and max")]
     OutsideBounds { nominal: f64, min: f64, max: f64 },
+    #[error(
+        "`{name}` is neither a rate, an input, an output nor a parameter of the model, nor one of force, flow, flow-pair, input, delay, output, output-input, output-state, parameter and reset"
+    )]
+    NoSuchPlace { name: String },
+    #[error("no effect is called `{kind}`{}; `augsim effects --for MODEL.toml` lists them, and \"formula\" takes one of your own", suggest(.nearest))]
+    NoSuchEffect { kind: String, nearest: Option<String> },
+    #[error("lacks `{name}`, a parameter of {kind}; add {name} = {{ nominal = 1.0 }}")]
+    MissingParameter { name: String, kind: String },
+    #[error("`{kind}` cannot be on `{on}`; it can be on {possible}")]
+    NotThere { kind: String, on: String, possible: String },
     #[error("min {min:?} is not below max {max:?}; exchange them")]
     EmptyBounds { min: f64, max: f64 },
     #[error("used nowhere; remove it or set frozen = true")]

@@ -1,10 +1,12 @@
 //! Systems that users write as equations: model files, an expression compiler with exact derivatives, and an engine
 //! that simulates many windows at once with their sensitivities.
 
+mod bridge;
 mod compile;
 pub mod engine;
 mod error;
 mod example;
+pub mod library;
 pub mod limits;
 mod machine;
 mod math;
@@ -13,6 +15,7 @@ mod nearest;
 mod system;
 pub mod text;
 
+pub use bridge::{MeasuredModel, WrittenSystem};
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

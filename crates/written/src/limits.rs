@@ -20,6 +20,10 @@ pub const PARAMETERS: usize = 256;
 pub const EVENTS: usize = 32;
 /// Tables of a system.
 pub const TABLES: usize = 32;
+/// Blocks `[[effect]]`, and blocks `[[candidate]]`, of a file.
+pub const EFFECTS: usize = 64;
+/// Knots of a table that is an effect: each is a parameter.
+pub const TABLE_KNOTS: usize = 32;
 /// Knots of a table.
 pub const KNOTS: usize = 4096;
 /// Operations of the compiled system with all its derivatives. A file of 10,000 nodes in 64 states could otherwise ask

@@ -29,6 +29,8 @@ pub struct System {
     pub(crate) jumps: Section,
     /// Widths of smoothed jumps.
     pub(crate) widths: Vec<f64>,
+    /// Texts of their arguments.
+    pub(crate) width_texts: Vec<String>,
     /// Which widths the file declares.
     pub(crate) declared_widths: Vec<bool>,
 }
@@ -75,12 +77,8 @@ impl System {
     /// does not end its own condition.
     pub fn compile(model: &Model, active: &[usize]) -> Result<System, ModelError> {
         let mut lowering = Lowering::new(model);
-        let mut rates = Vec::new();
-        for state in &model.states {
-            rates.push(lowering.tree(&state.rate.tree, Smoothing::Smooth));
-        }
+        let (rates, outputs) = (lowering.rates(), lowering.outputs());
         let mut sharp = |tree| lowering.tree(tree, Smoothing::Sharp);
-        let outputs: Vec<Id> = model.outputs.iter().map(|o| sharp(&o.value.tree)).collect();
         let mut conditions: Vec<Id> = model.events.iter().map(|e| sharp(&e.when.tree)).collect();
         let mut resets = Vec::new();
         let mut untils = Vec::new();
@@ -148,6 +146,7 @@ impl System {
             untils,
             jumps,
             widths: widths.iter().map(|w| w.declared.unwrap_or(DEFAULT_WIDTH)).collect(),
+            width_texts: widths.iter().map(|w| w.text.clone()).collect(),
             declared_widths: widths.iter().map(|w: &Width| w.declared.is_some()).collect(),
             layout,
         })
@@ -171,6 +170,16 @@ impl System {
     /// Widths of smoothed jumps, in the order in which they stand in the rates, in the unit of what jumps.
     pub fn widths(&self) -> &[f64] {
         &self.widths
+    }
+
+    /// The same, with the widths of smoothed jumps that it shares with another: those that data gave.
+    pub(crate) fn with_widths_of(mut self, other: &System) -> System {
+        for (text, width) in self.width_texts.iter().zip(&mut self.widths) {
+            if let Some(there) = other.width_texts.iter().position(|t| t == text) {
+                *width = other.widths[there];
+            }
+        }
+        self
     }
 
     pub(crate) fn states(&self) -> usize {

@@ -78,6 +78,9 @@ pub enum SystemError {
         /// How many there are.
         count: usize,
     },
+    /// With the laws it would have more parameters, states or operations than it can.
+    #[error("no further law fits into this system: it would have too many parameters, states or operations")]
+    Full,
     /// No table of this target and feature.
     #[error("no table can add to target {target} as a function of feature {against} in this system")]
     Table {

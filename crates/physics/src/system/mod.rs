@@ -66,19 +66,6 @@ pub trait System: Debug + Send + Sync {
     /// [`SimulationError`]: the window cannot be simulated at these values; `out` is then undefined.
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError>;
 
-    /// Name and unit of a declared parameter in results.
-    fn quantity(&self, parameter: usize) -> Quantity {
-        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
-        Quantity::new(name, "")
-    }
-
-    /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
-    ///
-    /// The default takes the column of the covariate's own name.
-    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
-        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
-    }
-
     /// Simulates many windows: result and place of `out` number `i` are those of task `i`, to the last bit those of
     /// [`simulate`](System::simulate), whatever else stands in the list. Runs on the calling thread: a caller with several
     /// hands out parts of its list, best in multiples of [`side_by_side`](System::side_by_side).
@@ -117,6 +104,19 @@ pub trait System: Debug + Send + Sync {
     /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
     fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
         Vec::new()
+    }
+
+    /// Name and unit of a declared parameter in results.
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
+        Quantity::new(name, "")
+    }
+
+    /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
+    ///
+    /// The default takes the column of the covariate's own name.
+    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
     }
 
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough

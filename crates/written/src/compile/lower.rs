@@ -1,8 +1,8 @@
 //! From trees to operations.
 
 use super::probe::Probe;
-use super::{Code, Graph, Id};
-use crate::model::{Model, Numerics};
+use super::{Code, Derivatives, Graph, Id, Variable};
+use crate::model::{How, Model, Numerics, Target};
 use crate::text::{Comparison, Function, Kind, Symbol, Tree};
 use std::collections::BTreeMap;
 
@@ -20,6 +20,8 @@ pub(crate) enum Smoothing {
 pub(crate) struct Width {
     /// The quantity that jumps at 0.
     pub(crate) argument: Id,
+    /// Its text in the model.
+    pub(crate) text: String,
     /// Width from the file, in the unit of the argument.
     pub(crate) declared: Option<f64>,
 }
@@ -31,14 +33,147 @@ pub(crate) struct Lowering<'m> {
     pub(crate) widths: Vec<Width>,
     model: &'m Model,
     lets: BTreeMap<(usize, Smoothing), Id>,
+    /// Inputs and parameters that effects have changed.
+    changed: BTreeMap<Target, Id>,
+    /// Rates of states whose effects change an input: they see it as it was.
+    early_rates: BTreeMap<usize, Id>,
+    /// The output that is being changed, and its value so far.
+    output: Option<(usize, Id)>,
+    /// Rates of all states, once they are made.
+    rates: Vec<Id>,
     probe: Probe,
 }
 
 impl<'m> Lowering<'m> {
     /// Nothing lowered so far.
     pub(crate) fn new(model: &'m Model) -> Self {
-        let probe = Probe::new(model);
-        Self { graph: Graph::default(), widths: Vec::new(), model, lets: BTreeMap::new(), probe }
+        let mut lowering = Self {
+            graph: Graph::default(),
+            widths: Vec::new(),
+            model,
+            lets: BTreeMap::new(),
+            changed: BTreeMap::new(),
+            early_rates: BTreeMap::new(),
+            output: None,
+            rates: Vec::new(),
+            probe: Probe::new(model),
+        };
+        lowering.change_leaves();
+        lowering
+    }
+
+    /// Gives inputs, then parameters, the meaning that effects give them in all equations.
+    fn change_leaves(&mut self) {
+        let model = self.model;
+        for addition in &model.additions {
+            if addition.changes.iter().any(|c| matches!(c.target, Target::Input(_))) {
+                for state in addition.states.clone() {
+                    let rate = self.tree(&model.states[state].rate.tree, Smoothing::Smooth);
+                    self.early_rates.insert(state, rate);
+                }
+            }
+            for change in addition.changes.iter().filter(|c| matches!(c.target, Target::Input(_))) {
+                let before = match (self.changed.get(&change.target), change.target) {
+                    (Some(id), _) => *id,
+                    (None, Target::Input(i)) => self.graph.leaf(Code::Input, i),
+                    _ => continue,
+                };
+                let value = self.tree(&change.value.tree, Smoothing::Smooth);
+                let after = self.combine(before, change.how, value);
+                self.changed.insert(change.target, after);
+                // Values of [let] that were made on the way saw the input as it was.
+                self.lets.clear();
+            }
+        }
+        let changes = model.additions.iter().flat_map(|a| &a.changes);
+        for change in changes.filter(|c| matches!(c.target, Target::Parameter(_))) {
+            let before = match (self.changed.get(&change.target), change.target) {
+                (Some(id), _) => *id,
+                (None, Target::Parameter(p)) => self.graph.leaf(Code::Parameter, p),
+                _ => continue,
+            };
+            let value = self.tree(&change.value.tree, Smoothing::Smooth);
+            let after = self.combine(before, change.how, value);
+            self.changed.insert(change.target, after);
+            self.lets.clear();
+        }
+    }
+
+    fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
+        match how {
+            How::Add => self.graph.add(before, value),
+            How::Factor => self.graph.multiply(before, value),
+            How::Replace => value,
+        }
+    }
+
+    /// Rates of all states with everything that effects add.
+    pub(crate) fn rates(&mut self) -> Vec<Id> {
+        let model = self.model;
+        let mut rates = Vec::with_capacity(model.states.len());
+        for (index, state) in model.states.iter().enumerate() {
+            let early = self.early_rates.get(&index).copied();
+            let mut rate = early.unwrap_or_else(|| self.tree(&state.rate.tree, Smoothing::Smooth));
+            let changes = model.additions.iter().flat_map(|a| &a.changes);
+            for change in changes.filter(|c| c.target == Target::Rate(index)) {
+                let value = self.tree(&change.value.tree, Smoothing::Smooth);
+                rate = self.combine(rate, change.how, value);
+            }
+            rates.push(rate);
+        }
+        self.rates.clone_from(&rates);
+        rates
+    }
+
+    /// Outputs with everything that effects make of them, after the rates.
+    pub(crate) fn outputs(&mut self) -> Vec<Id> {
+        let model = self.model;
+        let mut outputs = Vec::with_capacity(model.outputs.len());
+        for (index, output) in model.outputs.iter().enumerate() {
+            let mut value = self.tree(&output.value.tree, Smoothing::Sharp);
+            let changes = model.additions.iter().flat_map(|a| &a.changes);
+            for change in changes.filter(|c| c.target == Target::Output(index)) {
+                self.output = Some((index, value));
+                let by = self.tree(&change.value.tree, Smoothing::Sharp);
+                value = self.combine(value, change.how, by);
+            }
+            self.output = None;
+            outputs.push(value);
+        }
+        outputs
+    }
+
+    /// The value of an output as an effect sees it: what earlier ones made of it, or what is declared.
+    fn seen_output(&mut self, index: usize, smoothing: Smoothing) -> Id {
+        match self.output {
+            Some((of, id)) if of == index => id,
+            _ => {
+                let model = self.model;
+                match model.outputs.get(index) {
+                    Some(output) => self.tree(&output.value.tree, smoothing),
+                    None => self.graph.constant(0.0),
+                }
+            }
+        }
+    }
+
+    /// Change per second of an output along the rates.
+    fn speed_of_output(&mut self, index: usize, smoothing: Smoothing) -> Id {
+        let value = self.seen_output(index, smoothing);
+        let mut speed = self.graph.constant(0.0);
+        let parts = Derivatives::new(&[], Vec::new()).of(&mut self.graph, value);
+        for (variable, slope) in parts {
+            let part = match variable {
+                Variable::State(state) => match self.rates.get(state) {
+                    Some(rate) => self.graph.multiply(slope, *rate),
+                    None => continue,
+                },
+                Variable::Time => slope,
+                Variable::Parameter(_) => continue,
+            };
+            speed = self.graph.add(speed, part);
+        }
+        speed
     }
 
     /// The value of an expression.
@@ -70,8 +205,8 @@ impl<'m> Lowering<'m> {
                     )
                 }
                 Kind::Table { table, at } => self.graph.table(Code::Table, ids[*at], *table as u32),
-                // The reader allows `slope` only in `start`, which is not compiled.
-                Kind::Slope { .. } => self.graph.constant(0.0),
+                // In an effect on an output; the reader allows it else only in `start`, which is not compiled.
+                Kind::Slope { output } => self.speed_of_output(*output, smoothing),
             };
             ids.push(id);
         }
@@ -98,10 +233,16 @@ impl<'m> Lowering<'m> {
     fn symbol(&mut self, symbol: Symbol, smoothing: Smoothing) -> Id {
         match symbol {
             Symbol::State(i) => self.graph.leaf(Code::State, i),
-            Symbol::Input(i) => self.graph.leaf(Code::Input, i),
-            Symbol::Parameter(i) => self.graph.leaf(Code::Parameter, i),
+            Symbol::Input(i) => {
+                let changed = self.changed.get(&Target::Input(i)).copied();
+                changed.unwrap_or_else(|| self.graph.leaf(Code::Input, i))
+            }
+            Symbol::Parameter(i) => {
+                let changed = self.changed.get(&Target::Parameter(i)).copied();
+                changed.unwrap_or_else(|| self.graph.leaf(Code::Parameter, i))
+            }
             Symbol::Time => self.graph.leaf(Code::Time, 0),
-            Symbol::Output(_) => self.graph.constant(0.0),
+            Symbol::Output(i) => self.seen_output(i, smoothing),
             Symbol::Let(i) => match self.lets.get(&(i, smoothing)) {
                 Some(id) => *id,
                 None => {
@@ -186,7 +327,8 @@ impl<'m> Lowering<'m> {
     fn smooth_sign(&mut self, z: Id, text: &str) -> Id {
         let known = self.widths.iter().position(|w| w.argument == z);
         let index = known.unwrap_or_else(|| {
-            self.widths.push(Width { argument: z, declared: declared_width(&self.model.numerics, text) });
+            let declared = declared_width(&self.model.numerics, text);
+            self.widths.push(Width { argument: z, text: text.to_owned(), declared });
             self.widths.len() - 1
         });
         let width = self.graph.leaf(Code::Width, index);

@@ -1,9 +1,9 @@
 //! Finds the operation of a rate that made it infinite or no number.
 
 use super::{Options, SimulationError, Window};
-use crate::model::Model;
+use crate::model::{How, Model, Target};
 use crate::system::System;
-use crate::text::{Kind, Symbol, Tree};
+use crate::text::{Kind, Meaning, Symbol, Tree};
 
 /// The failure of a window whose state number `state` is not finite at its sample `index`.
 pub(crate) fn not_finite(
@@ -18,8 +18,10 @@ pub(crate) fn not_finite(
     let name = |state: usize| system.model.states[state].name.clone();
     // The last sample that is finite, by simulating up to it again; the fault lies in its rates or one step behind.
     let shorter = Window { last: before, ..window.clone() };
-    let start = match system.simulate(std::slice::from_ref(&shorter), &[], options).pop() {
-        Some(Ok(simulated)) if index > 0 => simulated.end,
+    // A start that is not finite itself has no such sample, and asking for it would lead here again.
+    let up_to = (index > 0).then(|| system.simulate(std::slice::from_ref(&shorter), &[], options).pop());
+    let start = match up_to.flatten() {
+        Some(Ok(simulated)) => simulated.end,
         _ => window.start.to_vec(),
     };
     let times = &window.record.times;
@@ -35,16 +37,14 @@ pub(crate) fn not_finite(
     let mut x = start;
     for step in 0..=steps {
         let time = times[before] + h * step as f64;
-        let scene = Scene { model: &system.model, window, x: &x, time };
-        let lets = scene.lets();
+        let scene = Scene::new(&system.model, window, &x, time);
         let mut rates = Vec::with_capacity(x.len());
-        for (state, declared) in system.model.states.iter().enumerate() {
-            let values = scene.values(&declared.rate.tree, &lets);
-            let rate = values.last().copied().unwrap_or(0.0);
+        for state in 0..x.len() {
+            let rate = scene.rate(state);
             if !rate.is_finite() {
                 if let SimulationError::NotFinite { time: at, state: of, cause, .. } = &mut failure {
                     (*at, *of) = (time, name(state));
-                    *cause = scene.cause(&lets).or_else(|| cause_in(&declared.rate.tree, &values));
+                    *cause = scene.cause(state);
                 }
                 return failure;
             }
@@ -61,55 +61,46 @@ struct Scene<'s> {
     window: &'s Window<'s>,
     x: &'s [f64],
     time: f64,
+    /// Values of `[let]`, as far as they are known.
+    lets: Vec<f64>,
 }
 
-impl Scene<'_> {
-    fn lets(&self) -> Vec<f64> {
-        let mut values: Vec<f64> = Vec::new();
-        for declared in &self.model.lets {
-            let value = self.values(&declared.value.tree, &values).last().copied().unwrap_or(0.0);
-            values.push(value);
+impl<'s> Scene<'s> {
+    fn new(model: &'s Model, window: &'s Window<'s>, x: &'s [f64], time: f64) -> Self {
+        let mut scene = Scene { model, window, x, time, lets: Vec::new() };
+        for declared in &model.lets {
+            let value = declared.value.tree.value(&scene);
+            scene.lets.push(value);
         }
-        values
+        scene
     }
 
-    /// The cause within the first `[let]` value that is not finite.
-    fn cause(&self, lets: &[f64]) -> Option<String> {
-        let first = lets.iter().position(|value| !value.is_finite())?;
-        let tree = &self.model.lets[first].value.tree;
-        cause_in(tree, &self.values(tree, lets))
+    /// The rate of a state with everything that was added to it.
+    fn rate(&self, state: usize) -> f64 {
+        let declared = self.model.states[state].rate.tree.value(self);
+        let changes = self.model.additions.iter().flat_map(|a| &a.changes);
+        changes.filter(|c| c.target == Target::Rate(state)).fold(declared, |rate, change| {
+            let value = change.value.tree.value(self);
+            match change.how {
+                How::Add => rate + value,
+                How::Factor => rate * value,
+                How::Replace => value,
+            }
+        })
     }
 
-    /// Value of every node of a tree; jumps are sharp.
-    fn values(&self, tree: &Tree, lets: &[f64]) -> Vec<f64> {
-        let mut values: Vec<f64> = Vec::with_capacity(tree.nodes.len());
-        for node in &tree.nodes {
-            let at = |i: &usize| values[*i];
-            let value = match &node.kind {
-                Kind::Number(value) => *value,
-                Kind::Symbol(symbol) => self.symbol(*symbol, lets),
-                Kind::Negate(a) => -at(a),
-                Kind::Add(a, b) => at(a) + at(b),
-                Kind::Subtract(a, b) => at(a) - at(b),
-                Kind::Multiply(a, b) => at(a) * at(b),
-                Kind::Divide(a, b) => at(a) / at(b),
-                Kind::Power(a, b) => at(a).powf(at(b)),
-                Kind::Call(function, arguments) => {
-                    function.value(&arguments.iter().map(at).collect::<Vec<f64>>())
-                }
-                Kind::If { comparison, left, right, then, otherwise } => {
-                    let (left, right) = (at(left), at(right));
-                    at(if comparison.holds(left, right) { then } else { otherwise })
-                }
-                Kind::Table { table, at: z } => self.model.tables[*table].value(at(z)),
-                Kind::Slope { .. } => 0.0,
-            };
-            values.push(value);
-        }
-        values
+    /// The cause of a rate that is not finite: within the first `[let]` value that is not, or within its own expression.
+    fn cause(&self, state: usize) -> Option<String> {
+        let values = self.model.lets.iter().zip(&self.lets);
+        let first = values.into_iter().find(|(_, value)| !value.is_finite());
+        let own = std::iter::once(&self.model.states[state].rate.tree).chain(self.model.added_trees());
+        let trees = first.map(|(declared, _)| &declared.value.tree).into_iter().chain(own);
+        trees.into_iter().find_map(|tree| cause_in(tree, &tree.values(self)))
     }
+}
 
-    fn symbol(&self, symbol: Symbol, lets: &[f64]) -> f64 {
+impl Meaning for Scene<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
         match symbol {
             Symbol::State(i) => self.x[i],
             Symbol::Input(i) => {
@@ -117,10 +108,18 @@ impl Scene<'_> {
                 self.window.record.inputs[i].at(self.time - delay)
             }
             Symbol::Parameter(i) => self.window.parameters[i],
-            Symbol::Let(i) => lets.get(i).copied().unwrap_or(0.0),
+            Symbol::Let(i) => self.lets.get(i).copied().unwrap_or(0.0),
             Symbol::Time => self.time,
             Symbol::Output(_) => 0.0,
         }
+    }
+
+    fn table(&self, table: usize, at: f64) -> f64 {
+        self.model.tables.get(table).map_or(0.0, |t| t.value(at))
+    }
+
+    fn slope(&self, _output: usize) -> f64 {
+        0.0
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Run<'r, const L: usize> {
     results: Vec<Simulated>,
     /// Sums of squares of what jumps, and their number, while they are measured.
     pub(super) jumps: Option<(Vec<f64>, u32)>,
+    /// States of the first window at its samples, while they are wanted.
+    pub(super) states: Option<Vec<f64>>,
     /// Scratch: state and sensitivities at the begin of a step.
     before: (Vec<[f64; L]>, Vec<[f64; L]>),
 }
@@ -59,6 +61,7 @@ impl<'r, const L: usize> Run<'r, L> {
             failures,
             results: vec![Simulated::default(); windows.len()],
             jumps: None,
+            states: None,
             before: (vec![[0.0; L]; n], vec![[0.0; L]; n * seeds]),
         };
         run.begin();
@@ -377,6 +380,9 @@ impl<'r, const L: usize> Run<'r, L> {
             let arguments = system.jumps.results.iter().map(|r| self.block.registers[*r as usize][0]);
             squares.iter_mut().zip(arguments).for_each(|(sum, z)| *sum += z * z);
             *count += 1;
+        }
+        if let Some(states) = &mut self.states {
+            states.extend(self.block.x.iter().map(|x| x[0]));
         }
         let gradient = &system.output_gradient;
         let section = if self.columns.seeds.is_empty() { &system.outputs } else { &gradient.section };

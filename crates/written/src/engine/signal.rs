@@ -34,6 +34,17 @@ impl Signal {
         Signal { times, pieces, hold }
     }
 
+    /// From coefficients of the powers 0 to 3 of the time since each knot, as [`coefficients`](Signal::coefficients) gives
+    /// them for a longer signal of which these knots are a part.
+    pub(crate) fn from_coefficients(times: Vec<f64>, pieces: Vec<[f64; 4]>, hold: Hold) -> Signal {
+        Signal { times, pieces, hold }
+    }
+
+    /// Times of the knots and the coefficients behind each.
+    pub(crate) fn coefficients(&self) -> (&[f64], &[[f64; 4]]) {
+        (&self.times, &self.pieces)
+    }
+
     /// How it runs between samples.
     pub fn hold(&self) -> Hold {
         self.hold

@@ -49,6 +49,21 @@ impl System {
         windows.par_chunks(lanes).flat_map_iter(run).collect()
     }
 
+    /// All states at all samples of a window, `[sample][state]`.
+    ///
+    /// # Errors
+    /// Those of [`System::simulate`].
+    pub fn states_along(&self, window: &Window<'_>, options: &Options) -> Result<Vec<f64>, SimulationError> {
+        let columns = Columns::new(self, &[]);
+        let mut run = Run::<1>::new(self, std::slice::from_ref(window), &columns, options);
+        run.states = Some(Vec::new());
+        run.advance_all();
+        match run.failures.into_iter().flatten().next() {
+            Some(failure) => Err(failure),
+            None => Ok(run.states.unwrap_or_default()),
+        }
+    }
+
     pub(super) fn objection(&self, window: &Window<'_>, seeds: &[Seed]) -> Option<SimulationError> {
         let record = window.record;
         let name = || record.name.clone();

@@ -53,7 +53,8 @@ fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
         let until = e.rest.iter().filter_map(|r| r.until.as_ref());
         std::iter::once(&e.when).chain(e.set.iter().map(|(_, value)| value)).chain(until)
     });
-    lets.chain(rates).chain(outputs).chain(events)
+    let added = model.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value));
+    lets.chain(rates).chain(outputs).chain(events).chain(added)
 }
 
 /// Arguments of everything that jumps, as they are written.

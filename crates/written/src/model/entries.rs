@@ -20,7 +20,7 @@ pub(super) fn section<'r, 't>(
     Ok(entries)
 }
 
-pub(super) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
+pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
     let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     if !begins || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
         return Err(item.error(Fault::MalformedName { name: shown(name) }));

@@ -1,19 +1,27 @@
 //! A model file as data: quantities with their bounds, and expressions whose names are resolved.
 
+mod addition;
 mod check;
+mod effects;
 mod entries;
 mod equations;
 mod read;
+mod row;
 mod scope;
 mod start;
 mod toml_reader;
 mod units;
+mod write;
 
 use crate::text::Tree;
+pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target};
 use augsim_data::{Dimensions, Unit};
 pub use read::{parse, read};
+pub(crate) use row::read_all;
+pub use row::{Row, RowParameter};
 pub use start::FirstSamples;
 use std::collections::BTreeMap;
+pub(crate) use units::dimensions_of;
 
 /// An expression and the line and key of the file where it stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +66,17 @@ pub enum Hold {
     Linear,
     /// Natural cubic spline through the samples.
     Spline,
+}
+
+impl Hold {
+    /// Its word in a model file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Hold::Zero => "zero",
+            Hold::Linear => "linear",
+            Hold::Spline => "spline",
+        }
+    }
 }
 
 /// A measured input.
@@ -218,6 +237,12 @@ pub struct Model {
     pub tables: Vec<Table>,
     /// Solver.
     pub numerics: Numerics,
+    /// Effects beyond the equations, in the order in which they act.
+    pub additions: Vec<Addition>,
+    /// Effects of the user's own that may be tried.
+    pub candidates: Vec<Row>,
+    /// Text of the file, so that it can be written back with its comments.
+    pub text: String,
 }
 
 impl Model {

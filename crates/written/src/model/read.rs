@@ -4,7 +4,7 @@ use super::entries::{check_name, known_with, section, suffixed};
 use super::equations::Equations;
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
-use super::{Expression, Hold, Input, Model, Numerics, Output, Parameter, State, Table, check};
+use super::{Expression, Hold, Input, Model, Numerics, Output, Parameter, State, Table, check, effects};
 use crate::error::{Fault, ModelError};
 use crate::limits;
 use crate::text::{Symbol, Tree};
@@ -55,15 +55,19 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         events: Vec::new(),
         tables: Vec::new(),
         numerics: Numerics::default(),
+        additions: Vec::new(),
+        candidates: Vec::new(),
+        text: text.into(),
     };
     declare(&file, &mut model, &mut names)?;
     Equations::new(&names).read(&file, &mut model)?;
+    effects::read(&file, &mut model)?;
     check::check(&model, reader)?;
     Ok(model)
 }
 
 /// Keys that a model file may have at its top.
-const TOP: [&str; 11] = [
+const TOP: [&str; 13] = [
     "scenario",
     "name",
     "states",
@@ -75,6 +79,8 @@ const TOP: [&str; 11] = [
     "events",
     "tables",
     "numerics",
+    "effect",
+    "candidate",
 ];
 
 /// Reads all names with their numbers, so that expressions can be resolved wherever they stand.
@@ -204,7 +210,7 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     Ok(())
 }
 
-fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
+pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
     let expected = "a number or a table such as { nominal = 1.0, min = 0.0, max = 10.0 }";
     let nominal = match item.maybe_number() {
         Some(value) => value,

@@ -1,7 +1,7 @@
 //! First guesses of start states from measured samples.
 
 use super::Model;
-use crate::text::{Kind, Symbol, Tree};
+use crate::text::{Meaning, Symbol};
 
 /// Samples of which `slope` takes the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
@@ -22,37 +22,28 @@ pub struct FirstSamples<'a> {
 impl Model {
     /// The states that `start` guesses, in order; NaN where an output that it needs is nowhere measured.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
-        self.states.iter().map(|state| value(&state.start.tree, samples)).collect()
+        self.states.iter().map(|state| state.start.tree.value(samples)).collect()
     }
 }
 
-fn value(tree: &Tree, samples: &FirstSamples<'_>) -> f64 {
-    let mut values: Vec<f64> = Vec::with_capacity(tree.nodes.len());
-    for node in &tree.nodes {
-        let at = |i: &usize| values[*i];
-        let found = match &node.kind {
-            Kind::Number(value) => *value,
-            Kind::Symbol(Symbol::Output(i)) => first(samples, *i),
-            Kind::Symbol(Symbol::Input(i)) => samples.inputs.get(*i).copied().unwrap_or(f64::NAN),
-            Kind::Symbol(Symbol::Parameter(i)) => samples.parameters.get(*i).copied().unwrap_or(f64::NAN),
-            Kind::Symbol(_) | Kind::Table { .. } => f64::NAN,
-            Kind::Negate(a) => -at(a),
-            Kind::Add(a, b) => at(a) + at(b),
-            Kind::Subtract(a, b) => at(a) - at(b),
-            Kind::Multiply(a, b) => at(a) * at(b),
-            Kind::Divide(a, b) => at(a) / at(b),
-            Kind::Power(a, b) => at(a).powf(at(b)),
-            Kind::Call(function, arguments) => {
-                function.value(&arguments.iter().map(at).collect::<Vec<f64>>())
-            }
-            Kind::If { comparison, left, right, then, otherwise } => {
-                at(if comparison.holds(at(left), at(right)) { then } else { otherwise })
-            }
-            Kind::Slope { output } => slope(samples, *output),
+impl Meaning for FirstSamples<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        let found = match symbol {
+            Symbol::Output(i) => return first(self, i),
+            Symbol::Input(i) => self.inputs.get(i),
+            Symbol::Parameter(i) => self.parameters.get(i),
+            _ => None,
         };
-        values.push(found);
+        found.copied().unwrap_or(f64::NAN)
     }
-    values.last().copied().unwrap_or(0.0)
+
+    fn table(&self, _table: usize, _at: f64) -> f64 {
+        f64::NAN
+    }
+
+    fn slope(&self, output: usize) -> f64 {
+        slope(self, output)
+    }
 }
 
 /// Samples of an output that are there, with their times.

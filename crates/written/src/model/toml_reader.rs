@@ -8,31 +8,31 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-pub(super) type Value<'t> = Spanned<DeValue<'t>>;
+pub(crate) type Value<'t> = Spanned<DeValue<'t>>;
 
 /// The text of a model file and its name.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reader<'t> {
-    pub(super) file: &'t str,
-    pub(super) text: &'t str,
+pub(crate) struct Reader<'t> {
+    pub(crate) file: &'t str,
+    pub(crate) text: &'t str,
 }
 
 /// A value and where it stands.
 #[derive(Debug, Clone)]
-pub(super) struct Item<'r, 't> {
-    pub(super) reader: Reader<'t>,
+pub(crate) struct Item<'r, 't> {
+    pub(crate) reader: Reader<'t>,
     /// Table and key, such as `parameters.length_m`.
-    pub(super) key: String,
-    pub(super) line: usize,
-    pub(super) value: &'r Value<'t>,
+    pub(crate) key: String,
+    pub(crate) line: usize,
+    pub(crate) value: &'r Value<'t>,
 }
 
 impl<'t> Reader<'t> {
-    pub(super) fn line(&self, at: usize) -> usize {
+    pub(crate) fn line(&self, at: usize) -> usize {
         1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
     }
 
-    pub(super) fn error(&self, line: usize, key: &str, fault: Fault) -> ModelError {
+    pub(crate) fn error(&self, line: usize, key: &str, fault: Fault) -> ModelError {
         ModelError {
             place: Place { file: self.file.into(), line, key: key.into() },
             fault: Box::new(fault),
@@ -41,7 +41,7 @@ impl<'t> Reader<'t> {
     }
 
     /// Entries of a table by their place in the file.
-    pub(super) fn entries<'r>(&self, table: &'r DeTable<'t>) -> Vec<(&'r str, usize, &'r Value<'t>)> {
+    pub(crate) fn entries<'r>(&self, table: &'r DeTable<'t>) -> Vec<(&'r str, usize, &'r Value<'t>)> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         let place = |(key, value): (&'r Spanned<_>, &'r Value<'t>)| -> (&'r str, usize, &'r Value<'t>) {
@@ -52,7 +52,7 @@ impl<'t> Reader<'t> {
     }
 
     /// Refuses keys that nothing reads.
-    pub(super) fn known(&self, table: &DeTable<'t>, place: &str, known: &[&str]) -> Result<(), ModelError> {
+    pub(crate) fn known(&self, table: &DeTable<'t>, place: &str, known: &[&str]) -> Result<(), ModelError> {
         for (key, line, _) in self.entries(table) {
             if !known.contains(&key) {
                 let fault = Fault::UnknownKey {
@@ -67,7 +67,7 @@ impl<'t> Reader<'t> {
     }
 
     /// Marks a problem in the text of an expression.
-    pub(super) fn problem(
+    pub(crate) fn problem(
         &self,
         line: usize,
         key: &str,
@@ -82,16 +82,16 @@ impl<'t> Reader<'t> {
 }
 
 impl<'r, 't> Item<'r, 't> {
-    pub(super) fn error(&self, fault: Fault) -> ModelError {
+    pub(crate) fn error(&self, fault: Fault) -> ModelError {
         self.reader.error(self.line, &self.key, fault)
     }
 
-    pub(super) fn wrong(&self, expected: &'static str) -> ModelError {
+    pub(crate) fn wrong(&self, expected: &'static str) -> ModelError {
         self.error(Fault::WrongType { expected })
     }
 
     /// Entries of this table by their place in the file, each with its own place.
-    pub(super) fn entries(&self, expected: &'static str) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
+    pub(crate) fn entries(&self, expected: &'static str) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
         let entries = self.reader.entries(self.table(expected)?);
         let item = |(name, line, value): (&'r str, usize, &'r Value<'t>)| {
             (name, Item { reader: self.reader, key: join(&self.key, &shown(name)), line, value })
@@ -100,35 +100,35 @@ impl<'r, 't> Item<'r, 't> {
     }
 
     /// The entry of this table under `key`, if it is there.
-    pub(super) fn at(&self, key: &str) -> Option<Item<'r, 't>> {
+    pub(crate) fn at(&self, key: &str) -> Option<Item<'r, 't>> {
         let (found, value) = self.value.get_ref().as_table()?.get_key_value(key)?;
         let line = self.reader.line(found.span().start);
         Some(Item { reader: self.reader, key: join(&self.key, key), line, value })
     }
 
     /// Refuses keys of this table that nothing reads.
-    pub(super) fn known(&self, known: &[&str]) -> Result<(), ModelError> {
+    pub(crate) fn known(&self, known: &[&str]) -> Result<(), ModelError> {
         let table = self.value.get_ref().as_table();
         table.map_or(Ok(()), |table| self.reader.known(table, &self.key, known))
     }
 
-    pub(super) fn table(&self, expected: &'static str) -> Result<&'r DeTable<'t>, ModelError> {
+    pub(crate) fn table(&self, expected: &'static str) -> Result<&'r DeTable<'t>, ModelError> {
         self.value.get_ref().as_table().ok_or_else(|| self.wrong(expected))
     }
 
-    pub(super) fn text(&self, expected: &'static str) -> Result<&'r str, ModelError> {
+    pub(crate) fn text(&self, expected: &'static str) -> Result<&'r str, ModelError> {
         self.value.get_ref().as_str().ok_or_else(|| self.wrong(expected))
     }
 
-    pub(super) fn flag(&self) -> Result<bool, ModelError> {
+    pub(crate) fn flag(&self) -> Result<bool, ModelError> {
         self.value.get_ref().as_bool().ok_or_else(|| self.wrong("true or false"))
     }
 
-    pub(super) fn number(&self) -> Result<f64, ModelError> {
+    pub(crate) fn number(&self) -> Result<f64, ModelError> {
         self.maybe_number().ok_or_else(|| self.wrong("a finite number"))
     }
 
-    pub(super) fn maybe_number(&self) -> Option<f64> {
+    pub(crate) fn maybe_number(&self) -> Option<f64> {
         let text = match self.value.get_ref() {
             DeValue::Float(f) => f.as_str(),
             DeValue::Integer(i) => i.as_str(),
@@ -137,25 +137,61 @@ impl<'r, 't> Item<'r, 't> {
         text.parse::<f64>().ok().filter(|x| x.is_finite())
     }
 
-    pub(super) fn positive(&self) -> Result<f64, ModelError> {
+    pub(crate) fn positive(&self) -> Result<f64, ModelError> {
         let found = self.number()?;
         if found > 0.0 { Ok(found) } else { Err(self.error(Fault::NotPositive { found })) }
     }
 
-    pub(super) fn numbers(&self, expected: &'static str) -> Result<Vec<f64>, ModelError> {
+    pub(crate) fn numbers(&self, expected: &'static str) -> Result<Vec<f64>, ModelError> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
         list.iter().map(|value| Item { value, ..self.clone() }.number()).collect()
     }
 
     /// Two numbers, the first below the second.
-    pub(super) fn range(&self) -> Result<[f64; 2], ModelError> {
+    pub(crate) fn range(&self) -> Result<[f64; 2], ModelError> {
         let expected = "a list of two numbers, such as [0.0, 10.0]";
         let [min, max] = self.numbers(expected)?[..] else { return Err(self.wrong(expected)) };
         if min < max { Ok([min, max]) } else { Err(self.error(Fault::EmptyBounds { min, max })) }
     }
 
+    /// A list of texts.
+    pub(crate) fn texts(&self, expected: &'static str) -> Result<Vec<String>, ModelError> {
+        let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
+        let text =
+            |value: &Value<'_>| value.get_ref().as_str().map(shown).ok_or_else(|| self.wrong(expected));
+        list.iter().map(text).collect()
+    }
+
+    /// A number as its text, or a text in quotes.
+    pub(crate) fn number_or_text(&self) -> Result<String, ModelError> {
+        match self.maybe_number() {
+            Some(number) => Ok(format!("{number:?}")),
+            None => self.text("a number, or an expression in quotes").map(str::to_owned),
+        }
+    }
+
+    /// The tables of a list `[[key]]`, each with its line and its kind or number in its key.
+    pub(crate) fn blocks(
+        &self,
+        key: &'static str,
+        expected: &'static str,
+    ) -> Result<Vec<Item<'r, 't>>, ModelError> {
+        let Some(list) = self.at(key) else { return Ok(Vec::new()) };
+        let blocks = list.value.get_ref().as_array().ok_or_else(|| list.wrong(expected))?;
+        let block = |(index, value): (usize, &'r Value<'t>)| {
+            let line = self.reader.line(Value::span(value).start);
+            let mut item = Item { reader: self.reader, key: format!("{key}.{}", index + 1), line, value };
+            item.table(expected)?;
+            if let Some(kind) = item.at("kind").and_then(|k| k.value.get_ref().as_str()) {
+                item.key = format!("{key}.{}", shown(kind));
+            }
+            Ok(item)
+        };
+        blocks.iter().enumerate().map(block).collect()
+    }
+
     /// One of a list of words.
-    pub(super) fn word<T: Copy>(&self, words: &[(&str, T)], expected: &'static str) -> Result<T, ModelError> {
+    pub(crate) fn word<T: Copy>(&self, words: &[(&str, T)], expected: &'static str) -> Result<T, ModelError> {
         let text = self.text(expected)?;
         words.iter().find(|(w, _)| *w == text).map(|(_, v)| *v).ok_or_else(|| self.wrong(expected))
     }

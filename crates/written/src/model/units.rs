@@ -68,6 +68,11 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
     Ok(found.last().copied().flatten())
 }
 
+/// Dimension of an expression, where it can be decided and nothing in it disagrees.
+pub(crate) fn dimensions_of(model: &Model, tree: &Tree) -> Option<Dimensions> {
+    infer(model, tree).ok().flatten()
+}
+
 fn of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     match symbol {
         Symbol::Let(i) => model.lets.get(i).and_then(|l| l.dimensions),

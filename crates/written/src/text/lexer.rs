@@ -4,7 +4,7 @@ use super::Problem;
 use std::ops::Range;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Token<'t> {
+pub(crate) enum Token<'t> {
     Number(f64),
     Name(&'t str),
     /// One of `+ - * / ^ ( ) , < >`.
@@ -15,18 +15,18 @@ pub(super) enum Token<'t> {
 }
 
 /// Reads one token after another; blanks between them have no meaning.
-pub(super) struct Lexer<'t> {
+pub(crate) struct Lexer<'t> {
     text: &'t str,
     at: usize,
 }
 
 impl<'t> Lexer<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
+    pub(crate) fn new(text: &'t str) -> Self {
         Self { text, at: 0 }
     }
 
     /// The next token and its bytes; [`Token::End`] from the end on.
-    pub(super) fn next(&mut self) -> Result<(Token<'t>, Range<usize>), (Problem, Range<usize>)> {
+    pub(crate) fn next(&mut self) -> Result<(Token<'t>, Range<usize>), (Problem, Range<usize>)> {
         let bytes = self.text.as_bytes();
         self.at += count(bytes, self.at, |b| b.is_ascii_whitespace());
         let begin = self.at;

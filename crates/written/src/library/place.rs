@@ -1,0 +1,192 @@
+//! Where in a model a row may stand: force and flow equations, inputs, outputs, parameters.
+
+use crate::model::{Model, Target};
+use crate::text::{Kind, Symbol, Tree};
+
+/// Which states move by which: read from the equations.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Motion {
+    /// Pairs of a state and the state that is its rate, or in proportion to it.
+    pub pairs: Vec<(usize, usize)>,
+    /// States with an equation of their own that are the rate of no other.
+    pub flows: Vec<usize>,
+}
+
+impl Motion {
+    /// The motion of the declared states of a model.
+    pub fn of(model: &Model) -> Motion {
+        let count = model.declared_states();
+        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        for (x, state) in model.states.iter().enumerate().take(count) {
+            if let Some(v) = proportional(model, &state.rate.tree)
+                && v != x
+                && v < count
+                && !pairs.iter().any(|(_, other)| *other == v)
+            {
+                pairs.push((x, v));
+            }
+        }
+        let kinematic = |state: usize| pairs.iter().any(|(x, v)| *x == state || *v == state);
+        // A second coordinate that runs by the same speed has no equation of its own either.
+        let copies = |state: usize| {
+            let of = proportional(model, &model.states[state].rate.tree);
+            of.is_some_and(|v| v != state && pairs.iter().any(|(_, other)| *other == v))
+        };
+        let flows = (0..count).filter(|state| !kinematic(*state) && !copies(*state)).collect();
+        Motion { pairs, flows }
+    }
+}
+
+/// The state that a rate is in proportion to, by numbers and parameters alone.
+fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
+    let mut found = None;
+    for node in &tree.nodes {
+        match &node.kind {
+            Kind::Symbol(Symbol::State(i)) if found.is_none() => found = Some(*i),
+            Kind::Symbol(Symbol::Let(i)) if tree.nodes.len() == 1 => {
+                return proportional(model, &model.lets.get(*i)?.value.tree);
+            }
+            Kind::Number(_) | Kind::Symbol(Symbol::Parameter(_)) => {}
+            Kind::Negate(_) | Kind::Multiply(..) => {}
+            // A divisor that holds the state is no proportion.
+            Kind::Divide(_, b) if !matches!(tree.nodes[*b].kind, Kind::Symbol(Symbol::State(_))) => {}
+            _ => return None,
+        }
+    }
+    found
+}
+
+/// A place for a row.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Place {
+    pub(super) target: Target,
+    /// Second equation of a pair.
+    pub(super) other: Option<Target>,
+    pub(super) on: String,
+    pub(super) with: Option<String>,
+    /// Names of the row and what they stand for in the model.
+    pub(super) names: Vec<(&'static str, String)>,
+}
+
+/// All places of a word; `None` for one that is neither known nor a name of the model.
+pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
+    let states = model.declared_states();
+    let name = |state: usize| model.states[state].name.clone();
+    let motion = Motion::of(model);
+    let place = |target, on: String, with: Option<String>, names: Vec<(&'static str, String)>| Place {
+        target,
+        other: None,
+        on,
+        with,
+        names,
+    };
+    let output_shows = |output: usize, state: usize| {
+        model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
+    };
+    let list = match word {
+        "force" => {
+            let of = |&(x, v): &(usize, usize)| {
+                place(Target::Rate(v), name(v), None, vec![("x", name(x)), ("v", name(v))])
+            };
+            motion.pairs.iter().map(of).collect()
+        }
+        "flow" => {
+            let of = |&x: &usize| place(Target::Rate(x), name(x), None, vec![("x", name(x))]);
+            motion.flows.iter().map(of).collect()
+        }
+        "flow-pair" => {
+            let mut list = Vec::new();
+            for &x in &motion.flows {
+                for &w in motion.flows.iter().filter(|w| **w != x) {
+                    let names = vec![("x", name(x)), ("w", name(w))];
+                    let mut found = place(Target::Rate(x), name(x), Some(name(w)), names);
+                    found.other = Some(Target::Rate(w));
+                    list.push(found);
+                }
+            }
+            list
+        }
+        "input" | "delay" => {
+            let inputs = model.inputs.iter().enumerate();
+            let free = inputs.filter(|(_, input)| word == "input" || input.delay.is_none());
+            let target = if word == "input" { Target::Input } else { Target::Delay };
+            free.map(|(i, input)| place(target(i), input.name.clone(), None, vec![("u", input.name.clone())]))
+                .collect()
+        }
+        "output" => {
+            let of = |(i, o): (usize, &crate::model::Output)| {
+                place(Target::Output(i), o.name.clone(), None, vec![("y", o.name.clone())])
+            };
+            model.outputs.iter().enumerate().map(of).collect()
+        }
+        "output-input" | "output-state" => {
+            let mut list = Vec::new();
+            for (i, output) in model.outputs.iter().enumerate() {
+                let others: Vec<String> = if word == "output-input" {
+                    model.inputs.iter().map(|u| u.name.clone()).collect()
+                } else {
+                    (0..states).filter(|s| !output_shows(i, *s)).map(name).collect()
+                };
+                for other in others {
+                    let names = vec![("y", output.name.clone()), ("q", other.clone())];
+                    list.push(place(Target::Output(i), output.name.clone(), Some(other), names));
+                }
+            }
+            list
+        }
+        "parameter" => {
+            let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
+            let mut quantities = vec!["t".to_owned()];
+            quantities.extend((0..states).map(name));
+            quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
+            quantities.extend(speeds);
+            let mut list = Vec::new();
+            let free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
+            let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
+            for (p, parameter) in declared.filter(|(_, p)| free(p)) {
+                for z in &quantities {
+                    let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
+                    list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
+                }
+            }
+            list
+        }
+        "reset" => resets(model, place),
+        _ => vec![named(word, model)?],
+    };
+    Some(list)
+}
+
+/// Parameters in the resets of events, each with the size of what is reset.
+fn resets(
+    model: &Model,
+    place: impl Fn(Target, String, Option<String>, Vec<(&'static str, String)>) -> Place,
+) -> Vec<Place> {
+    let mut list: Vec<Place> = Vec::new();
+    for (state, value) in model.events.iter().flat_map(|e| &e.set) {
+        let z = format!("abs({})", model.states[*state].name);
+        for symbol in value.tree.symbols() {
+            let Symbol::Parameter(p) = symbol else { continue };
+            let parameter = &model.parameters[p];
+            let found =
+                place(Target::Parameter(p), parameter.name.clone(), Some(z.clone()), vec![("z", z.clone())]);
+            if !parameter.frozen && !list.contains(&found) {
+                list.push(found);
+            }
+        }
+    }
+    list
+}
+
+/// The place that a name of the model is: the rate of a state, an input, an output or a parameter, in this order.
+pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
+    let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
+    let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);
+    let parameter = || model.parameter(name).map(Target::Parameter);
+    model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter)
+}
+
+fn named(name: &str, model: &Model) -> Option<Place> {
+    let target = target_named(name, model)?;
+    Some(Place { target, other: None, on: name.to_owned(), with: None, names: Vec::new() })
+}

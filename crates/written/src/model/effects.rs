@@ -1,0 +1,144 @@
+//! `[[effect]]` and `[[candidate]]` blocks: what a model has beyond its equations, and what may be tried on it.
+
+use super::entries::check_name;
+use super::read::parameter;
+use super::row::{Row, change};
+use super::toml_reader::Item;
+use super::{Draft, DraftTarget, Model, Parameter, Target};
+use crate::error::{Fault, ModelError};
+use crate::library::{generic, places_of, tables};
+use crate::limits;
+use crate::nearest::nearest;
+use augsim_data::shown;
+
+/// Kind of an effect whose expression stands in its block.
+const FORMULA: &str = "formula";
+/// Kind of an effect whose values at knots stand in its block.
+const TABLE: &str = "table";
+
+/// Reads both kinds of blocks into `model`, whose equations are there.
+pub(super) fn read(file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
+    let candidates = file.blocks("candidate", "written as [[candidate]] blocks")?;
+    let effects = file.blocks("effect", "written as [[effect]] blocks")?;
+    for (of, found) in [("candidates", candidates.len()), ("effects", effects.len())] {
+        if found > limits::EFFECTS {
+            return Err(file.error(Fault::TooMany { of, found, allowed: limits::EFFECTS }));
+        }
+    }
+    for item in &candidates {
+        let row = Row::read(item)?;
+        places_of(&row, model)?;
+        model.candidates.push(row);
+    }
+    for item in &effects {
+        let draft = effect(item, model)?;
+        model.add(&draft)?;
+    }
+    Ok(())
+}
+
+fn effect(item: &Item<'_, '_>, model: &Model) -> Result<Draft, ModelError> {
+    let missing = |key, example| item.error(Fault::Missing { key, example });
+    let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"coulomb\""))?;
+    let kind = kind.text("a name in quotes")?;
+    let on = item.at("on").ok_or_else(|| missing("on", "on = \"omega_rad_s\", what it changes"))?;
+    let on_text = on.text("the name of a rate, input, output or parameter")?;
+    let with = item.at("with").map(|w| w.text("a text in quotes").map(str::to_owned)).transpose()?;
+    let texts = item.at("also_fits").map(|list| list.texts("a list of expressions in quotes")).transpose()?;
+    let mut draft = match kind {
+        FORMULA => formula(item, (&on, on_text), model)?,
+        TABLE => table(item, (&on, on_text), model)?,
+        _ => of_library(item, kind, (&on, on_text, with.as_deref()), model)?,
+    };
+    draft.also_fits = texts.unwrap_or_default();
+    draft.line = item.line;
+    Ok(draft)
+}
+
+/// Parameters of a block: all keys but those of `known`.
+fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, ModelError> {
+    let mut list = Vec::new();
+    for (name, entry) in item.entries("written as [[effect]] blocks")? {
+        if !known.contains(&name) {
+            check_name(&entry, name)?;
+            list.push(parameter(&entry, name)?);
+        }
+    }
+    Ok(list)
+}
+
+fn target(on: &Item<'_, '_>, name: &str, model: &Model) -> Result<Target, ModelError> {
+    crate::library::target_named(name, model)
+        .ok_or_else(|| on.error(Fault::NoSuchPlace { name: shown(name) }))
+}
+
+fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
+    let (how, text) = change(item)?;
+    let parameters = parameters(item, &["kind", "on", "with", "add", "factor", "replace", "also_fits"])?;
+    let to: DraftTarget = (target(on.0, on.1, model)?, how);
+    let changes = vec![(to, text)];
+    Ok(Draft { kind: FORMULA.into(), on: on.1.into(), parameters, changes, ..Draft::default() })
+}
+
+/// Values at uniform knots of one quantity, constant outside, as the ball's tables are.
+fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
+    item.known(&["kind", "on", "against", "first", "last", "values", "unit", "also_fits"])?;
+    let missing = |key, example| item.error(Fault::Missing { key, example });
+    let against = item.at("against").ok_or_else(|| missing("against", "against = \"v_m_s\""))?;
+    let against = against.text("an expression in quotes")?.to_owned();
+    let number = |key, example| item.at(key).ok_or_else(|| missing(key, example))?.number();
+    let (first, last) = (number("first", "first = 0.0")?, number("last", "last = 1.0")?);
+    if first >= last {
+        return Err(item.error(Fault::KnotsDoNotRise { left: first, right: last }));
+    }
+    let values = item.at("values").ok_or_else(|| missing("values", "values = [0.0, 0.1, 0.3]"))?;
+    let values = values.numbers("a list of numbers")?;
+    if !(2..=limits::TABLE_KNOTS).contains(&values.len()) {
+        let allowed = limits::TABLE_KNOTS;
+        return Err(item.error(Fault::TooMany { of: "knots", found: values.len(), allowed }));
+    }
+    let to = target(on.0, on.1, model)?;
+    Ok(tables::draft(to, on.1, &against, (first, last), &values))
+}
+
+/// An effect of the library or of the user's candidates.
+fn of_library(
+    item: &Item<'_, '_>,
+    kind: &str,
+    (on, on_text, with): (&Item<'_, '_>, &str, Option<&str>),
+    model: &Model,
+) -> Result<Draft, ModelError> {
+    let rows: Vec<Row> = model.candidates.iter().cloned().chain(generic()?).collect();
+    let of_kind: Vec<&Row> = rows.iter().filter(|row| row.kind == kind).collect();
+    if of_kind.is_empty() {
+        let known = rows.iter().map(|r| r.kind.as_str()).chain([FORMULA, TABLE]);
+        return Err(item.error(Fault::NoSuchEffect { kind: shown(kind), nearest: nearest(kind, known) }));
+    }
+    let mut places = Vec::new();
+    for row in of_kind {
+        places.extend(places_of(row, model)?);
+    }
+    let is_there = |c: &&crate::library::Candidate| {
+        c.on == on_text && with.is_none_or(|with| c.with.as_deref() == Some(with))
+    };
+    let Some(candidate) = places.iter().find(is_there) else {
+        let mut possible: Vec<String> = places.iter().map(|c| format!("`{}`", c.on)).collect();
+        possible.dedup();
+        let possible = if possible.is_empty() { "nothing in this model".into() } else { possible.join(", ") };
+        return Err(on.error(Fault::NotThere { kind: kind.into(), on: shown(on_text), possible }));
+    };
+    let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
+    let keys: Vec<&str> =
+        ["kind", "on", "with", "also_fits"].into_iter().chain(names.iter().copied()).collect();
+    item.known(&keys)?;
+    let mut draft = candidate.draft(&candidate.nulls());
+    for (own, declared) in draft.parameters.iter_mut().zip(&candidate.parameters) {
+        let Some(entry) = item.at(&own.name) else {
+            return Err(item.error(Fault::MissingParameter { name: own.name.clone(), kind: kind.into() }));
+        };
+        let read = parameter(&entry, &own.name)?;
+        let unit = read.unit.or(declared.unit);
+        *own = Parameter { unit, frozen: read.frozen || declared.frozen, ..read };
+    }
+    Ok(draft)
+}

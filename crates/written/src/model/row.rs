@@ -1,0 +1,209 @@
+//! One kind of effect as its block describes it: an expression, where it may stand, and its parameters.
+
+use super::entries::check_name;
+use super::toml_reader::{Item, Reader};
+use super::{DraftState, How};
+use crate::error::{Fault, ModelError};
+use augsim_data::{Unit, shown, shown_cause};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A kind of effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Name.
+    pub kind: String,
+    /// Words of the places where it is tried, or names of rates, outputs or inputs.
+    pub on: Vec<String>,
+    /// How its expression changes what it is on.
+    pub how: How,
+    /// The expression, in the row's names and those of the model.
+    pub expression: String,
+    /// What it adds to the second equation of a pair.
+    pub other: Option<String>,
+    /// States that it brings along.
+    pub states: Vec<DraftState>,
+    /// Its parameters.
+    pub parameters: Vec<RowParameter>,
+    /// What the same term may stand for.
+    pub stands_for: Vec<String>,
+    /// Kinds that describe the same thing.
+    pub excludes: Vec<String>,
+    /// Where it is from.
+    pub source: String,
+    /// File and line of the block.
+    pub place: (String, usize),
+}
+
+/// A parameter of a kind. With `of`, numbers are multiples of the size of what it names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowParameter {
+    /// Name.
+    pub name: String,
+    /// Unit, where `unit` or the name states one.
+    pub unit: Option<Unit>,
+    /// What its numbers are multiples of.
+    pub of: Option<String>,
+    /// Whether it stays where it begins.
+    pub frozen: bool,
+    /// Smallest value; minus infinity where the block leaves it open.
+    pub min: f64,
+    /// Largest value; infinity where the block leaves it open.
+    pub max: f64,
+    /// Value at which the effect vanishes; nothing for an inner parameter.
+    pub null: Option<f64>,
+    /// A usual size.
+    pub typical: Option<f64>,
+    /// Where fits of an inner parameter begin.
+    pub grid: Vec<f64>,
+    /// Where scans of a threshold begin.
+    pub scan: Vec<f64>,
+}
+
+/// Keys of a block that are no parameters.
+const KEYS: [&str; 10] =
+    ["kind", "on", "add", "factor", "replace", "add_other", "states", "stands_for", "excludes", "source"];
+
+/// Reads a text of nothing but `[[candidate]]` blocks.
+pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
+    let reader = Reader { file, text };
+    let root = DeTable::parse(text).map_err(|e| {
+        let line = reader.line(e.span().map_or(0, |s| s.start));
+        reader.error(line, "", Fault::Syntax { reason: shown_cause(&e.message()) })
+    })?;
+    let span = root.span();
+    let root = Spanned::new(span, DeValue::Table(root.into_inner()));
+    let file = Item { reader, key: String::new(), line: 1, value: &root };
+    file.known(&["candidate"])?;
+    file.blocks("candidate", "written as [[candidate]] blocks")?.iter().map(Row::read).collect()
+}
+
+impl Row {
+    /// Reads a `[[candidate]]` block.
+    ///
+    /// # Errors
+    /// A key that is missing or of the wrong form.
+    pub(crate) fn read(item: &Item<'_, '_>) -> Result<Row, ModelError> {
+        let missing = |key, example| item.error(Fault::Missing { key, example });
+        let words = |key: &'static str| -> Result<Vec<String>, ModelError> {
+            let Some(list) = item.at(key) else { return Ok(Vec::new()) };
+            match list.value.get_ref().as_str() {
+                Some(word) => Ok(vec![word.to_owned()]),
+                None => list.texts("a text in quotes, or a list of them"),
+            }
+        };
+        let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"my-effect\""))?;
+        let kind = shown(kind.text("a name in quotes")?);
+        let on = words("on")?;
+        if on.is_empty() {
+            return Err(missing("on", "on = \"omega_rad_s\", the rate, output or input that it changes"));
+        }
+        let (how, expression) = change(item)?;
+        let mut states = Vec::new();
+        if let Some(table) = item.at("states") {
+            let example = "a table such as { z = { rate = \"v - abs(v) * z / d\", start = 0.0 } }";
+            for (name, state) in table.entries(example)? {
+                check_name(&state, name)?;
+                state.table(example)?;
+                state.known(&["rate", "start"])?;
+                let lacks = || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
+                let rate = state.at("rate").ok_or_else(lacks)?;
+                let start = state.at("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
+                let rate = rate.text("an expression in quotes")?.to_owned();
+                states.push(DraftState { name: name.to_owned(), rate, start });
+            }
+        }
+        let other = item.at("add_other").map(|o| o.text("an expression in quotes").map(str::to_owned));
+        let mut parameters = Vec::new();
+        for (name, entry) in item.entries("written as [[candidate]] blocks")? {
+            if !KEYS.contains(&name) {
+                check_name(&entry, name)?;
+                parameters.push(RowParameter::read(name, &entry)?);
+            }
+        }
+        let source = item.at("source").map(|s| s.text("a text in quotes").map(shown)).transpose()?;
+        Ok(Row {
+            kind,
+            on,
+            how,
+            expression,
+            other: other.transpose()?,
+            states,
+            parameters,
+            stands_for: words("stands_for")?,
+            excludes: words("excludes")?,
+            source: source.unwrap_or_default(),
+            place: (item.reader.file.to_owned(), item.line),
+        })
+    }
+}
+
+/// The expression of a block, and how it changes what it is on.
+pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
+    let found: Vec<(How, Item<'_, '_>)> = [How::Add, How::Factor, How::Replace]
+        .into_iter()
+        .filter_map(|how| item.at(how.key()).map(|text| (how, text)))
+        .collect();
+    match &found[..] {
+        [(how, text)] => Ok((*how, text.number_or_text()?)),
+        [] => {
+            let example = "add = \"-c * abs(v_m_s)\"; `factor` and `replace` are possible too";
+            Err(item.error(Fault::Missing { key: "add", example }))
+        }
+        [_, (_, second), ..] => Err(second.wrong("absent: a block has one of add, factor and replace")),
+    }
+}
+
+impl RowParameter {
+    fn read(name: &str, item: &Item<'_, '_>) -> Result<Self, ModelError> {
+        let plain = item.maybe_number();
+        if plain.is_none() {
+            item.table("a table such as { min = 0.0 } or { of = \"v\", grid = [0.1, 0.3] }")?;
+            item.known(&[
+                "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "frozen",
+            ])?;
+        }
+        let number = |key| item.at(key).map(|n| n.number()).transpose();
+        let list = |key| item.at(key).map_or(Ok(Vec::new()), |l| l.numbers("a list of numbers"));
+        let (mut grid, scan, nominal) = (list("grid")?, list("scan")?, number("nominal")?);
+        grid.extend(plain.or(nominal));
+        let (min, max) =
+            (number("min")?.unwrap_or(f64::NEG_INFINITY), number("max")?.unwrap_or(f64::INFINITY));
+        if min >= max {
+            return Err(item.error(Fault::EmptyBounds { min, max }));
+        }
+        let null = number("null")?;
+        for value in grid.iter().chain(&scan).chain(&null) {
+            if !(min..=max).contains(value) {
+                return Err(item.error(Fault::OutsideBounds { nominal: *value, min, max }));
+            }
+        }
+        let unit = match item.at("unit") {
+            Some(unit) => {
+                let text = unit.text("a unit in quotes, such as \"N/m\"")?;
+                let wrong = || unit.error(Fault::UnknownUnit { text: shown(text) });
+                Some(Unit::of_text(text).ok_or_else(wrong)?)
+            }
+            None => Unit::of_column_name(name),
+        };
+        let of = item.at("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
+        Ok(Self {
+            name: name.to_owned(),
+            unit,
+            of: of.transpose()?,
+            frozen: item.at("frozen").map_or(Ok(false), |f| f.flag())?,
+            min,
+            max,
+            // A parameter without a grid is an amount.
+            null: null.or(grid.is_empty().then_some(0.0)),
+            typical: number("typical")?,
+            grid,
+            scan,
+        })
+    }
+
+    /// Whether the effect does not vanish by it.
+    pub fn is_inner(&self) -> bool {
+        self.null.is_none()
+    }
+}

@@ -1,0 +1,168 @@
+//! A model written back into its file: new values of parameters, intervals and effects; everything else, comments and order
+//! included, stays as the user wrote it.
+
+use super::{Addition, How, Model, Parameter};
+use crate::error::{Fault, ModelError, Place};
+use augsim_data::shown_cause;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
+
+impl Model {
+    /// Text of a model file that is read as this model: nominal values and intervals as they are here, and the effects that
+    /// were added. The file that the model was read from is the form that is filled in.
+    ///
+    /// # Errors
+    /// The text of the model is not that of a model file.
+    pub fn to_toml(&self) -> Result<String, ModelError> {
+        let mut document: DocumentMut = self.text.parse().map_err(|e: toml_edit::TomlError| {
+            let place = Place { file: self.file.clone(), line: 1, key: String::new() };
+            let fault = Box::new(Fault::Syntax { reason: shown_cause(&e.message()) });
+            ModelError { place, fault, excerpt: None }
+        })?;
+        for p in &self.parameters[..self.declared_parameters()] {
+            let entry = match p.name.split_once('.') {
+                Some((input, key)) => {
+                    let inputs = document.get_mut("inputs");
+                    inputs.and_then(|i| i.get_mut(input)).and_then(|i| i.get_mut(key))
+                }
+                None => document.get_mut("parameters").and_then(|table| table.get_mut(&p.name)),
+            };
+            if let Some(entry) = entry {
+                fill(entry, p);
+            }
+        }
+        for input in &self.inputs {
+            let hold = input.hold.map(super::Hold::word);
+            if let (Some(hold), Some(entry)) =
+                (hold, document.get_mut("inputs").and_then(|i| i.get_mut(&input.name)))
+            {
+                set_hold(entry, hold);
+            }
+        }
+        for output in &self.outputs {
+            if let (Some(sd), Some(entry)) =
+                (output.sd, document.get_mut("outputs").and_then(|o| o.get_mut(&output.name)))
+                && entry.is_table_like()
+            {
+                set(entry, "sd", sd.into());
+            }
+        }
+        document.remove("effect");
+        if !self.additions.is_empty() {
+            let mut blocks = ArrayOfTables::new();
+            self.additions.iter().for_each(|addition| blocks.push(self.block(addition)));
+            document.insert("effect", Item::ArrayOfTables(blocks));
+        }
+        Ok(document.to_string())
+    }
+
+    fn block(&self, addition: &Addition) -> Table {
+        let mut table = Table::new();
+        let parameters = &self.parameters[addition.parameters.clone()];
+        table.insert("kind", value(&addition.kind));
+        table.insert("on", value(&addition.on));
+        if let Some((first, last)) = addition.table {
+            table.insert("against", value(addition.with.as_deref().unwrap_or("t")));
+            table.insert("first", value(first));
+            table.insert("last", value(last));
+            table.insert("values", value(parameters.iter().map(|p| p.nominal).collect::<Array>()));
+        } else {
+            if let Some(with) = &addition.with {
+                table.insert("with", value(with));
+            }
+            if addition.kind == "formula" {
+                for change in &addition.changes {
+                    let how: How = change.how;
+                    table.insert(how.key(), value(&change.value.tree.text));
+                }
+            }
+            for p in parameters {
+                let mut entry = InlineTable::new();
+                entry.insert("nominal", p.nominal.into());
+                for (key, bound) in [("min", p.min), ("max", p.max)] {
+                    if bound.is_finite() {
+                        entry.insert(key, bound.into());
+                    }
+                }
+                if p.frozen {
+                    entry.insert("frozen", true.into());
+                }
+                if let Some(ci95) = p.ci95 {
+                    entry.insert("ci95", ci95.into_iter().collect::<Array>().into());
+                }
+                if let Some(unit) = p.unit {
+                    let symbol = unit.symbol();
+                    entry.insert("unit", if symbol.is_empty() { "1".into() } else { symbol.into() });
+                }
+                table.insert(addition.own_name(&p.name), value(entry));
+            }
+        }
+        if !addition.also_fits.is_empty() {
+            table
+                .insert("also_fits", value(addition.also_fits.iter().map(String::as_str).collect::<Array>()));
+        }
+        table
+    }
+}
+
+/// Puts a parameter's value and interval into its entry, which is a number or a table.
+fn fill(entry: &mut Item, p: &Parameter) {
+    if entry.is_table_like() {
+        set(entry, "nominal", p.nominal.into());
+        match p.ci95 {
+            Some(ci95) => set(entry, "ci95", ci95.into_iter().collect::<Array>().into()),
+            None => {
+                if let Some(table) = entry.as_table_like_mut() {
+                    table.remove("ci95");
+                }
+            }
+        }
+    } else if let Some(there) = entry.as_value_mut() {
+        *there = match p.ci95 {
+            None => decorated(p.nominal.into(), there),
+            Some(ci95) => {
+                let mut table = InlineTable::new();
+                table.insert("nominal", p.nominal.into());
+                table.insert("ci95", ci95.into_iter().collect::<Array>().into());
+                decorated(Value::InlineTable(table), there)
+            }
+        };
+    }
+}
+
+/// Writes a value where it differs from what is there, with the blanks and comments of what was there.
+fn set(entry: &mut Item, key: &str, new: Value) {
+    let Some(table) = entry.as_table_like_mut() else { return };
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(there) if same(there, &new) => {}
+        Some(there) => *there = decorated(new, there),
+        None => {
+            table.insert(key, value(new));
+            // The blank behind the value that was last would stand before the comma otherwise.
+            if let Some(inline) = entry.as_inline_table_mut() {
+                inline.fmt();
+            }
+        }
+    }
+}
+
+fn set_hold(entry: &mut Item, hold: &str) {
+    if entry.is_table_like() {
+        set(entry, "hold", hold.into());
+    } else if let Some(there) = entry.as_value_mut() {
+        *there = decorated(hold.into(), there);
+    }
+}
+
+/// Whether two numbers or texts are equal, whatever their notation: 1e4 stays 1e4.
+fn same(there: &Value, new: &Value) -> bool {
+    let number = |v: &Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
+    match (number(there), number(new)) {
+        (Some(a), Some(b)) => a == b,
+        _ => there.as_str().zip(new.as_str()).is_some_and(|(a, b)| a == b),
+    }
+}
+
+fn decorated(mut new: Value, there: &Value) -> Value {
+    *new.decor_mut() = there.decor().clone();
+    new
+}

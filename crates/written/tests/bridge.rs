@@ -1,0 +1,242 @@
+//! Contract: behind the loop's trait a written system gives the values and derivatives of its equations, the same bytes for
+//! a window whatever is simulated with it and whether or not its record was prepared; laws of the library and tables are
+//! added with exact derivatives; and a model with what was found is written so that it reads back. The pendulum is checked
+//! against the same equations in Rust under the adaptive engine of `ode`; the cart-pole has two pairs and an input, the mass
+//! with its stop an event.
+
+use augsim_physics::Scalar;
+use augsim_physics::model::Parameter;
+use augsim_physics::ode::{At, Equations, Ode};
+use augsim_physics::system::{
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Offsets, Record, Schema, Seed, Simulated,
+    Stream, System, Table, Task,
+};
+use augsim_written::engine::{Method, Options};
+use augsim_written::library::Scales;
+use augsim_written::model::{self, Model};
+use augsim_written::{MeasuredModel, WrittenSystem, example};
+
+fn model(name: &str) -> Model {
+    model::parse(example(name).expect("an example"), "test.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn system(name: &str, substeps: usize) -> WrittenSystem {
+    let options = Options { method: Method::RungeKutta, substeps };
+    WrittenSystem::new(&model(name), &Scales::default()).expect("a system").with_options(options)
+}
+
+/// A record with an input that swings on its own, finer clock.
+fn record(system: &dyn System) -> Record {
+    let clock: Vec<f64> = (0..400).map(|k| 0.005 * f64::from(k)).collect();
+    let swing = |k: usize| -> Vec<f64> { clock.iter().map(|t| ((2 + k) as f64 * 3.0 * t).sin()).collect() };
+    let inputs = (0..system.schema().inputs.len())
+        .map(|k| Stream { times: clock.clone(), values: vec![swing(k)] })
+        .collect();
+    let times: Vec<f64> = (0..190).map(|k| 0.01 * f64::from(k)).collect();
+    let values = system.schema().channels.iter().map(|_| times.iter().map(|t| 0.3 * t.cos()).collect());
+    Record { id: "7".into(), values: values.collect(), times, inputs, ..Record::default() }
+}
+
+fn run(system: &dyn System, task: &Task<'_>) -> Simulated {
+    let mut out = Simulated::default();
+    system.simulate(task, &mut out).unwrap_or_else(|e| panic!("{e}"));
+    out
+}
+
+fn bytes(out: &Simulated) -> Vec<u64> {
+    let at = (0..out.samples()).flat_map(|k| (0..out.channels()).map(move |c| (k, c)));
+    at.flat_map(|(k, c)| std::iter::once(out.value(k, c)).chain(out.slopes(k, c).to_vec()))
+        .map(f64::to_bits)
+        .collect()
+}
+
+/// The pendulum of the example in Rust.
+#[derive(Debug)]
+struct Pendulum(Schema, Vec<Parameter>);
+
+impl Equations for Pendulum {
+    fn schema(&self) -> &Schema {
+        &self.0
+    }
+    fn parameters(&self) -> &[Parameter] {
+        &self.1
+    }
+    fn derivative<S: Scalar>(&self, at: &At<'_, S>, rates: &mut [S]) {
+        let [gravity, length, damping] = [at.parameters[0], at.parameters[1], at.parameters[2]];
+        rates[0] = at.states[1];
+        rates[1] = -(gravity / length) * at.states[0].sin() - damping * at.states[1];
+    }
+    fn output<S: Scalar>(&self, at: &At<'_, S>, channels: &mut [S]) {
+        channels[0] = at.states[0];
+    }
+}
+
+#[test]
+fn values_and_derivatives_are_those_of_the_same_equations_in_rust() {
+    let written = system("pendulum", 8);
+    let record = record(&written);
+    let reference = Ode::new(Pendulum(written.schema().clone(), written.parameters().to_vec()));
+    // Gravity is frozen: a derivative by it is there when it is asked for.
+    let seeds = [Seed::Parameter(0), Seed::Parameter(1), Seed::Parameter(2), Seed::Start(0), Seed::Start(1)];
+    let task = Task {
+        parameters: &[9.81, 0.2, 0.1],
+        record: &record,
+        window: 10..150,
+        start: &[0.9, -0.5],
+        offsets: Offsets::None,
+        seeds: &seeds,
+    };
+    let (found, expected) = (run(&written, &task), run(&reference, &task));
+    for k in 0..found.samples() {
+        assert!((found.value(k, 0) - expected.value(k, 0)).abs() < 1e-7, "{k}");
+        for (a, b) in found.slopes(k, 0).iter().zip(expected.slopes(k, 0)) {
+            assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{k}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_window_has_the_same_bytes_in_any_company() {
+    for name in ["cart-pole", "mass-spring-stop"] {
+        let system = system(name, 2);
+        let plain = record(&system);
+        let mut prepared = plain.clone();
+        system.prepare(&mut prepared, &[]).expect("a record");
+        let states = system.schema().states.len();
+        let values: Vec<Vec<f64>> = (0..37)
+            .map(|i| system.parameters().iter().map(|p| p.nominal * (1.0 + 0.003 * f64::from(i))).collect())
+            .collect();
+        let starts: Vec<Vec<f64>> = (0..37).map(|i| vec![0.01 * f64::from(i); states]).collect();
+        let seeds: [&[Seed]; 3] = [&[Seed::Start(0), Seed::Parameter(0)], &[], &[Seed::Start(1)]];
+        let task = |i: usize, record| Task {
+            parameters: &values[i],
+            record,
+            window: i..90 + 2 * i,
+            start: &starts[i],
+            offsets: Offsets::None,
+            seeds: seeds[i % 3],
+        };
+        let tasks: Vec<Task<'_>> = (0..37).map(|i| task(i, &prepared)).collect();
+        let mut out = vec![Simulated::default(); 37];
+        let done = system.simulate_all(&tasks, &mut out);
+        let mut reversed: Vec<Task<'_>> = tasks.clone();
+        reversed.reverse();
+        let mut back = vec![Simulated::default(); 37];
+        system.simulate_all(&reversed, &mut back);
+        for i in 0..37 {
+            assert!(done[i].is_ok(), "{name} {i}");
+            let alone = bytes(&run(&system, &tasks[i]));
+            assert_eq!(alone, bytes(&out[i]), "{name} {i}: in a list");
+            assert_eq!(alone, bytes(&back[36 - i]), "{name} {i}: in a reversed list");
+            assert_eq!(
+                alone,
+                bytes(&run(&system, &task(i, &plain))),
+                "{name} {i}: of a record as it was read"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_task_that_fails_concerns_no_other() {
+    let system = system("pendulum", 2);
+    let record = record(&system);
+    let task = |start, window| Task {
+        parameters: &[9.81, 0.2, 0.1],
+        record: &record,
+        window,
+        start,
+        offsets: Offsets::None,
+        seeds: &[],
+    };
+    let tasks = [
+        task(&[0.1, 0.0], 0..50),
+        task(&[0.1], 0..50),
+        task(&[f64::NAN, 0.0], 0..50),
+        task(&[0.1, 0.0], 0..500),
+        task(&[0.1, 0.0], 20..50),
+    ];
+    let mut out = vec![Simulated::default(); 4];
+    let done = system.simulate_all(&tasks, &mut out);
+    let told: Vec<bool> = done.iter().map(Result::is_ok).collect();
+    assert_eq!(told, [true, false, false, false, false], "{done:?}");
+    assert_eq!(bytes(&out[0]), bytes(&run(&system, &tasks[0])));
+}
+
+#[test]
+fn laws_that_are_added_have_exact_derivatives() {
+    let system = system("cart-pole", 4);
+    let record = record(&system);
+    let library = system.library();
+    let index =
+        |kind: &str| library.iter().position(|e| e.kind == kind).unwrap_or_else(|| panic!("no {kind}"));
+    let table = Table { target: 3, against: 2, first: -1.0, last: 1.0, knots: 4 };
+    let laws = [
+        Law::Effect(index("coulomb on v_m_s")),
+        Law::Effect(index("presliding on omega_rad_s")),
+        Law::Table(table),
+    ];
+    let augmented = system.augmented(&laws[..2]).expect("two laws").augmented(&laws[2..]).expect("one more");
+    assert_eq!((augmented.declared(), augmented.laws()), (system.parameters().len(), &laws[..]));
+    let first = augmented.declared();
+    let mut values: Vec<f64> = augmented.parameters().iter().map(|p| p.nominal).collect();
+    values[first..].copy_from_slice(&[0.4, 0.3, 2.0, 0.2, 0.1, -0.3, 0.2, 0.4]);
+    let seeds: Vec<Seed> = (first..values.len()).map(Seed::Parameter).collect();
+    let start = [0.1, 0.3, 0.4, -0.2];
+    let simulate = |values: &[f64], seeds: &[Seed]| {
+        let (window, offsets) = (0..120, Offsets::None);
+        run(&*augmented, &Task { parameters: values, record: &record, window, start: &start, offsets, seeds })
+    };
+    let exact = simulate(&values, &seeds);
+    for lane in 0..seeds.len() {
+        let h = 1e-5;
+        let moved = |by: f64| {
+            let mut values = values.clone();
+            values[first + lane] += by;
+            simulate(&values, &[])
+        };
+        let (up, down) = (moved(h), moved(-h));
+        let slope = |k: usize, c: usize| exact.slopes(k, c)[lane];
+        let scale = (0..120).flat_map(|k| [slope(k, 0), slope(k, 1)]).fold(0.0, |s: f64, x| s.max(x.abs()));
+        assert!(scale > 1e-6, "parameter {lane} does nothing");
+        for k in 0..120 {
+            for c in 0..2 {
+                let difference = (up.value(k, c) - down.value(k, c)) / (2.0 * h);
+                assert!((slope(k, c) - difference).abs() < 1e-5 * scale, "parameter {lane}, sample {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_was_found_is_written_and_read_back() {
+    let declared = model("pendulum");
+    let measured = MeasuredModel::new(declared.clone(), Scales::default(), None, None);
+    let system = measured.open(&|_| true).expect("all columns are there");
+    let quadratic =
+        system.library().iter().position(|e| e.kind == "quadratic-damping").expect("in the library");
+    let one =
+        |value: f64| Fitted { values: FittedValues::One(value), ci95: Some([value - 0.1, value + 0.1]) };
+    let table = Table { target: 1, against: 0, first: -1.0, last: 1.0, knots: 3 };
+    let found = Augmentation {
+        declared: vec![(1, one(0.2))],
+        additions: vec![
+            Addition::Law(Law::Effect(quadratic), vec![one(0.3)]),
+            Addition::Law(Law::Table(table), vec![one(0.1), one(0.2), one(0.3)]),
+        ],
+        ..Augmentation::default()
+    };
+    let text = measured.augmented(&found).expect("a text");
+    let again = model::parse(&text, "augmented.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(again.parameters[1].nominal, 0.2);
+    let kinds: Vec<&str> = again.additions.iter().map(|a| a.kind.as_str()).collect();
+    assert_eq!(kinds, ["quadratic-damping", "table"]);
+    let added: Vec<f64> = again.parameters[3..].iter().map(|p| p.nominal).collect();
+    assert_eq!(added, [0.3, 0.1, 0.2, 0.3]);
+    let refused =
+        measured.open(&|column| column != "angle_rad").expect_err("a column is missing").to_string();
+    assert_eq!(
+        refused,
+        "the data have no column `angle_rad`, an output of the model; rename one, or take it out of the model"
+    );
+}
