@@ -3,7 +3,7 @@
 use crate::cluster::{Cluster, clusters};
 use crate::covariance::{sandwich, undetermined};
 use crate::dispersion::{Dispersion, Quadratic, dispersion};
-use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::evaluate::{Lanes, Normal, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Excerpt, Measured, Record};
@@ -142,18 +142,25 @@ fn assemble(
     theta: Vec<f64>,
     nuisance: Vec<Vec<f64>>,
 ) -> State {
-    let normals: Vec<Normal> = sample
-        .excerpts()
-        .par_iter()
-        .zip(lanes)
-        .zip(&nuisance)
-        .map(|((&at, lanes), n)| {
-            sample.data.tally.simulation();
-            normal(&Point::new(h, &*h.system, lanes, at.record, &theta, n), lanes, at, sample.correlation)
-        })
-        .collect();
+    let normals = assembled(sample, h, lanes, &theta, &nuisance);
     let q = normals.iter().map(|n| n.q).sum();
     State { theta, nuisance, normals, q }
+}
+
+/// The normal equations of all windows at a point.
+fn assembled(
+    sample: &Sample<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Vec<Normal> {
+    let windows = sample.excerpts();
+    let all = windows.iter().zip(lanes).zip(nuisance);
+    let points: Vec<Point<'_>> =
+        all.map(|((at, lanes), n)| Point::new(h, &*h.system, lanes, at.record, theta, n)).collect();
+    points.iter().for_each(|_| sample.data.tally.simulation());
+    normals(&points, lanes, &windows, sample.correlation)
 }
 
 /// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and each record's nuisance step for a
@@ -371,13 +378,21 @@ fn advance(
     lambda: f64,
 ) -> State {
     let theta: Vec<f64> = state.theta.iter().zip(step).map(|(t, d)| t + d).collect();
+    let full: Vec<Vec<f64>> = lanes
+        .iter()
+        .zip(&state.normals)
+        .zip(&state.nuisance)
+        .map(|((lanes, before), now)| nuisance_step(lanes, before, now, step, lambda))
+        .collect();
+    let trials = assembled(sample, h, lanes, &theta, &full);
     let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
         .excerpts()
         .par_iter()
         .zip(lanes)
         .zip(&state.normals)
         .zip(&state.nuisance)
-        .map(|(((&window, lanes), before), now)| {
+        .zip(trials.into_par_iter().zip(full))
+        .map(|((((&window, lanes), before), now), trial)| {
             let record = window.record;
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
@@ -388,8 +403,7 @@ fn advance(
                     sample.correlation,
                 )
             };
-            let full = nuisance_step(lanes, before, now, step, lambda);
-            let mut best = (at(&full), full);
+            let mut best = trial;
             for share in [0.2, 0.0] {
                 if best.0.q <= before.q + SURPRISE {
                     break;

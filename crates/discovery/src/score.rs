@@ -1,7 +1,7 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
 use crate::addition::Addition;
-use crate::evaluate::{Lanes, Point, normal};
+use crate::evaluate::{Lanes, Point, normal, normals};
 use crate::fit::{Fit, Sample};
 use crate::linear::{Square, eliminate};
 use augsim_physics::model::Per;
@@ -86,24 +86,23 @@ fn batch_scores(
         owned.push((i, begin..width));
     }
     let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
-    let parts: Vec<_> = sample
-        .excerpts()
-        .par_iter()
-        .zip(&fit.nuisance)
-        .map(|(&at, nuisance)| {
-            let record = at.record;
+    let windows = sample.excerpts();
+    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(h, at, &extras)).collect();
+    let each = windows.iter().zip(&lanes).zip(&fit.nuisance);
+    let points: Vec<Point<'_>> = each
+        .map(|((at, lanes), nuisance)| {
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, at, &extras);
-            let n = normal(
-                &Point::new(h, &*system, &lanes, record, &fit.theta, nuisance),
-                &lanes,
-                at,
-                sample.correlation,
-            );
+            Point::new(h, &*system, lanes, at.record, &fit.theta, nuisance)
+        })
+        .collect();
+    let parts = normals(&points, &lanes, &windows, sample.correlation).into_par_iter().zip(&lanes);
+    let parts: Vec<_> = parts
+        .zip(&windows)
+        .map(|((n, lanes), at)| {
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             let mut places = lanes.theta.clone();
-            places
-                .extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.seen.group } else { c }));
+            let group = at.record.seen.group;
+            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + group } else { c }));
             (s, u, places)
         })
         .collect();
