@@ -148,6 +148,12 @@ impl<'a> Point<'a> {
         }
     }
 
+    /// The same with other values of the parameters from place `first` on.
+    pub fn with_values(mut self, first: usize, values: &[f64]) -> Self {
+        self.values[first..][..values.len()].copy_from_slice(values);
+        self
+    }
+
     /// The simulation of a window with the derivatives of `seeds`.
     fn task<'t>(&'t self, lanes: &Lanes, at: Excerpt<'t>, seeds: &'t [Seed]) -> Task<'t> {
         let offsets = match self.nuisance.get(lanes.fixed_nuisances()..) {

@@ -67,6 +67,8 @@ pub(crate) struct Fit {
     pub theta: Vec<f64>,
     /// Nuisances of each window of the chosen records.
     pub nuisance: Vec<Vec<f64>>,
+    /// The cost that was minimised.
+    pub cost: f64,
     /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
@@ -163,14 +165,22 @@ fn assembled(
     normals(&points, lanes, &windows, sample.correlation)
 }
 
-/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and each record's nuisance step for a
-/// step of theta.
-fn reduce(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> (Square, Vec<f64>) {
+/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
+/// nuisances alone move.
+pub(crate) fn reduce(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    normals: &[Normal],
+    damping: f64,
+) -> (Square, Vec<f64>, f64) {
     let n = h.theta_len();
-    let (mut s, mut u) = (Square::zero(n), vec![0.0; n]);
+    let (mut s, mut u, mut starts) = (Square::zero(n), vec![0.0; n], 0.0);
     for (l, normal) in lanes.iter().zip(normals) {
         let damped = damp(&normal.h, damping);
-        let (sj, uj, _) = eliminate(&damped, &normal.g, l.common());
+        let (sj, uj, factor) = eliminate(&damped, &normal.g, l.common());
+        let mut own = normal.g[l.common()..].to_vec();
+        factor.forward(&mut own);
+        starts += own.iter().map(|x| x * x).sum::<f64>();
         for (a, &ta) in l.theta.iter().enumerate() {
             u[ta] += uj[a];
             for (b, &tb) in l.theta.iter().enumerate() {
@@ -178,7 +188,7 @@ fn reduce(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> 
             }
         }
     }
-    (s, u)
+    (s, u, starts)
 }
 
 fn damp(h: &Square, damping: f64) -> Square {
@@ -263,7 +273,7 @@ fn fit_with(
             break;
         }
     }
-    let (information, _) = reduce(&h, &lanes, &state.normals, 0.0);
+    let (information, _, _) = reduce(&h, &lanes, &state.normals, 0.0);
     let mut ll = -0.5 * state.q;
     for (l, normal) in lanes.iter().zip(&state.normals) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -277,6 +287,7 @@ fn fit_with(
         draws,
         theta: state.theta,
         nuisance: state.nuisance,
+        cost: state.q,
         ll,
         information,
         clusters,
@@ -491,7 +502,7 @@ fn theta_step(
     lambda: f64,
     bounds: &[(f64, f64)],
 ) -> Vec<f64> {
-    let (s, u) = reduce(h, lanes, &state.normals, lambda);
+    let (s, u, _) = reduce(h, lanes, &state.normals, lambda);
     let mut moving: Vec<usize> = (0..u.len())
         .filter(|&i| {
             let (t, (low, high)) = (state.theta[i], bounds[i]);

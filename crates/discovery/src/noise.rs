@@ -6,7 +6,7 @@
 
 use crate::linear::Square;
 use crate::record::{Measured, Record};
-use crate::statistics::chi2_tail;
+use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
 /// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
@@ -215,7 +215,7 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
             let samples: f64 = mine().map(|(a, _)| a.y.len() as f64).sum();
             *sd = if round == 0 {
                 let mut all: Vec<f64> = mine().flat_map(|(_, r)| r.iter().map(|v| v.abs())).collect();
-                1.4826 * crate::statistics::median(&mut all) * (samples / freedom.max(1.0)).sqrt()
+                1.4826 * median(&mut all) * (samples / freedom.max(1.0)).sqrt()
             } else {
                 (mine().flat_map(|(_, r)| r.iter().map(|v| v * v)).sum::<f64>() / freedom.max(1.0)).sqrt()
             };
@@ -335,7 +335,7 @@ fn smooth_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     let limits: Vec<f64> = (0..channels)
         .map(|c| {
             let mine = arcs.iter().zip(&levels).filter(|(a, _)| a.channel == c);
-            ROUGH * crate::statistics::median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
+            ROUGH * median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
         })
         .collect();
     arcs.iter().zip(levels).filter(|(a, l)| *l <= limits[a.channel]).map(|(a, _)| a).collect()
@@ -361,6 +361,32 @@ fn spread(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growth: f64) -> Op
     let ratio = |(r, f): (&f64, &f64)| ((r + PULL) / (f + PULL)).sqrt();
     (p < DIFFERS).then(|| rss.iter().zip(&freedom).map(ratio).collect())
 }
+
+/// Variance of each channel about polynomials over stretches of `length` samples: the median of up to a few hundred.
+pub(crate) fn smooth_misfit(data: &Measured, length: usize) -> Vec<f64> {
+    let channels = data.system.schema().channels.len();
+    let total: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
+    let stride = (total / length.max(1)).div_ceil(MOST_STRETCHES).max(1) * length;
+    (0..channels)
+        .map(|c| {
+            let mut levels = Vec::new();
+            for (j, r) in data.records.iter().enumerate() {
+                for first in (0..r.seen.times.len().saturating_sub(length)).step_by(stride) {
+                    let used = (first..first + length).filter(|&k| r.seen.values[c][k].is_finite());
+                    let arc = Arc::new(r, used.collect(), c, j);
+                    levels.extend(arc.map(|a| {
+                        let freedom = (a.y.len() - a.basis[0].len()) as f64;
+                        a.residuals().iter().map(|v| v * v).sum::<f64>() / freedom
+                    }));
+                }
+            }
+            median(&mut levels)
+        })
+        .collect()
+}
+
+/// Stretches that are enough to tell how rough a channel is.
+const MOST_STRETCHES: usize = 400;
 
 fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();

@@ -1,9 +1,11 @@
 //! From a data set to records with events, noise and a split.
 
+use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::deal;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
+use crate::pieces;
 use crate::record::Measured;
 use crate::rough_noise::rough_noise;
 use crate::spikes::{mask, spikes};
@@ -50,6 +52,8 @@ pub(crate) fn prepare(
         .collect();
     let system = data.system.clone();
     data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
+    pieces::find(&mut data);
+    data.records = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
     if found < 2 {
         let data = data.name;

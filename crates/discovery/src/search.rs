@@ -6,6 +6,7 @@ use crate::candidates::{library, may_join};
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
+use crate::scan::scan;
 use crate::score::{Score, heterogeneity, scores};
 use crate::statistics::{chi2_quantile, chi2_tail};
 use augsim_physics::model::Per;
@@ -20,6 +21,8 @@ const BEAM: usize = 3;
 pub(crate) const MOST_EFFECTS: usize = 4;
 /// Largest rough offset of the events' parameter that a fit begins with, in units of the largest scatter.
 const MOST_OF_AN_OFFSET: f64 = 0.6;
+/// Thresholds that are fitted from where a scan puts them.
+const MOST_SCANNED: usize = 3;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -31,6 +34,8 @@ pub(crate) struct Search<'a> {
     pub train: Sample<'a>,
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
+    /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
+    tests: usize,
     /// Whether the parameter of the events may scatter.
     pub scatter: bool,
 }
@@ -70,7 +75,16 @@ pub(crate) struct Found {
 
 impl<'a> Search<'a> {
     pub fn new(train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self { train, test, library: library(train.data), scatter: true }
+        let library = library(train.data);
+        let system = &train.data.system;
+        let points = |a: &Addition| match a {
+            Addition::Effect(listed, _) => {
+                system.null_points(listed.index).len() + system.scan_points(listed.index).len()
+            }
+            _ => 1,
+        };
+        let tests = library.iter().map(points).sum();
+        Self { train, test, library, tests, scatter: true }
     }
 
     fn system(&self) -> &dyn System {
@@ -85,7 +99,7 @@ impl<'a> Search<'a> {
     /// Gain in -2 ln likelihood by an addition that chance alone exceeds with probability [`ALPHA`] over the library, where
     /// residuals are white.
     pub fn penalty(&self, addition: &Addition) -> f64 {
-        let m = self.library.len().max(1) as f64 + 2.0;
+        let m = self.tests.max(1) as f64 + 2.0;
         match addition {
             Addition::Table(t) => chi2_quantile(ALPHA / 24.0, t.table.knots as f64) + 4.0,
             _ => chi2_quantile(ALPHA / m, self.size(addition)),
@@ -246,6 +260,10 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
+        if best {
+            let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
+            moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
+        }
         if self.scatter && best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
             moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
         }
@@ -315,6 +333,11 @@ impl<'a> Search<'a> {
         fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
     }
 
+    /// Whether an addition is a threshold, which fits begin at several places for.
+    fn is_scanned(&self, addition: &Addition) -> bool {
+        matches!(addition, Addition::Effect(e, _) if !self.system().scan_points(e.index).is_empty())
+    }
+
     fn without_repeats(
         &self,
         jobs: Vec<(usize, Move)>,
@@ -327,9 +350,9 @@ impl<'a> Search<'a> {
                 let mut all = beam[*i].additions().to_vec();
                 all.extend(m.iter().map(|(a, _)| a.clone()));
                 let mut key = labels(&all);
-                if m.len() > 1 {
-                    // The two starts of a pair are different attempts.
-                    key.push(format!("{:?}", m[1].1));
+                // The two starts of a pair are different attempts, and so are those of a threshold.
+                if let Some((_, start)) = m.get(1).or(m.first().filter(|(a, _)| self.is_scanned(a))) {
+                    key.push(format!("{start:?}"));
                 }
                 let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS;
                 seen.push(key);
