@@ -1,0 +1,132 @@
+//! Windows that grow: short ones forgive a wrong parameter, long ones tell small ones.
+
+use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
+use crate::steps::{Fit, Reduced};
+use crate::windows::{Problem, Shot, doubled};
+use augsim_physics::system::{Record, System};
+use faer::{Mat, Side};
+
+/// Growth of the misfit from one length to its double beyond which the model no longer follows: sensor noise does not grow,
+/// white noise of a force grows by 2.8 in a position, a lost fit by much more.
+const LOST: f64 = 4.0;
+/// Eigenvalues below this share of the largest, after scaling, are those of combinations that data do not tell.
+const UNTOLD: f64 = 1e-9;
+
+/// Calibrates the free parameters of a system on prepared records, whose windows are the shortest that are fitted.
+///
+/// # Errors
+/// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest windows.
+pub fn calibrate(system: &dyn System, records: &[Record]) -> Result<Calibration, CalibrationError> {
+    let measured = |r: &Record| r.values.iter().flatten().any(|v| v.is_finite());
+    if !records.iter().any(measured) {
+        return Err(CalibrationError::NothingMeasured);
+    }
+    let mut problem = Problem::new(system, records, true);
+    let spread = problem.sd.clone();
+    let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+    let mut shots = problem.shots();
+    let mut best = problem.fit(&nominal, &shots).map_err(CalibrationError::Simulation)?;
+    let mut stages = vec![stage(&problem, &best)];
+    let mut stopped = None;
+    loop {
+        shots = doubled(&best.shots);
+        if shots.len() == best.shots.len() {
+            break;
+        }
+        let before = problem.sd.clone();
+        problem.sd.clone_from(&spread);
+        let grown = problem.fit(&best.values, &shots);
+        let Ok(grown) = grown else {
+            (stopped, problem.sd) = (Some("longer windows cannot be simulated"), before);
+            break;
+        };
+        let next = stage(&problem, &grown);
+        let last = &stages[stages.len() - 1].rms;
+        let growth = next.rms.iter().zip(last).zip(&spread).map(|((now, then), spread)| {
+            // Below a millionth of what the channel does there is nothing to follow.
+            now / then.max(1e-6 * spread)
+        });
+        if growth.fold(0.0, f64::max) > LOST {
+            (stopped, problem.sd) = (Some("over longer windows the model does not follow the data"), before);
+            break;
+        }
+        stages.push(next);
+        best = grown;
+    }
+    Ok(outcome(&problem, best, stages, stopped))
+}
+
+fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
+    let duration = |s: &Shot| {
+        let times = &problem.records[s.record].times;
+        times[s.samples.end - 1] - times[s.samples.start]
+    };
+    let mut durations: Vec<f64> = fit.shots.iter().map(duration).collect();
+    durations.sort_by(f64::total_cmp);
+    Stage {
+        window_s: durations.get(durations.len() / 2).copied().unwrap_or(0.0),
+        windows: fit.shots.len(),
+        rms: fit.normal.rms(problem.schema().channels.len()),
+        steps: fit.steps,
+        converged: fit.converged,
+    }
+}
+
+fn outcome(
+    problem: &Problem<'_>,
+    fit: Fit,
+    stages: Vec<Stage>,
+    stopped: Option<&'static str>,
+) -> Calibration {
+    let (p, n) = (problem.free.len(), problem.states.len());
+    let declared = problem.system.parameters();
+    let count = fit.normal.count() as f64;
+    let unknowns = (p + n * fit.shots.len()) as f64;
+    // Neighbours that miss alike are not so many witnesses.
+    let rho = fit.normal.correlation();
+    let variance = fit.normal.cost / (count - unknowns).max(1.0) * (1.0 + rho) / (1.0 - rho);
+    let mut standard_errors = vec![None; declared.len()];
+    let mut gauges = Vec::new();
+    let mut starts: Vec<(Vec<f64>, Vec<f64>)> = problem
+        .records
+        .iter()
+        .map(|r| r.windows.first().map(|w| w.start.clone()).unwrap_or_default())
+        .map(|start| (start.clone(), vec![0.0; start.len()]))
+        .collect();
+    if let Some(reduced) = Reduced::of(problem, &fit.normal, 0.0) {
+        let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+        let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
+        if let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) {
+            let (values, vectors) = (eigen.S(), eigen.U());
+            let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
+            let told: Vec<usize> = (0..p).filter(|k| values[*k] > UNTOLD * largest).collect();
+            for i in 0..p {
+                let sum: f64 = told.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
+                standard_errors[problem.free[i]] = Some((variance * sum).sqrt() / size(i));
+            }
+            let untold: Vec<usize> = (0..p).filter(|k| !told.contains(k)).collect();
+            if !untold.is_empty() {
+                let weight = |i: usize| untold.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
+                let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > 0.01).collect();
+                let combinations = parameters.len().saturating_sub(untold.len());
+                let parameters = parameters.into_iter().map(|i| problem.free[i]).collect();
+                gauges.push(Gauge { parameters, combinations });
+            }
+        }
+        for (shot, inverse) in fit.shots.iter().zip(&reduced.windows) {
+            if shot.samples.start == 0 {
+                let (start, errors) = &mut starts[shot.record];
+                start.clone_from(&shot.start);
+                for (k, state) in problem.states.iter().enumerate() {
+                    errors[*state] = (variance * inverse[(k, k)]).sqrt();
+                }
+            }
+        }
+    }
+    let at_bound = declared
+        .iter()
+        .zip(&fit.values)
+        .map(|(p, value)| !p.frozen && (*value <= p.min || *value >= p.max))
+        .collect();
+    Calibration { values: fit.values, standard_errors, at_bound, starts, stages, stopped, gauges }
+}
