@@ -31,7 +31,7 @@ impl Linear {
             system: "linear".into(),
             record: ["record".into(), "records".into()],
             states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Free }],
-            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None }],
+            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None, sd_at_most: None }],
             covariates: vec![Quantity::new("x", "")],
             features: vec![Quantity::new("time", "s")],
             measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],

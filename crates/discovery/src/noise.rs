@@ -282,6 +282,9 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
         }
         freedom += f;
         *sd = if f > 0.0 { (rss / f).sqrt() } else { declared[channel].unwrap_or(1e-3) };
+        if let Some(most) = data.system.schema().channels[channel].sd_at_most {
+            *sd = sd.min(most);
+        }
         // Data without noise: six printed digits of metres are the finest that anything is judged by.
         *sd = sd.max(1e-6);
     }

@@ -18,6 +18,10 @@ pub struct MeasuredModel {
     scales: Scales,
     options: Option<Options>,
     window_s: Option<f64>,
+    /// Values that fits begin at, in the order of the model's parameters.
+    values: Vec<f64>,
+    /// Standard deviation that the sensor of each output does not exceed.
+    noise: Vec<f64>,
 }
 
 #[derive(Debug, Error)]
@@ -31,7 +35,14 @@ enum Lacking {
 impl MeasuredModel {
     /// A model with the sizes of its quantities in data; `options` are the steps, `window_s` the length of windows.
     pub fn new(model: Model, scales: Scales, options: Option<Options>, window_s: Option<f64>) -> Self {
-        Self { model, scales, options, window_s }
+        Self { model, scales, options, window_s, values: Vec::new(), noise: Vec::new() }
+    }
+
+    /// The same with what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
+    /// windows, in its unit.
+    pub fn calibrated(mut self, values: Vec<f64>, misfit: Vec<f64>) -> Self {
+        (self.values, self.noise) = (values, misfit);
+        self
     }
 
     /// The model.
@@ -42,7 +53,10 @@ impl MeasuredModel {
     fn system(&self) -> Result<WrittenSystem, Objection> {
         let system = WrittenSystem::new(&self.model, &self.scales).map_err(Objection::new)?;
         let options = self.options.clone().unwrap_or_else(|| system.options().clone());
-        Ok(system.with_options(options).with_windows(self.window_s))
+        Ok(system
+            .with_options(options)
+            .with_windows(self.window_s)
+            .with_fit(self.values.clone(), &self.noise))
     }
 
     fn written(&self, found: &Augmentation) -> Option<String> {
