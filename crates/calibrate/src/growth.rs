@@ -72,6 +72,33 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     }
 }
 
+/// Parameters that data alone do not tell one by one: what is known of starts beforehand would hide that a scale is free.
+fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
+    let (p, n) = (problem.free.len(), problem.states.len());
+    let mut normal = fit.normal.clone();
+    for (part, shot) in normal.parts.iter_mut().zip(&fit.shots) {
+        for (index, state) in problem.states.iter().enumerate() {
+            if let Some((_, sd)) = problem.prior(shot, *state) {
+                part.c[index * n + index] -= 1.0 / (sd * sd);
+            }
+        }
+    }
+    let reduced = Reduced::of(problem, &normal, 0.0)?;
+    let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+    let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
+    let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (eigen.S(), eigen.U());
+    let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
+    let untold: Vec<usize> = (0..p).filter(|k| values[*k] <= UNTOLD * largest).collect();
+    if untold.is_empty() {
+        return None;
+    }
+    let weight = |i: usize| untold.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
+    let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > 0.01).collect();
+    let combinations = parameters.len().saturating_sub(untold.len());
+    Some(Gauge { parameters: parameters.into_iter().map(|i| problem.free[i]).collect(), combinations })
+}
+
 fn outcome(
     problem: &Problem<'_>,
     fit: Fit,
@@ -86,7 +113,6 @@ fn outcome(
     let rho = fit.normal.correlation();
     let variance = fit.normal.cost / (count - unknowns).max(1.0) * (1.0 + rho) / (1.0 - rho);
     let mut standard_errors = vec![None; declared.len()];
-    let mut gauges = Vec::new();
     let mut starts: Vec<(Vec<f64>, Vec<f64>)> = problem
         .records
         .iter()
@@ -104,14 +130,6 @@ fn outcome(
                 let sum: f64 = told.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
                 standard_errors[problem.free[i]] = Some((variance * sum).sqrt() / size(i));
             }
-            let untold: Vec<usize> = (0..p).filter(|k| !told.contains(k)).collect();
-            if !untold.is_empty() {
-                let weight = |i: usize| untold.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
-                let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > 0.01).collect();
-                let combinations = parameters.len().saturating_sub(untold.len());
-                let parameters = parameters.into_iter().map(|i| problem.free[i]).collect();
-                gauges.push(Gauge { parameters, combinations });
-            }
         }
         for (shot, inverse) in fit.shots.iter().zip(&reduced.windows) {
             if shot.samples.start == 0 {
@@ -123,6 +141,7 @@ fn outcome(
             }
         }
     }
+    let gauges = gauge(problem, &fit).into_iter().collect();
     let at_bound = declared
         .iter()
         .zip(&fit.values)

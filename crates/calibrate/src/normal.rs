@@ -125,11 +125,8 @@ impl Problem<'_> {
                 }
                 let scaled = misfit / sd;
                 let weight = if scaled.abs() > KNEE { KNEE / scaled.abs() } else { 1.0 };
-                part.cost += if scaled.abs() > KNEE {
-                    KNEE * (2.0 * scaled.abs() - KNEE)
-                } else {
-                    scaled * scaled
-                };
+                part.cost +=
+                    if scaled.abs() > KNEE { KNEE * (2.0 * scaled.abs() - KNEE) } else { scaled * scaled };
                 part.squares[channel].0 += misfit * misfit;
                 part.squares[channel].1 += 1;
                 if let Some(before) = before {

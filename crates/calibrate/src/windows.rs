@@ -50,7 +50,9 @@ impl<'a> Problem<'a> {
     pub fn shots(&self) -> Vec<Shot> {
         let of = |(record, seen): (usize, &Record)| {
             let windows = seen.windows.iter();
-            windows.map(move |w| Shot { record, samples: w.samples.clone(), start: w.start.clone() }).collect()
+            windows
+                .map(move |w| Shot { record, samples: w.samples.clone(), start: w.start.clone() })
+                .collect()
         };
         self.records.iter().enumerate().flat_map(|r| -> Vec<Shot> { of(r) }).collect()
     }

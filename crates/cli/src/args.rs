@@ -50,8 +50,14 @@ pub struct Global {
 pub enum Command {
     /// See the whole of it in two minutes: simulate, train, forecast, compare, report.
     Demo(Demo),
-    /// Generate trajectories of a known law, with a truth record beside them.
+    /// Write model files to start from.
+    Model(ModelArgs),
+    /// Generate trajectories of a known law, with a truth record beside them, or of a model file of equations.
     Simulate(Simulate),
+    /// Calibrate the declared parameters of a model file of equations.
+    Fit(Fit),
+    /// List the effects that may be tried on a model.
+    Effects(Effects),
     /// Close the loop: what the model lacks, added and proved on held-out trajectories, or an honest no.
     Discover(Discover),
     /// Train a net on trajectories; a run directory is the result.
@@ -94,9 +100,73 @@ pub enum PushProtocolArg {
     Random,
 }
 
+/// Options of `model`.
+#[derive(Debug, ClapArgs)]
+pub struct ModelArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: ModelAction,
+}
+
+/// What to do with model files.
+#[derive(Debug, Subcommand)]
+pub enum ModelAction {
+    /// Write a commented model file that runs as it is.
+    New {
+        /// Which system.
+        #[arg(value_parser = PossibleValuesParser::new(augsim_written::EXAMPLES.map(|(name, _)| name)))]
+        name: String,
+        /// File to write, `NAME.toml` without it.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+}
+
+/// Options of `fit`.
+#[derive(Debug, ClapArgs)]
+pub struct Fit {
+    /// Model file (TOML) with `scenario = "system"`.
+    pub model: PathBuf,
+    /// Measured trajectories (CSV, plain or gzip) with the inputs and outputs of the model.
+    pub data: PathBuf,
+    /// Directory for the calibrated `model.toml` and `result.json`.
+    #[arg(long, default_value = "out/fit")]
+    pub out: PathBuf,
+}
+
+/// Options of `effects`.
+#[derive(Debug, ClapArgs)]
+pub struct Effects {
+    /// Model file (TOML) of a ball, of pushing, or of equations.
+    #[arg(long = "for", value_name = "MODEL")]
+    pub model: PathBuf,
+    /// Measured trajectories, for usual sizes in the units of a model of equations.
+    #[arg(long)]
+    pub data: Option<PathBuf>,
+}
+
 /// Options of `simulate`.
 #[derive(Debug, ClapArgs)]
 pub struct Simulate {
+    /// Model file (TOML) with `scenario = "system"`; without it drops or pushes are generated.
+    #[arg(conflicts_with_all = ["scenario", "trajectories", "samples", "protocol", "object", "surface"])]
+    pub model: Option<PathBuf>,
+    /// With MODEL: simulate at the times, with the inputs and from the first samples of these trajectories.
+    #[arg(long, value_name = "DATA", requires = "model", conflicts_with_all = ["duration_s", "input"])]
+    pub like: Option<PathBuf>,
+    /// With MODEL: seconds to simulate (default 10).
+    #[arg(long, requires = "model")]
+    pub duration_s: Option<f64>,
+    /// With MODEL: an input as an expression of the time t in seconds, such as `force_N=2*sin(3*t)`; may be given several
+    /// times. An input that is not given swings, as a note says.
+    #[arg(long, value_name = "NAME=EXPRESSION", requires = "model")]
+    pub input: Vec<String>,
+    /// With MODEL: a state at the beginning, such as `theta_rad=0.5`; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", requires = "model")]
+    pub start: Vec<String>,
+    /// With MODEL: compare with an adaptive reference and print the largest deviation of each output.
+    #[arg(long, requires = "model")]
+    pub check: bool,
     /// What to simulate.
     #[arg(long, value_enum, default_value = "ball")]
     pub scenario: SimulateScenario,
@@ -124,8 +194,8 @@ pub struct Simulate {
     /// Sensor noise of its angle, rad.
     #[arg(long, default_value_t = 0.001745)]
     pub angle_sd_rad: f64,
-    /// File to write (`.csv`, `.csv.gz` or `.npz`), `out/ball.csv` or `out/push.csv` without it; the truth record and, for
-    /// pushes, the declared model go beside it.
+    /// File to write (`.csv`, `.csv.gz` or `.npz`), `out/ball.csv`, `out/push.csv` or `out/system.csv` without it; the truth
+    /// record and, for pushes, the declared model go beside it.
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -235,11 +305,15 @@ pub enum ProtocolArg {
 /// Options of `evaluate`.
 #[derive(Debug, ClapArgs)]
 pub struct Evaluate {
-    /// Run directory of `train`.
+    /// Run directory of `train`, or a model file (TOML) with `scenario = "system"`.
     pub run: PathBuf,
     /// Held-out trajectories.
     #[arg(long)]
     pub data: PathBuf,
+    /// With a model file: samples, from the first of each trajectory, that its start is fitted to; errors are those of the
+    /// free run over all later ones.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub burn_in: u32,
     /// What the model may see.
     #[arg(long, value_enum, default_value = "forecast")]
     pub protocol: ProtocolArg,

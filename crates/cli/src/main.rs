@@ -21,6 +21,7 @@ mod run_dir;
 mod run_lock;
 mod session;
 mod usage;
+mod written;
 
 use args::Args;
 use augsim_data::Limit;

@@ -28,17 +28,18 @@ impl Column {
     /// The name is not made of at most 256 ASCII letters, digits and underscores, is one of the three names the
     /// long form reserves, or ends in no known unit.
     pub fn new(name: &str) -> Result<Self, ColumnError> {
-        let well_formed = name.len() <= LONGEST_NAME
-            && name.starts_with(|c: char| c.is_ascii_alphabetic())
-            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        if !well_formed {
-            return Err(ColumnError::Malformed { name: name.into() });
-        }
-        if [TRAJECTORY, TIME, GROUP].contains(&name) {
-            return Err(ColumnError::Reserved { name: name.into() });
-        }
+        check_name(name)?;
         let unit =
             Unit::of_column_name(name).ok_or_else(|| ColumnError::UnknownUnit { name: name.into() })?;
+        Self::with_unit(name, unit)
+    }
+
+    /// Column called `name`, whose unit is known from elsewhere: a model says so.
+    ///
+    /// # Errors
+    /// As [`Column::new`], but for the unit.
+    pub fn with_unit(name: &str, unit: Unit) -> Result<Self, ColumnError> {
+        check_name(name)?;
         Ok(Column { name: name.to_owned(), unit })
     }
 
@@ -51,6 +52,20 @@ impl Column {
     pub fn unit(&self) -> Unit {
         self.unit
     }
+}
+
+/// Refuses names that are malformed or reserved.
+fn check_name(name: &str) -> Result<(), ColumnError> {
+    let well_formed = name.len() <= LONGEST_NAME
+        && name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if !well_formed {
+        return Err(ColumnError::Malformed { name: name.into() });
+    }
+    if [TRAJECTORY, TIME, GROUP].contains(&name) {
+        return Err(ColumnError::Reserved { name: name.into() });
+    }
+    Ok(())
 }
 
 impl fmt::Display for Column {

@@ -14,6 +14,7 @@ pub mod checks;
 mod column;
 pub mod convert;
 mod csv_long;
+mod csv_named;
 mod csv_source;
 mod dataset;
 mod error;
@@ -39,6 +40,7 @@ pub use atomic_file::{
 };
 pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
+pub use csv_named::NamedCsv;
 pub use dataset::Dataset;
 pub use error::{ColumnError, DataError, RowRemedy};
 pub use format::{read_dataset, write_dataset};

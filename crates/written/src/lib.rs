@@ -14,9 +14,11 @@ pub mod model;
 mod nearest;
 mod system;
 pub mod text;
+mod waveform;
 
 pub use bridge::{MeasuredModel, WrittenSystem};
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;
 pub use system::System;
+pub use waveform::Waveform;

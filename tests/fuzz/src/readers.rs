@@ -6,16 +6,19 @@ use crate::reader::Reader;
 use crate::seeds;
 use crate::verdict::{Verdict, refusal};
 use augsim_data::convert::{CONVERTERS, Converted};
-use augsim_data::{DataError, Dataset, MissingCells, Summary, read_csv, read_dataset, write_csv};
+use augsim_data::{
+    DataError, Dataset, MissingCells, NamedCsv, Summary, Unit, read_csv, read_dataset, write_csv,
+};
 use augsim_nn::{checkpoint, weights};
 use augsim_physics::ball::Axes;
 use augsim_physics::model::ModelFile;
+use augsim_physics::system::{Offsets, Record, Seed, Simulated, Stream, System, Task};
 use augsim_trainer::{NetModel, Settings, Training, TrainingState};
 use serde::Deserialize;
 use std::path::Path;
 
 /// All readers, in the order in which inputs go round.
-pub const READERS: [Reader; 18] = [
+pub const READERS: [Reader; 20] = [
     reader("csv", Envelope::Plain, data),
     reader("csv-gzip", Envelope::Gzip, data),
     reader("ball-layout", Envelope::Plain, data),
@@ -25,6 +28,8 @@ pub const READERS: [Reader; 18] = [
     reader("push-zip", Envelope::Zip, data),
     reader("ball-model", Envelope::Plain, model),
     reader("push-model", Envelope::Plain, model),
+    reader("written-model", Envelope::Plain, written_model),
+    reader("written-data", Envelope::Plain, written_data),
     reader("checkpoint", Envelope::Checkpoint, training_state),
     reader("safetensors", Envelope::Plain, safetensors),
     reader("config", Envelope::Plain, config),
@@ -112,6 +117,64 @@ fn model(path: &Path) -> Verdict {
         Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
         Ok(again) if again != model => Verdict::Broken("written and read again it is another".into()),
         Ok(_) => Verdict::Accepted,
+    }
+}
+
+/// A model of equations compiles or is refused, simulates a moment, and is written so that it reads back with the same
+/// numbers.
+fn written_model(path: &Path) -> Verdict {
+    let model = match augsim_written::model::read(path) {
+        Ok(model) => model,
+        Err(e) => return refusal(path, &e),
+    };
+    let system = match augsim_written::WrittenSystem::declared_only(&model) {
+        Ok(system) => system,
+        Err(e) => return refusal(path, &e),
+    };
+    let times = vec![0.0, 0.01, 0.02];
+    let stream = Stream { times: times.clone(), values: vec![vec![0.5; 3]] };
+    let mut record = Record {
+        values: vec![vec![0.1; 3]; model.outputs.len()],
+        inputs: vec![stream; model.inputs.len()],
+        times,
+        ..Record::default()
+    };
+    if system.prepare(&mut record, &[]).is_ok() {
+        let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+        let task = Task {
+            parameters: &parameters,
+            record: &record,
+            window: 0..3,
+            start: &record.windows[0].start,
+            offsets: Offsets::None,
+            seeds: &[Seed::Start(0)],
+        };
+        // Whatever it says of the numbers, it says it in time.
+        drop(system.simulate(&task, &mut Simulated::default()));
+    }
+    let text = match model.to_toml() {
+        Ok(text) => text,
+        Err(e) => return Verdict::Broken(format!("accepted, but cannot be written: {e}")),
+    };
+    match augsim_written::model::parse(&text, &path.display().to_string()) {
+        Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
+        Ok(again) if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() => {
+            Verdict::Broken("written and read again it is another".into())
+        }
+        Ok(_) => Verdict::Accepted,
+    }
+}
+
+/// Data of which a model names two columns.
+fn written_data(path: &Path) -> Verdict {
+    let wanted = [("pump_v", Unit::DIMENSIONLESS), ("lower_level_v", Unit::DIMENSIONLESS)];
+    let read = NamedCsv::open(path).and_then(|csv| csv.read(&wanted));
+    match read {
+        Err(e) => refusal(path, &e),
+        Ok(data) => {
+            drop(Summary::of(&data));
+            Verdict::Accepted
+        }
     }
 }
 

@@ -115,6 +115,14 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             Files::one("model.toml", PUSH_MODEL),
             Files::one("model.toml", fixture("steel-square.model.toml")?),
         ],
+        "written-model" => {
+            let examples = augsim_written::EXAMPLES.iter();
+            let mut files: Vec<Files> =
+                examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
+            files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_written::EXAMPLES[0].1)));
+            files
+        }
+        "written-data" => vec![Files::one("data.csv", TANKS)],
         "checkpoint" => {
             let state = Training::new(small(), short_drops())?.state().clone();
             vec![Files::one("checkpoint.bin", checkpoint::encode(&state)?)]
@@ -257,3 +265,37 @@ pub fn short_drops() -> &'static Sequences {
         made.expect("drops of the paper's law").expect("its two columns")
     })
 }
+
+/// Blocks behind the example of a pendulum.
+const EFFECTS: &str = r#"
+[[effect]]
+kind = "coulomb"
+on = "omega_rad_s"
+f = { nominal = 0.3, ci95 = [0.2, 0.4] }
+w = 0.1
+[[effect]]
+kind = "formula"
+on = "omega_rad_s"
+add = "a * tanh(theta_rad / w)"
+a_per_s2 = { nominal = 0.3, unit = "1/s^2" }
+w_rad = { nominal = 0.1, min = 0.01, max = 1.0 }
+also_fits = ["a * theta_rad"]
+[[effect]]
+kind = "table"
+on = "angle_rad"
+against = "abs(omega_rad_s)"
+first = -1.0
+last = 1.0
+values = [0.0, 0.1, 0.0]
+[[candidate]]
+kind = "magnet"
+on = "force"
+add = "-a * x * exp(-(x / w)^2) - k * z"
+a = { min = 0.0, typical = 2.0 }
+k = {}
+w = { of = "x", grid = [0.1, 0.3] }
+states = { z = { rate = "v - z", start = 0.0 } }
+"#;
+
+/// Data of two tanks.
+const TANKS: &str = "t_s,pump_v,lower_level_v,other\n0,3.25,5.2,x\n4,3.24,,y\n8,,5.1,\n12,3.2,5.0,1\n";

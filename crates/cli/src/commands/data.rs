@@ -1,6 +1,7 @@
 //! `augsim data inspect` and `augsim data convert`.
 
 use super::inspect::inspect;
+use super::inspect_system;
 use crate::args::{Data, DataAction, Frame};
 use crate::destination::{Results, check_model, data_file};
 use crate::exit::{Outcome, Usage};
@@ -34,8 +35,13 @@ struct Conversion<'a> {
 pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
         DataAction::Inspect { file, model } => {
-            let inspection = inspect(file, model.as_deref())?;
-            output.result(&inspection, || inspection.to_string())?;
+            if let Some(model) = inspect_system::applies(model.as_deref()) {
+                let inspection = inspect_system::inspect(file, model)?;
+                output.result(&inspection, || inspection.to_string())?;
+            } else {
+                let inspection = inspect(file, model.as_deref())?;
+                output.result(&inspection, || inspection.to_string())?;
+            }
         }
         DataAction::Convert { set, input, file, out, rate_hz, frame } => {
             let written = match (input, file) {

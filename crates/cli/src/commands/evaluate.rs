@@ -1,16 +1,21 @@
 //! `augsim evaluate`.
 
+use super::evaluate_system;
 use crate::args::{Evaluate, ProtocolArg};
 use crate::ball::{self, Row};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::run_data;
 use crate::run_dir::{DataSource, RunDir};
+use crate::written;
 use augsim_trainer::push::score::{PushScore, evaluate_pushes};
 use augsim_trainer::{EngineSpec, NetModel, Protocol, evaluate_forecast, evaluate_reconstruction};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
+    if args.run.is_file() && written::is_model(&args.run) {
+        return evaluate_system::run(args, output);
+    }
     let model = NetModel::new(RunDir::open(&args.run).read_model()?)?;
     let settings = &model.state().settings;
     let pushing = matches!(settings.engine, EngineSpec::Push(_));

@@ -3,8 +3,13 @@
 mod data;
 mod demo;
 pub mod discover;
+mod effects;
 mod evaluate;
+mod evaluate_system;
+mod fit;
 mod inspect;
+mod inspect_system;
+mod model;
 mod predict;
 pub mod reproduce;
 mod simulate;
@@ -19,6 +24,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
     let Global { seed, force, .. } = args.global;
     match &args.command {
         Command::Demo(a) => demo::run(a, seed, force, output),
+        Command::Model(a) => model::run(a, force, output),
+        Command::Fit(a) => fit::run(a, force, output),
+        Command::Effects(a) => effects::run(a, output),
         Command::Simulate(a) => simulate::run(a, seed, force, output),
         Command::Discover(a) => discover::run(a, seed, force, output),
         Command::Train(a) => train::run(a, seed, force, output),

@@ -3,6 +3,7 @@
 mod declaration;
 mod records;
 mod schema;
+mod tune;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};
 use crate::error::ModelError;
@@ -54,6 +55,18 @@ impl WrittenSystem {
     pub fn new(model: &Model, scales: &Scales) -> Result<Self, ModelError> {
         let mut found = candidates(model)?;
         found.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
+        Self::with_candidates(model, found)
+    }
+
+    /// The system of a model without a library: for fits of what is declared, and for forecasts.
+    ///
+    /// # Errors
+    /// A model that cannot be compiled.
+    pub fn declared_only(model: &Model) -> Result<Self, ModelError> {
+        Self::with_candidates(model, Vec::new())
+    }
+
+    fn with_candidates(model: &Model, found: Vec<Candidate>) -> Result<Self, ModelError> {
         let library: Arc<[Effect]> = found.iter().map(schema::effect).collect();
         let compiled = Compiled::compile(model, &schema::active(model))?;
         let options = Options {

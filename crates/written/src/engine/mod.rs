@@ -21,4 +21,5 @@ pub use failure::SimulationError;
 pub use signal::Signal;
 pub use simulate::Method;
 pub use substeps::ChosenSteps;
+pub(crate) use substeps::fastest;
 pub use task::{EventSeen, Options, Record, Seed, Simulated, Window};

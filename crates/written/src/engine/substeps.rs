@@ -134,7 +134,7 @@ impl System {
 
 /// Spectral radius of a matrix and the row that its fastest mode moves most, by Gelfand's formula: the norm of the 64th
 /// power to the 64th root, within some percent also where eigenvalues are complex.
-fn fastest(jacobian: &[f64], n: usize) -> (f64, usize) {
+pub(crate) fn fastest(jacobian: &[f64], n: usize) -> (f64, usize) {
     let mut power = jacobian.to_vec();
     let mut exponent = 1.0;
     let mut logarithm = 0.0_f64;

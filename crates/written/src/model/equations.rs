@@ -75,10 +75,10 @@ impl<'n> Equations<'n> {
             let bare = item.value.get_ref().as_table().is_none();
             let start = if bare { Some(item.clone()) } else { item.at("start") };
             model.states[index].start = match start {
-                None => Expression { tree: number(0.0), line: item.line, key: item.key.clone() },
+                None => Expression { tree: Tree::number(0.0), line: item.line, key: item.key.clone() },
                 Some(start) => match start.maybe_number() {
                     Some(value) => {
-                        Expression { tree: number(value), line: start.line, key: start.key.clone() }
+                        Expression { tree: Tree::number(value), line: start.line, key: start.key.clone() }
                     }
                     None => {
                         start.text("a number or an expression in quotes, such as \"position_m\"")?;
@@ -180,7 +180,7 @@ impl<'n> Equations<'n> {
         conditional: bool,
     ) -> Result<Expression, ModelError> {
         if let Some(value) = item.maybe_number() {
-            return Ok(Expression { tree: number(value), line: item.line, key: item.key.clone() });
+            return Ok(Expression { tree: Tree::number(value), line: item.line, key: item.key.clone() });
         }
         let text = item.text("an expression in quotes")?;
         let view = View { names: self.names, site, line: item.line };
@@ -192,12 +192,6 @@ impl<'n> Equations<'n> {
         }
         Ok(Expression { tree, line: item.line, key: item.key.clone() })
     }
-}
-
-/// A tree of one number.
-fn number(value: f64) -> Tree {
-    let node = text::TreeNode { kind: text::Kind::Number(value), span: 0..0 };
-    Tree { text: format!("{value}"), nodes: vec![node] }
 }
 
 fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {

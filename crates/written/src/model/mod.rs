@@ -245,6 +245,14 @@ pub struct Model {
     pub text: String,
 }
 
+impl State {
+    /// Makes its first value a number that is known with this standard deviation.
+    pub fn set_start(&mut self, mean: f64, sd: f64) {
+        self.start.tree = Tree::number(mean);
+        self.sd = Some(sd);
+    }
+}
+
 impl Model {
     /// Nominal values of all parameters, in order.
     pub fn nominals(&self) -> Vec<f64> {

@@ -46,6 +46,17 @@ impl Model {
                 set(entry, "sd", sd.into());
             }
         }
+        for state in self.states.iter().filter(|s| s.shared) {
+            let entry = document.get_mut("states").and_then(|s| s.get_mut(&state.name));
+            if let (Some(entry), [node]) = (entry, &state.start.tree.nodes[..])
+                && let crate::text::Kind::Number(start) = node.kind
+            {
+                set(entry, "start", start.into());
+                if let Some(sd) = state.sd {
+                    set(entry, "sd", sd.into());
+                }
+            }
+        }
         document.remove("effect");
         if !self.additions.is_empty() {
             let mut blocks = ArrayOfTables::new();

@@ -80,6 +80,11 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// A tree of one number.
+    pub fn number(value: f64) -> Tree {
+        Tree { text: format!("{value}"), nodes: vec![TreeNode { kind: Kind::Number(value), span: 0..0 }] }
+    }
+
     /// Index of the node that is the whole expression.
     pub fn root(&self) -> usize {
         self.nodes.len().saturating_sub(1)

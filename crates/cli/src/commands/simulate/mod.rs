@@ -2,6 +2,7 @@
 
 mod ball;
 mod push;
+mod system;
 
 use crate::args::{Simulate, SimulateScenario};
 use crate::destination::data_file;
@@ -11,6 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// Runs the subcommand.
 pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    if let Some(model) = &args.model {
+        return system::run(args, model, output);
+    }
     match args.scenario {
         SimulateScenario::Ball => ball::run(args, seed, output),
         SimulateScenario::Push => push::run(args, seed, force, output),

@@ -1,0 +1,48 @@
+//! `augsim evaluate MODEL.toml`: the free run of a system of equations on held-out data.
+
+use crate::args::Evaluate;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use crate::written::{self, forecast, records};
+use serde::Serialize;
+use std::fmt::Write;
+
+#[derive(Debug, Serialize)]
+struct Score {
+    trajectories: usize,
+    burn_in: u32,
+    rows: Vec<forecast::Row>,
+}
+
+/// Runs the subcommand on a model file.
+pub fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
+    if args.require_pos_m.is_some() {
+        let text = "--require-pos-m is for runs of nets; a system of equations may measure no position";
+        return Err(Usage(text.to_owned()).into());
+    }
+    let model = written::read(&args.run)?;
+    let measured = records::read(&args.data, &model)?;
+    let list = records::records(&measured.data, &model, false)?;
+    let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
+    let rows = forecast::rows(&model, &runs);
+    let score = Score { trajectories: runs.len(), burn_in: args.burn_in, rows };
+    output.result(&score, || told(&score))?;
+    Ok(Outcome::Done)
+}
+
+fn told(score: &Score) -> String {
+    let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
+    let mut text = format!(
+        "free run of {} {trajectories}, start from the first {} samples",
+        score.trajectories, score.burn_in
+    );
+    for row in &score.rows {
+        let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\n  {}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
+        for h in &row.horizons {
+            let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);
+        }
+    }
+    text
+}

@@ -1,0 +1,143 @@
+//! `augsim data inspect --model` for a system of equations: the columns of the model in the data.
+
+use crate::written::{self, records};
+use augsim_data::checks::{Expected, run_checks};
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+
+/// What a data set is to a model.
+#[derive(Debug, Serialize)]
+pub struct Inspection {
+    trajectories: usize,
+    samples: usize,
+    duration_s: f64,
+    columns: Vec<Seen>,
+    unnamed_columns: Vec<String>,
+    findings: Vec<String>,
+}
+
+/// A column.
+#[derive(Debug, Serialize)]
+struct Seen {
+    name: String,
+    role: &'static str,
+    unit: String,
+    values: usize,
+    rate_hz: f64,
+    least: f64,
+    most: f64,
+    /// Samples at the largest or the smallest value, where they are many: a limit of the sensor.
+    at_limit: Option<usize>,
+    /// Smallest difference of two values that all others are multiples of.
+    step: Option<f64>,
+}
+
+/// Samples at an extreme value from which on it is a plateau.
+const PLATEAU: usize = 5;
+/// Most values that are looked at for a quantisation step.
+const LOOKED_AT: usize = 20_000;
+
+/// Reads `file` by a model of equations.
+///
+/// # Errors
+/// Model or data cannot be read, or do not go together.
+pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
+    let model = written::read(model)?;
+    let measured = records::read(file, &model)?;
+    let data = &measured.data;
+    let column = |(index, column): (usize, &augsim_data::Column)| {
+        let mut values: Vec<f64> = Vec::new();
+        let mut steps: Vec<f64> = Vec::new();
+        for t in data.trajectories() {
+            let there = t.time_s().iter().zip(t.column(index)).filter(|(_, v)| v.is_finite());
+            let (times, seen): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
+            steps.extend(times.windows(2).map(|p| p[1] - p[0]));
+            values.extend(seen);
+        }
+        steps.sort_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let at = |end: f64| values.iter().filter(|v| **v == end).count();
+        let limit = at(least).max(at(most));
+        let is_output = model.outputs.iter().any(|o| o.name == column.name());
+        Seen {
+            name: column.name().to_owned(),
+            role: if is_output { "output" } else { "input" },
+            unit: column.unit().symbol(),
+            values: values.len(),
+            rate_hz: 1.0 / step,
+            least,
+            most,
+            at_limit: (is_output && limit >= PLATEAU && limit * 5 < values.len()).then_some(limit),
+            step: is_output.then(|| quantisation(&values)).flatten(),
+        }
+    };
+    let lasts = |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
+    let findings = run_checks(data, &Expected::default());
+    let findings = findings.into_iter().flat_map(|o| o.findings).map(|f| f.to_string());
+    Ok(Inspection {
+        trajectories: data.trajectories().len(),
+        samples: data.trajectories().iter().map(augsim_data::Trajectory::len).sum(),
+        duration_s: data.trajectories().iter().filter_map(lasts).fold(0.0, f64::max),
+        columns: data.columns().iter().enumerate().map(column).collect(),
+        unnamed_columns: measured.unnamed,
+        findings: findings.collect(),
+    })
+}
+
+/// The smallest difference between values, if all differences are multiples of it and few enough to be a grid.
+fn quantisation(values: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().take(LOOKED_AT).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let range = sorted.last()? - sorted.first()?;
+    let gaps: Vec<f64> = sorted.windows(2).map(|p| p[1] - p[0]).filter(|gap| *gap > 1e-9 * range).collect();
+    let step = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    // A log of few digits is no grid of the sensor: values must come back again and again.
+    let repeated = values.len().min(LOOKED_AT) >= 4 * sorted.len();
+    let whole = |gap: &f64| ((gap / step) - (gap / step).round()).abs() < 0.01 * (gap / step).max(1.0).sqrt();
+    (gaps.len() > 2 && repeated && gaps.iter().all(whole)).then_some(step)
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let trajectories = if self.trajectories == 1 { "trajectory" } else { "trajectories" };
+        writeln!(
+            f,
+            "{} {trajectories}, {} rows, the longest lasts {:.3} s",
+            self.trajectories, self.samples, self.duration_s
+        )?;
+        for c in &self.columns {
+            let unit = if c.unit.is_empty() { String::new() } else { format!(" {}", c.unit) };
+            writeln!(
+                f,
+                "  {:<6} {:<24} {} values at {:.4} Hz, {:.4e} to {:.4e}{unit}",
+                c.role, c.name, c.values, c.rate_hz, c.least, c.most
+            )?;
+            if let Some(count) = c.at_limit {
+                let (least, most) = (c.least, c.most);
+                writeln!(
+                    f,
+                    "    {count} readings stand at an end: range = [{least}, {most}] would mark them as saturated"
+                )?;
+            }
+            if let Some(step) = c.step {
+                writeln!(f, "    readings are multiples of {step:.4e}{unit}: step = {step:.4e} says so")?;
+            }
+        }
+        if !self.unnamed_columns.is_empty() {
+            writeln!(f, "columns that the model does not name: {}", self.unnamed_columns.join(", "))?;
+        }
+        for finding in &self.findings {
+            writeln!(f, "  {finding}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a model file is one of equations.
+pub fn applies(model: Option<&Path>) -> Option<&Path> {
+    model.filter(|path| written::is_model(path))
+}

@@ -1,0 +1,33 @@
+//! `augsim model`: model files to start from.
+
+use crate::args::{ModelAction, ModelArgs};
+use crate::destination::{check_file, check_model};
+use crate::exit::{Outcome, Usage};
+use crate::folders;
+use crate::output::Output;
+use augsim_data::atomic_write;
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+#[derive(Serialize)]
+struct Written {
+    model: PathBuf,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let ModelAction::New { name, out } = &args.action;
+    let text = augsim_written::example(name).ok_or_else(|| Usage(format!("no model is called {name}")))?;
+    let path = out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    check_file(&path, &[])?;
+    check_model(&path, text, force)?;
+    folders::make(folders::around(&path))?;
+    atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
+    let written = Written { model: path };
+    output.result(&written, || {
+        let path = written.model.display();
+        format!("{path}: a commented model of a {name}\ntry it: augsim simulate {path} --out out/{name}.csv")
+    })?;
+    Ok(Outcome::Done)
+}

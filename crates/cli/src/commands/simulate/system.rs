@@ -1,0 +1,221 @@
+//! `augsim simulate MODEL.toml`: a system of equations.
+
+use super::prepared;
+use crate::args::Simulate;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use crate::written::{self, fit, records, unit_text};
+use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
+use augsim_physics::system::{Offsets, Record, Simulated, Stream, System, Task};
+use augsim_written::model::{FirstSamples, Hold};
+use augsim_written::{Model, Waveform, WrittenSystem};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Seconds that are simulated without --duration-s.
+const DURATION_S: f64 = 10.0;
+/// Periods of a swing of an input that is not given.
+const SWINGS: f64 = 5.0;
+/// First value of a state that an output shows, where there are no data and nothing drives the system.
+const DEFLECTED: f64 = 0.5;
+
+#[derive(Debug, Serialize)]
+struct Written {
+    data: PathBuf,
+    trajectories: usize,
+    samples: usize,
+    substeps: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    check: Vec<Deviation>,
+}
+
+/// Largest difference from the adaptive reference.
+#[derive(Debug, Serialize)]
+struct Deviation {
+    output: String,
+    largest: f64,
+    unit: String,
+}
+
+/// Simulates a model.
+pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Result<Outcome> {
+    if !written::is_model(model) {
+        augsim_physics::model::ModelFile::read(model)?;
+        let text = format!(
+            "{}: simulate takes models of equations (scenario = \"system\"); drops and pushes come by --scenario",
+            model.display()
+        );
+        return Err(Usage(text).into());
+    }
+    let (out, []) = prepared(args.out.as_deref(), "out/system.csv", [])?;
+    let mut inputs = vec![model];
+    inputs.extend(args.like.as_deref());
+    inputs.iter().try_for_each(|_| crate::destination::check_file(&out, &inputs))?;
+    let mut model = written::read(model)?;
+    model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
+    let list = match &args.like {
+        Some(like) => records::records(&records::read(like, &model)?.data, &model, true)?,
+        None => vec![invented(args, &model, output)?],
+    };
+    let system = WrittenSystem::declared_only(&model)?;
+    let mut list = fit::prepared(&system, &list)?;
+    for record in &mut list {
+        begin(args, &model, record, output)?;
+    }
+    let system = system.tuned(&list)?;
+    let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+    let mut trajectories = Vec::with_capacity(list.len());
+    let mut worst = vec![0.0_f64; model.outputs.len()];
+    for record in &list {
+        let start = record.windows.first().map_or(&[][..], |w| &w.start);
+        let task = Task {
+            parameters: &parameters,
+            record,
+            window: 0..record.times.len(),
+            start,
+            offsets: Offsets::None,
+            seeds: &[],
+        };
+        let mut simulated = Simulated::default();
+        system.simulate(&task, &mut simulated)?;
+        if args.check {
+            let reference = system.reference(&task)?;
+            for (at, expected) in reference.iter().enumerate() {
+                let channel = at % worst.len();
+                let off = (simulated.value(at / worst.len(), channel) - expected).abs();
+                worst[channel] = worst[channel].max(off);
+            }
+        }
+        let driven = system.shown_against(record, &[]);
+        let mut values: Vec<Vec<f64>> =
+            driven.into_iter().skip(1 + model.outputs.len()).map(|(_, values)| values).collect();
+        let channel = |c: usize| (0..simulated.samples()).map(|k| simulated.value(k, c)).collect();
+        values.extend((0..model.outputs.len()).map(channel));
+        trajectories.push(Trajectory::new(record.id.clone(), record.times.clone(), values)?);
+    }
+    let column =
+        |name: &str, unit: Option<Unit>| Column::with_unit(name, unit.unwrap_or(Unit::DIMENSIONLESS));
+    let inputs = model.inputs.iter().map(|i| column(&i.name, i.unit));
+    let columns: Result<Vec<Column>, _> =
+        inputs.chain(model.outputs.iter().map(|o| column(&o.name, o.unit))).collect();
+    let samples = list.iter().map(|r| r.times.len()).sum();
+    write_dataset(&Dataset::new(columns?, trajectories)?, &out)?;
+    let deviation = |(output, largest): (&augsim_written::model::Output, &f64)| Deviation {
+        output: output.name.clone(),
+        largest: *largest,
+        unit: unit_text(output.unit).trim().to_owned(),
+    };
+    let check =
+        if args.check { model.outputs.iter().zip(&worst).map(deviation).collect() } else { Vec::new() };
+    let substeps = system.options().substeps;
+    let written = Written { data: out, trajectories: list.len(), samples, substeps, check };
+    output.result(&written, || told(&written))?;
+    Ok(Outcome::Done)
+}
+
+fn told(written: &Written) -> String {
+    let trajectories = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
+    let steps = if written.substeps == 1 { "step" } else { "steps" };
+    let mut text = format!(
+        "{} {trajectories}, {} samples, {} {steps} between samples: {}",
+        written.trajectories,
+        written.samples,
+        written.substeps,
+        written.data.display()
+    );
+    for d in &written.check {
+        let unit = if d.unit.is_empty() { String::new() } else { format!(" {}", d.unit) };
+        text += &format!("\n  {}: at most {:.2e}{unit} from the adaptive reference", d.output, d.largest);
+    }
+    text
+}
+
+/// A record without data: a clock, and inputs as they were typed.
+fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<Record> {
+    let duration_s = args.duration_s.unwrap_or(DURATION_S);
+    let samples = duration_s * args.rate_hz;
+    if !(duration_s > 0.0 && args.rate_hz > 0.0 && samples.is_finite() && (1.0..=1e8).contains(&samples)) {
+        let text = "--duration-s and --rate-hz must be positive, with 1 to 100000000 samples between them";
+        return Err(Usage(text.to_owned()).into());
+    }
+    let times: Vec<f64> = (0..=samples.round() as usize).map(|k| k as f64 / args.rate_hz).collect();
+    let mut given = Vec::new();
+    for text in &args.input {
+        let (name, expression) = split(text, "--input", "force_N=2*sin(3*t)")?;
+        if !model.inputs.iter().any(|input| input.name == name) {
+            let known: Vec<&str> = model.inputs.iter().map(|i| i.name.as_str()).collect();
+            return Err(Usage(format!(
+                "--input {name}: the model has no such input; it has {}",
+                list(&known)
+            ))
+            .into());
+        }
+        let wave = Waveform::parse(expression, "--input").map_err(|e| Usage(e.to_string()))?;
+        given.push((name, wave));
+    }
+    let mut streams = Vec::with_capacity(model.inputs.len());
+    for input in &model.inputs {
+        let wave = match given.iter().find(|(name, _)| *name == input.name) {
+            Some((_, wave)) => wave.clone(),
+            None => {
+                let text = format!("sin({} * t)", 2.0 * std::f64::consts::PI * SWINGS / duration_s);
+                output.note(format!(
+                    "{} swings as {text}; --input {}=… says otherwise",
+                    input.name, input.name
+                ));
+                Waveform::parse(&text, "the default input").map_err(|e| Usage(e.to_string()))?
+            }
+        };
+        let values = times.iter().map(|t| wave.at(*t)).collect();
+        streams.push(Stream { times: times.clone(), values: vec![values] });
+    }
+    let gaps = vec![f64::NAN; times.len()];
+    let values = vec![gaps; model.outputs.len()];
+    Ok(Record { id: "1".into(), times, values, inputs: streams, ..Record::default() })
+}
+
+/// Sets the start of a record: what was typed; with data, what they say; else a deflection where nothing drives the system.
+fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -> anyhow::Result<()> {
+    let parameters = model.nominals();
+    let mut start = record.windows.first().map(|w| w.start.clone()).unwrap_or_default();
+    if args.like.is_none() {
+        let deflected = if model.inputs.is_empty() { DEFLECTED } else { 0.0 };
+        let shown = vec![vec![deflected]; model.outputs.len()];
+        let outputs: Vec<&[f64]> = shown.iter().map(Vec::as_slice).collect();
+        let inputs = vec![0.0; model.inputs.len()];
+        let first =
+            FirstSamples { times: &[0.0], outputs: &outputs, inputs: &inputs, parameters: &parameters };
+        start = model.guess_start(&first).into_iter().map(|x| if x.is_finite() { x } else { 0.0 }).collect();
+        if args.start.is_empty() {
+            let states: Vec<String> =
+                model.states.iter().zip(&start).map(|(s, x)| format!("{} = {x}", s.name)).collect();
+            output.note(format!("begins with {}; --start NAME=VALUE says otherwise", states.join(", ")));
+        }
+    }
+    for text in &args.start {
+        let (name, value) = split(text, "--start", "theta_rad=0.5")?;
+        let Some(state) = model.state(name) else {
+            let known: Vec<&str> = model.states.iter().map(|s| s.name.as_str()).collect();
+            return Err(Usage(format!(
+                "--start {name}: the model has no such state; it has {}",
+                list(&known)
+            ))
+            .into());
+        };
+        let wrong = || Usage(format!("--start {text}: {value} is no finite number"));
+        start[state] = value.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(wrong)?;
+    }
+    if let Some(window) = record.windows.first_mut() {
+        window.start = start;
+    }
+    Ok(())
+}
+
+fn list(names: &[&str]) -> String {
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+fn split<'t>(text: &'t str, option: &str, example: &str) -> Result<(&'t str, &'t str), Usage> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+    parts.ok_or_else(|| Usage(format!("{option} {text}: write a name, = and a value, such as {example}")))
+}

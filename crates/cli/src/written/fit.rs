@@ -1,0 +1,144 @@
+//! Calibration of a written system: the hold of its inputs, its parameters and its starts.
+
+use augsim_calibrate::{Calibration, calibrate};
+use augsim_physics::system::{Record, System};
+use augsim_written::model::Hold;
+use augsim_written::{Model, WrittenSystem};
+
+/// Shortest windows, in time constants of the fastest mode.
+const SHORTEST: f64 = 2.0;
+/// Samples that the shortest windows have at least: fewer could not tell the states of their start from noise.
+const FEWEST_SAMPLES: f64 = 10.0;
+/// Share of the misfit by which another hold has to be better to be worth telling.
+pub const TELLING: f64 = 0.05;
+
+/// A calibrated model.
+#[derive(Debug)]
+pub struct Fitted {
+    /// The model with the values that were found, and the hold of its inputs.
+    pub model: Model,
+    /// What the fit says.
+    pub calibration: Calibration,
+    /// Misfit of every hold that was tried, in that of the best.
+    pub holds: Vec<(Hold, f64)>,
+    /// Steps of a sample interval.
+    pub substeps: usize,
+}
+
+/// Calibrates a model. Where the model leaves the hold of inputs open, each is tried and the one with the smallest misfit
+/// over equal windows is kept.
+///
+/// # Errors
+/// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
+pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
+    let open = model.inputs.iter().any(|input| input.hold.is_none());
+    let holds: &[Option<Hold>] =
+        if open { &[Some(Hold::Zero), Some(Hold::Linear), Some(Hold::Spline)] } else { &[None] };
+    let mut tried: Vec<(Option<Hold>, Model, Calibration, usize)> = Vec::new();
+    for hold in holds {
+        let mut model = model.clone();
+        for input in &mut model.inputs {
+            input.hold = input.hold.or(*hold);
+        }
+        let (calibration, substeps) = with_hold(&model, records)?;
+        tried.push((*hold, model, calibration, substeps));
+    }
+    // Compared over the longest windows that all of them reached.
+    let stage = tried.iter().map(|(_, _, c, _)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
+    let misfit = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>();
+    let best =
+        (0..tried.len()).min_by(|a, b| misfit(&tried[*a].2).total_cmp(&misfit(&tried[*b].2))).unwrap_or(0);
+    let outputs = model.outputs.len().max(1) as f64;
+    let least = misfit(&tried[best].2);
+    let compared =
+        tried.iter().filter_map(|(h, _, c, _)| Some(((*h)?, ((misfit(c) - least) / outputs).exp())));
+    let holds = compared.collect();
+    let (_, mut model, calibration, substeps) = tried.swap_remove(best);
+    write_values(&mut model, &calibration);
+    Ok(Fitted { model, calibration, holds, substeps })
+}
+
+fn with_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Calibration, usize)> {
+    let system = WrittenSystem::declared_only(model)?;
+    // Steps, widths and the time constant are looked at over windows of some samples at many places.
+    let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
+    let system = system.with_windows(Some(10.0 * FEWEST_SAMPLES * step));
+    let looked_at = prepared(&system, records)?;
+    let system = system.tuned(&looked_at)?;
+    let constant = system.fastest_s(&looked_at).unwrap_or(0.0);
+    let window_s = (SHORTEST * constant).max(FEWEST_SAMPLES * step);
+    let system = system.with_windows(Some(window_s));
+    let records = prepared(&system, records)?;
+    Ok((calibrate(&system, &records)?, system.options().substeps))
+}
+
+/// Records prepared by a system.
+///
+/// # Errors
+/// Nothing can be made of one of them.
+pub fn prepared(system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
+    let mut records = records.to_vec();
+    let noise = vec![1.0; system.schema().channels.len()];
+    for record in &mut records {
+        system.prepare(record, &noise)?;
+    }
+    Ok(records)
+}
+
+/// Half the width of a 95 % interval in standard errors.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Puts what was found into the model: values, intervals, and the start that all trajectories share.
+fn write_values(model: &mut Model, calibration: &Calibration) {
+    let found = calibration.values.iter().zip(&calibration.standard_errors);
+    for (index, (p, (value, error))) in model.parameters.iter_mut().zip(found).enumerate() {
+        if p.frozen {
+            continue;
+        }
+        let in_gauge = calibration.gauges.iter().any(|g| g.parameters.contains(&index));
+        p.nominal = *value;
+        p.ci95 = error
+            .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
+            .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error]);
+    }
+    for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
+        // Weighted by what each record says of it.
+        let starts = calibration.starts.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
+        let known: Vec<(f64, f64)> = starts.filter(|(_, e)| *e > 0.0 && e.is_finite()).collect();
+        let weight: f64 = known.iter().map(|(_, e)| 1.0 / (e * e)).sum();
+        if weight > 0.0 {
+            let mean = known.iter().map(|(x, e)| x / (e * e)).sum::<f64>() / weight;
+            state.set_start(mean, (1.0 / weight).sqrt());
+        }
+    }
+}
+
+/// The sentence for parameters that cannot be found one by one.
+pub fn gauge_sentence(model: &Model, gauge: &augsim_calibrate::Gauge) -> String {
+    let names: Vec<String> = gauge
+        .parameters
+        .iter()
+        .filter_map(|p| model.parameters.get(*p))
+        .map(|p| format!("`{}`", p.name))
+        .collect();
+    let combinations = match gauge.combinations {
+        0 => "no combination".to_owned(),
+        1 => "only one combination".to_owned(),
+        2 => "only two combinations".to_owned(),
+        n => format!("only {n} combinations"),
+    };
+    let unseen: Vec<String> = model
+        .states
+        .iter()
+        .filter(|s| !s.start.tree.symbols().any(|x| matches!(x, augsim_written::text::Symbol::Output(_))))
+        .map(|s| format!("`{}`", s.name))
+        .collect();
+    let scale = match &unseen[..] {
+        [] => String::new(),
+        [one] => format!(" (scale of the unseen state {one})"),
+        many => format!(" (scale of the unseen states {})", many.join(", ")),
+    };
+    let parameters = if names.len() == 1 { "parameter" } else { "parameters" };
+    let remedy = if names.len() == 1 { "freeze it" } else { "freeze one" };
+    format!("{parameters} {}: {combinations} can be found{scale}; {remedy}", names.join(", "))
+}

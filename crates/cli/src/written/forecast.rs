@@ -1,0 +1,138 @@
+//! Free runs: from the start of a record, with its inputs, and nothing else of it.
+
+use super::fit::prepared;
+use augsim_calibrate::fit_start;
+use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
+use augsim_written::{Model, WrittenSystem};
+use serde::Serialize;
+
+/// Horizons of the table of errors, s; the whole record is added.
+const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
+
+/// A record with the outputs that the model foretells at its samples.
+#[derive(Debug)]
+pub struct FreeRun {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Measured, `[output][sample]`.
+    pub measured: Vec<Vec<f64>>,
+    /// Foretold, `[output][sample]`.
+    pub foretold: Vec<Vec<f64>>,
+    /// First sample that was not used for the start.
+    pub first: usize,
+}
+
+/// Error of an output.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Output.
+    pub output: String,
+    /// Root mean square error over everything behind the burn-in.
+    pub rmse: f64,
+    /// Unit.
+    pub unit: String,
+    /// Errors up to a time behind the burn-in.
+    pub horizons: Vec<Horizon>,
+    /// Share of the variance that is explained.
+    pub r2: f64,
+    /// Samples that were compared.
+    pub samples: usize,
+}
+
+/// Error up to a horizon.
+#[derive(Debug, Serialize)]
+pub struct Horizon {
+    /// Seconds behind the burn-in.
+    pub horizon_s: f64,
+    /// Root mean square error.
+    pub rmse: f64,
+}
+
+/// Free runs of all records. The start of each comes from its first `burn_in` samples.
+///
+/// # Errors
+/// A record cannot be simulated.
+pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::Result<Vec<FreeRun>> {
+    let system = WrittenSystem::declared_only(model)?;
+    let records = prepared(&system, records)?;
+    let system = system.tuned(&records)?;
+    let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+    let mut runs = Vec::with_capacity(records.len());
+    for record in &records {
+        let mut early = record.clone();
+        // Nothing behind the burn-in may reach the start, not even its rough guess.
+        early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
+        system.prepare(&mut early, &[])?;
+        let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
+        let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
+        let begun = fit_start(&system, &early, burn_in, &values, &from, &sd)?;
+        let task = Task {
+            parameters: &values,
+            record,
+            window: 0..record.times.len(),
+            start: &begun.state,
+            offsets: Offsets::None,
+            seeds: &[],
+        };
+        let mut out = Simulated::default();
+        system.simulate(&task, &mut out)?;
+        // What a sensor of this range would have read.
+        let read = |o: usize, k: usize| match model.outputs[o].range {
+            Some([low, high]) => out.value(k, o).clamp(low, high),
+            None => out.value(k, o),
+        };
+        let outputs = 0..model.outputs.len();
+        let foretold = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
+        runs.push(FreeRun {
+            times: record.times.clone(),
+            measured: record.values.clone(),
+            foretold,
+            first: burn_in.min(record.times.len()),
+        });
+    }
+    Ok(runs)
+}
+
+/// Errors of all outputs.
+pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
+    let row = |(index, output): (usize, &augsim_written::model::Output)| {
+        let until = |horizon_s: f64| {
+            let mut sum = 0.0;
+            let mut count = 0_usize;
+            for run in runs {
+                let begin = run.times.get(run.first).copied().unwrap_or(f64::INFINITY);
+                for k in run.first..run.times.len() {
+                    let mut error = run.measured[index][k] - run.foretold[index][k];
+                    if let Some(period) = output.period {
+                        error -= period * (error / period).round();
+                    }
+                    if error.is_finite() && run.times[k] - begin <= horizon_s {
+                        sum += error * error;
+                        count += 1;
+                    }
+                }
+            }
+            (sum, count)
+        };
+        let rmse = |(sum, count): (f64, usize)| (sum / count.max(1) as f64).sqrt();
+        let (sum, count) = until(f64::INFINITY);
+        let measured = || {
+            let of = |run: &FreeRun| run.measured[index][run.first..].to_vec();
+            runs.iter().flat_map(of).filter(|v| v.is_finite())
+        };
+        let mean = measured().sum::<f64>() / count.max(1) as f64;
+        let variance: f64 = measured().map(|v| (v - mean) * (v - mean)).sum();
+        let longest =
+            runs.iter().filter_map(|r| Some(r.times.last()? - r.times.get(r.first)?)).fold(0.0, f64::max);
+        let horizons = HORIZONS_S.into_iter().filter(|h| *h < longest);
+        Row {
+            output: output.name.clone(),
+            rmse: rmse((sum, count)),
+            unit: output.unit.map_or_else(String::new, |u| u.symbol()),
+            horizons: horizons.map(|h| Horizon { horizon_s: h, rmse: rmse(until(h)) }).collect(),
+            r2: 1.0 - sum / variance,
+            samples: count,
+        }
+    };
+    model.outputs.iter().enumerate().map(row).collect()
+}

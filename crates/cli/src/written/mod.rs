@@ -1,0 +1,38 @@
+//! Systems that users write: their model files, their data, fits and forecasts.
+
+pub mod fit;
+pub mod forecast;
+pub mod records;
+
+use augsim_written::{Model, ModelError};
+use std::path::Path;
+
+/// Whether a file is the model of a written system. One that cannot be read, or says nothing, is left to the reader that
+/// has the sentence for it.
+pub fn is_model(path: &Path) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        scenario: Option<String>,
+    }
+    let head = std::fs::read_to_string(path).ok().and_then(|text| toml::from_str::<Head>(&text).ok());
+    match head {
+        Some(head) => head.scenario.as_deref() == Some("system"),
+        // A syntax error further down does not change what the file is about.
+        None => std::fs::read_to_string(path).is_ok_and(|text| {
+            text.lines().any(|line| line.replace(' ', "").starts_with("scenario=\"system\""))
+        }),
+    }
+}
+
+/// Reads a model file.
+///
+/// # Errors
+/// The first mistake, with file, line, key and remedy.
+pub fn read(path: &Path) -> Result<Model, ModelError> {
+    augsim_written::model::read(path)
+}
+
+/// Unit of a quantity in print, with a blank before it; nothing for a pure number.
+pub fn unit_text(unit: Option<augsim_data::Unit>) -> String {
+    unit.map(|u| u.symbol()).filter(|symbol| !symbol.is_empty()).map_or_else(String::new, |s| format!(" {s}"))
+}

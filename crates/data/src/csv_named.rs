@@ -1,0 +1,81 @@
+//! CSV in long form of which a model names some columns: their units are the model's, and the others are left alone.
+
+use crate::assemble::Assembler;
+use crate::column::{Column, GROUP, TIME, TRAJECTORY};
+use crate::csv_source::CsvSource;
+use crate::dataset::Dataset;
+use crate::error::DataError;
+use crate::source::Source;
+use crate::unit::Unit;
+use std::fmt;
+use std::path::Path;
+
+const LAYOUT: &str = "the long form is comma-separated and has the times of its rows in `t_s`";
+
+/// Identifier of the one trajectory of a file without the column `trajectory`.
+const ONLY: &str = "1";
+
+/// A CSV file whose header was read.
+pub struct NamedCsv {
+    source: CsvSource,
+}
+
+impl fmt::Debug for NamedCsv {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NamedCsv").field("path", &self.source.path()).finish_non_exhaustive()
+    }
+}
+
+impl NamedCsv {
+    /// Opens a file, plain or gzip.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no CSV file.
+    pub fn open(path: &Path) -> Result<Self, DataError> {
+        Ok(Self { source: CsvSource::open(path)? })
+    }
+
+    /// Names in the header.
+    pub fn header(&self) -> &[String] {
+        self.source.header()
+    }
+
+    /// Reads the columns `wanted`, with their units; an empty cell is a gap. A file without the column `trajectory` holds one.
+    ///
+    /// # Errors
+    /// A column is missing, or a row cannot be read: [`DataError`] with file, line, column and remedy.
+    pub fn read(self, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
+        let mut source = self.source;
+        let path = source.path().to_owned();
+        let place = |name: &str| source.header().iter().position(|n| n == name);
+        let (id_cell, group_cell) = (place(TRAJECTORY), place(GROUP));
+        let time_cell = source.require(TIME, LAYOUT)?;
+        let mut columns = Vec::with_capacity(wanted.len());
+        let mut cells = Vec::with_capacity(wanted.len());
+        for (name, unit) in wanted {
+            cells.push(source.require(name, LAYOUT)?);
+            let bad = |cause| DataError::BadColumn { path: path.clone(), cause };
+            columns.push(Column::with_unit(name, *unit).map_err(bad)?);
+        }
+        if columns.is_empty() {
+            return Err(DataError::NoValueColumns { path });
+        }
+        let mut rows = Assembler::new(path.clone(), TRAJECTORY, TIME, columns.len());
+        let mut values = vec![0.0; columns.len()];
+        while source.next_row()? {
+            let text = |cell: usize| -> Result<&str, DataError> {
+                let text = source.text(cell)?;
+                if text.is_empty() { Err(source.empty_cell(cell, "every row needs it")) } else { Ok(text) }
+            };
+            let id = id_cell.map_or(Ok(ONLY), text)?;
+            let group = group_cell.map(text).transpose()?;
+            let missing = || source.empty_cell(time_cell, "every sample needs its time");
+            let time_s = source.number(time_cell)?.ok_or_else(missing)?;
+            for (value, &cell) in values.iter_mut().zip(&cells) {
+                *value = source.number(cell)?.unwrap_or(f64::NAN);
+            }
+            rows.push(source.line(), id, group, time_s, &values)?;
+        }
+        Dataset::with_origin(columns, rows.finish()?, Source::File(path))
+    }
+}

@@ -1,0 +1,125 @@
+//! What data say about how a system is to be simulated: steps, widths of jumps, the time constant, sizes.
+
+use super::WrittenSystem;
+use super::records::Scene;
+use crate::engine::{Method, Options, Point, SimulationError as EngineError, Window, fastest};
+use crate::library::Scales;
+use augsim_physics::system::{Offsets, Record, SimulationError, Task};
+use std::sync::Arc;
+
+/// Windows that steps and widths are chosen on, spread over the records.
+const LOOKED_AT: usize = 64;
+/// Samples of a window that are looked at.
+const SAMPLES: usize = 400;
+/// Steps are judged against this share of what an output does where its noise is not declared.
+const USUAL_NOISE: f64 = 0.01;
+
+impl WrittenSystem {
+    /// The same with widths of jumps and steps that suit the records, which were prepared by it.
+    ///
+    /// # Errors
+    /// Rates that are too fast for any number of steps, or a window that cannot be simulated.
+    pub fn tuned(mut self, records: &[Record]) -> Result<Self, EngineError> {
+        let scenes = self.scenes(records);
+        let windows = windows(&scenes);
+        let fine = Options { substeps: self.options.substeps.max(8), ..self.options.clone() };
+        let mut compiled = (*self.compiled).clone();
+        compiled.fit_widths(&windows, &fine)?;
+        let noise: Vec<f64> = self
+            .model()
+            .outputs
+            .iter()
+            .enumerate()
+            .map(|(channel, output)| output.sd.unwrap_or_else(|| USUAL_NOISE * spread(records, channel)))
+            .collect();
+        self.options = compiled.choose_steps(&windows, &noise)?.options;
+        self.compiled = Arc::new(compiled);
+        self.complete = Arc::default();
+        Ok(self)
+    }
+
+    /// Sizes of all quantities over the records, which were prepared by this system.
+    pub fn scales(&self, records: &[Record]) -> Scales {
+        Scales::of(&self.compiled, &windows(&self.scenes(records)), &self.options)
+    }
+
+    /// Time constant of the fastest mode at the starts of windows, s: one over its rate. Nothing where no rate moves.
+    pub fn fastest_s(&self, records: &[Record]) -> Option<f64> {
+        let n = self.model().states.len();
+        let rate = |scene: &Scene| {
+            let time = scene.record.times().first().copied().unwrap_or(0.0);
+            let inputs: Vec<f64> = scene.record.inputs().iter().map(|signal| signal.at(time)).collect();
+            let (state, parameters) = (&scene.start[..], &scene.parameters[..]);
+            let found = self.compiled.linearise(&Point { state, inputs: &inputs, parameters, time });
+            fastest(&found.by_state, n).0
+        };
+        let mut rates: Vec<f64> =
+            self.scenes(records).iter().map(rate).filter(|r| r.is_finite() && *r > 0.0).collect();
+        rates.sort_by(f64::total_cmp);
+        rates.get(rates.len() / 2).map(|rate| 1.0 / rate)
+    }
+
+    /// All outputs of a record from a start at its first sample, `[sample][output]`, by the adaptive reference.
+    ///
+    /// # Errors
+    /// The window cannot be simulated.
+    pub fn reference(&self, task: &Task<'_>) -> Result<Vec<f64>, SimulationError> {
+        let scene = self.scene(task)?;
+        let all = windows(std::slice::from_ref(&scene));
+        let options = Options { method: Method::Reference { tolerance: 1e-9 }, substeps: 1 };
+        let result = self.compiled.simulate(&all, &[], &options).pop();
+        match result {
+            Some(Ok(simulated)) => Ok(simulated.values),
+            Some(Err(error)) => Err(SimulationError::Engine(Box::new(error))),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Beginnings of windows, spread over the records, at nominal values.
+    fn scenes(&self, records: &[Record]) -> Vec<Scene> {
+        let total: usize = records.iter().map(|r| r.windows.len()).sum();
+        let stride = total.div_ceil(LOOKED_AT).max(1);
+        let parameters: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
+        let all = records.iter().flat_map(|r| r.windows.iter().map(move |w| (r, w)));
+        let scene = |(record, window): (&Record, &augsim_physics::system::Window)| {
+            let samples = window.samples.clone();
+            let end = samples.end.min(samples.start + SAMPLES);
+            let window_samples = samples.start..end;
+            let task = Task {
+                parameters: &parameters,
+                record,
+                window: window_samples,
+                start: &window.start,
+                offsets: Offsets::None,
+                seeds: &[],
+            };
+            self.scene(&task).ok()
+        };
+        all.step_by(stride).filter_map(scene).collect()
+    }
+}
+
+fn windows(scenes: &[Scene]) -> Vec<Window<'_>> {
+    let window = |scene: &'_ Scene| -> (usize, usize) { (0, scene.record.times().len() - 1) };
+    scenes
+        .iter()
+        .map(|scene| {
+            let (first, last) = window(scene);
+            let (start, parameters) = (&scene.start[..], &scene.parameters[..]);
+            Window { record: &scene.record, first, last, start, parameters }
+        })
+        .collect()
+}
+
+/// Standard deviation of what a channel measured.
+fn spread(records: &[Record], channel: usize) -> f64 {
+    let values: Vec<f64> = records
+        .iter()
+        .flat_map(|r| r.values.get(channel).cloned().unwrap_or_default())
+        .filter(|v| v.is_finite())
+        .collect();
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
+    if variance > 0.0 { variance.sqrt() } else { 1.0 }
+}

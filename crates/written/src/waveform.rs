@@ -1,0 +1,65 @@
+//! An input as an expression of time, for simulations without data.
+
+use crate::error::{Excerpt, Fault, ModelError, Place};
+use crate::text::{self, Meaning, Problem, Scope, Symbol, Tree};
+use augsim_data::shown;
+
+/// A quantity that is a function of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Waveform {
+    tree: Tree,
+}
+
+/// Time is the only name.
+struct Clock;
+
+impl Scope for Clock {
+    fn symbol(&self, name: &str) -> Result<Symbol, Problem> {
+        match name {
+            "t" => Ok(Symbol::Time),
+            _ => Err(Problem::UnknownName { name: shown(name), nearest: Some("t".into()) }),
+        }
+    }
+
+    fn table(&self, name: &str) -> Result<usize, Problem> {
+        Err(Problem::UnknownTable { name: shown(name), nearest: None })
+    }
+}
+
+/// A time.
+struct At(f64);
+
+impl Meaning for At {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        if symbol == Symbol::Time { self.0 } else { 0.0 }
+    }
+
+    fn table(&self, _table: usize, _at: f64) -> f64 {
+        0.0
+    }
+
+    fn slope(&self, _output: usize) -> f64 {
+        0.0
+    }
+}
+
+impl Waveform {
+    /// Reads an expression of `t`, s; `from` says where it stands, for messages.
+    ///
+    /// # Errors
+    /// The first problem, with the text and a caret.
+    pub fn parse(text: &str, from: &str) -> Result<Self, ModelError> {
+        let tree = text::parse(text, &Clock, false).map_err(|(problem, span)| ModelError {
+            place: Place { file: from.into(), line: 1, key: String::new() },
+            fault: Box::new(Fault::Expression(problem)),
+            excerpt: (!span.is_empty())
+                .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end })),
+        })?;
+        Ok(Self { tree })
+    }
+
+    /// Its value at a time, s.
+    pub fn at(&self, time_s: f64) -> f64 {
+        self.tree.value(&At(time_s))
+    }
+}
