@@ -1,8 +1,6 @@
 //! A model file with the sizes of data in it, for the loop to open.
 
 use super::WrittenSystem;
-use crate::engine::Options;
-use crate::library::Scales;
 use crate::model::{Model, Parameter};
 use augsim_data::checks::Expected;
 use augsim_physics::system::{
@@ -11,17 +9,12 @@ use augsim_physics::system::{
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A model whose library has numbers, and whose steps are chosen, by the data that it is to explain.
+/// A model with the system that it declares, whose library has numbers, and whose steps and windows are chosen, by the data
+/// that it is to explain.
 #[derive(Debug, Clone)]
 pub struct MeasuredModel {
     model: Model,
-    scales: Scales,
-    options: Option<Options>,
-    window_s: Option<f64>,
-    /// Values that fits begin at, in the order of the model's parameters.
-    values: Vec<f64>,
-    /// Standard deviation that the sensor of each output does not exceed.
-    noise: Vec<f64>,
+    system: WrittenSystem,
 }
 
 #[derive(Debug, Error)]
@@ -33,16 +26,9 @@ enum Lacking {
 }
 
 impl MeasuredModel {
-    /// A model with the sizes of its quantities in data; `options` are the steps, `window_s` the length of windows.
-    pub fn new(model: Model, scales: Scales, options: Option<Options>, window_s: Option<f64>) -> Self {
-        Self { model, scales, options, window_s, values: Vec::new(), noise: Vec::new() }
-    }
-
-    /// The same with what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
-    /// windows, in its unit.
-    pub fn calibrated(mut self, values: Vec<f64>, misfit: Vec<f64>) -> Self {
-        (self.values, self.noise) = (values, misfit);
-        self
+    /// A model with its system.
+    pub fn new(model: Model, system: WrittenSystem) -> Self {
+        Self { model, system }
     }
 
     /// The model.
@@ -50,17 +36,8 @@ impl MeasuredModel {
         &self.model
     }
 
-    fn system(&self) -> Result<WrittenSystem, Objection> {
-        let system = WrittenSystem::new(&self.model, &self.scales).map_err(Objection::new)?;
-        let options = self.options.clone().unwrap_or_else(|| system.options().clone());
-        Ok(system
-            .with_options(options)
-            .with_windows(self.window_s)
-            .with_fit(self.values.clone(), &self.noise))
-    }
-
     fn written(&self, found: &Augmentation) -> Option<String> {
-        let system = self.system().ok()?;
+        let system = &self.system;
         let laws: Vec<Law> = found
             .additions
             .iter()
@@ -116,7 +93,7 @@ impl Declaration for MeasuredModel {
         if let Some((column, what)) = outputs.chain(inputs).find(|(name, _)| !has(name)) {
             return Err(Objection::new(Lacking::Column { column: column.clone(), what }));
         }
-        Ok(Arc::new(self.system()?))
+        Ok(Arc::new(self.system.clone()))
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
