@@ -379,7 +379,7 @@ fn minimise(
 ///
 /// A record whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
 /// the path a curved valley that is crawled along. And its own step is shortened before it is believed: one record at a kink
-/// (an impact more or less) must not hold back the step of all.
+/// (an event more or less) must not hold back the step of all.
 fn advance(
     sample: &Sample<'_>,
     h: &Hypothesis,

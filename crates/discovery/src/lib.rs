@@ -4,7 +4,7 @@
 //! library, or something that the library does not know. Noise is estimated from the data alone; parameters are fitted
 //! through the simulator by Levenberg-Marquardt with exact sensitivities and eliminated initial states (Golub and Pereyra
 //! 1973); candidates are found by score tests (Rao 1948), chosen by penalised likelihood on training trajectories and
-//! confirmed on held-out ones; what is left is tested in families of fixed level; random restitution is integrated out by
+//! confirmed on held-out ones; what is left is tested in families of fixed level; random parameters are integrated out by
 //! Laplace's approximation with MacKay's fixed point for its scale.
 
 mod accept;
