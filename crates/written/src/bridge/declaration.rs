@@ -4,9 +4,10 @@ use super::WrittenSystem;
 use crate::engine::Options;
 use crate::library::Scales;
 use crate::model::{Model, Parameter};
+use crate::system::System as Compiled;
 use augsim_data::checks::Expected;
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, Record, System,
 };
 use std::sync::Arc;
 use thiserror::Error;
@@ -18,6 +19,8 @@ pub struct MeasuredModel {
     scales: Scales,
     options: Option<Options>,
     window_s: Option<f64>,
+    /// The system whose widths of smoothed jumps suit the data.
+    tuned: Option<Arc<Compiled>>,
 }
 
 #[derive(Debug, Error)]
@@ -31,7 +34,7 @@ enum Lacking {
 impl MeasuredModel {
     /// A model with the sizes of its quantities in data; `options` are the steps, `window_s` the length of windows.
     pub fn new(model: Model, scales: Scales, options: Option<Options>, window_s: Option<f64>) -> Self {
-        Self { model, scales, options, window_s }
+        Self { model, scales, options, window_s, tuned: None }
     }
 
     /// The model.
@@ -42,7 +45,11 @@ impl MeasuredModel {
     fn system(&self) -> Result<WrittenSystem, Objection> {
         let system = WrittenSystem::new(&self.model, &self.scales).map_err(Objection::new)?;
         let options = self.options.clone().unwrap_or_else(|| system.options().clone());
-        Ok(system.with_options(options).with_windows(self.window_s))
+        let system = system.with_options(options).with_windows(self.window_s);
+        Ok(match &self.tuned {
+            Some(tuned) => system.with_widths_of(tuned),
+            None => system,
+        })
     }
 
     fn written(&self, found: &Augmentation) -> Option<String> {
@@ -84,6 +91,21 @@ impl MeasuredModel {
         let again = crate::model::parse(&text, &model.file).ok()?;
         let same = again.nominals() == model.nominals() && again.additions.len() == model.additions.len();
         same.then_some(text)
+    }
+}
+
+impl WrittenSystem {
+    /// The model of this system, which was tuned on these records, with their sizes in its library.
+    pub fn measured(&self, records: &[Record]) -> MeasuredModel {
+        let (model, scales) = (self.model().clone(), self.scales(records));
+        let options = Some(self.options.clone());
+        MeasuredModel { model, scales, options, window_s: self.window_s, tuned: Some(self.compiled.clone()) }
+    }
+
+    fn with_widths_of(mut self, tuned: &Compiled) -> Self {
+        self.compiled = Arc::new((*self.compiled).clone().with_widths_of(tuned));
+        self.complete = Arc::default();
+        self
     }
 }
 
