@@ -1,7 +1,7 @@
 //! Windows that grow: short ones forgive a wrong parameter, long ones tell small ones.
 
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
-use crate::steps::{Fit, Reduced};
+use crate::steps::{Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
 use crate::windows::{Problem, Shot, doubled};
 use augsim_physics::system::{Record, System};
 use faer::{Mat, Side};
@@ -13,10 +13,15 @@ const LOST: f64 = 4.0;
 const UNTOLD: f64 = 1e-9;
 
 /// Calibrates the free parameters of a system on prepared records, whose windows are the shortest that are fitted.
+/// `longest_s` bounds the length that they grow to.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest windows.
-pub fn calibrate(system: &dyn System, records: &[Record]) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(
+    system: &dyn System,
+    records: &[Record],
+    longest_s: Option<f64>,
+) -> Result<Calibration, CalibrationError> {
     let measured = |r: &Record| r.values.iter().flatten().any(|v| v.is_finite());
     if !records.iter().any(measured) {
         return Err(CalibrationError::NothingMeasured);
@@ -25,17 +30,18 @@ pub fn calibrate(system: &dyn System, records: &[Record]) -> Result<Calibration,
     let spread = problem.sd.clone();
     let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut shots = problem.shots();
-    let mut best = problem.fit(&nominal, &shots).map_err(CalibrationError::Simulation)?;
+    let mut best = problem.fit(&nominal, &shots, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
     let mut stages = vec![stage(&problem, &best)];
     let mut stopped = None;
     loop {
         shots = doubled(&best.shots);
-        if shots.len() == best.shots.len() {
+        let last = stages.last().map_or(0.0, |stage| stage.window_s);
+        if shots.len() == best.shots.len() || longest_s.is_some_and(|longest| 2.0 * last > longest) {
             break;
         }
         let before = problem.sd.clone();
         problem.sd.clone_from(&spread);
-        let grown = problem.fit(&best.values, &shots);
+        let grown = problem.fit(&best.values, &shots, ROUGHLY_SETTLED);
         let Ok(grown) = grown else {
             (stopped, problem.sd) = (Some("longer windows cannot be simulated"), before);
             break;
@@ -52,6 +58,12 @@ pub fn calibrate(system: &dyn System, records: &[Record]) -> Result<Calibration,
         }
         stages.push(next);
         best = grown;
+    }
+    // The lengths on the way were fitted roughly; the one that counts is fitted to its end.
+    if let Ok(fit) = problem.fit(&best.values, &best.shots, SETTLED) {
+        best = fit;
+        stages.pop();
+        stages.push(stage(&problem, &best));
     }
     Ok(outcome(&problem, best, stages, stopped))
 }

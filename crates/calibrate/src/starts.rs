@@ -1,6 +1,7 @@
 //! The state that a record begins with, from its first samples and nothing later.
 
 use crate::outcome::CalibrationError;
+use crate::steps::SETTLED;
 use crate::windows::{Problem, Shot};
 use augsim_physics::system::{Record, System};
 
@@ -38,7 +39,7 @@ pub fn fit_start(
     let mut count = samples.min(8);
     loop {
         shots[0].samples.end = count;
-        let fit = problem.fit_with(&values, &shots, sd).map_err(CalibrationError::Simulation)?;
+        let fit = problem.fit_with(&values, &shots, sd, SETTLED).map_err(CalibrationError::Simulation)?;
         (values, shots) = (fit.values, fit.shots);
         if count == samples {
             let rms = fit.normal.rms(problem.schema().channels.len());

@@ -9,7 +9,9 @@ use faer::{Mat, Side};
 /// Steps of one fit, accepted or not.
 const MOST_STEPS: usize = 60;
 /// A fit has come to its end when a step lowers the cost by less than this share.
-const SETTLED: f64 = 1e-7;
+pub(crate) const SETTLED: f64 = 1e-8;
+/// The same for windows on the way to longer ones: their values are a beginning.
+pub(crate) const ROUGHLY_SETTLED: f64 = 1e-4;
 /// Damping that no fit comes back from.
 const MOST_DAMPING: f64 = 1e12;
 /// Share of a diagonal that is always added: a start state that a short window does not show has no curvature.
@@ -30,8 +32,8 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// The first window that cannot be simulated at the beginning.
-    pub fn fit(&mut self, values: &[f64], shots: &[Shot]) -> Result<Fit, SimulationError> {
-        self.fit_with(values, shots, &[])
+    pub fn fit(&mut self, values: &[f64], shots: &[Shot], settled: f64) -> Result<Fit, SimulationError> {
+        self.fit_with(values, shots, &[], settled)
     }
 
     /// The same with the scale of misfits of channels whose noise is known, in their unit.
@@ -43,6 +45,7 @@ impl Problem<'_> {
         values: &[f64],
         shots: &[Shot],
         known: &[Option<f64>],
+        settled: f64,
     ) -> Result<Fit, SimulationError> {
         let (mut values, mut shots) = (values.to_vec(), shots.to_vec());
         let channels = self.schema().channels.len();
@@ -79,11 +82,11 @@ impl Problem<'_> {
                     continue;
                 }
                 let gain = normal.cost - trial;
-                let settled = gain <= SETTLED * normal.cost;
+                let is_settled = gain <= settled * normal.cost;
                 (values, shots) = (moved, starts);
                 normal = self.normal(&values, &shots, true)?;
                 damping = (damping * 0.2).max(1e-12);
-                if settled {
+                if is_settled {
                     converged = true;
                     break;
                 }

@@ -158,7 +158,9 @@ fn written_model(path: &Path) -> Verdict {
     };
     match augsim_written::model::parse(&text, &path.display().to_string()) {
         Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
-        Ok(again) if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() => {
+        Ok(again)
+            if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() =>
+        {
             Verdict::Broken("written and read again it is another".into())
         }
         Ok(_) => Verdict::Accepted,

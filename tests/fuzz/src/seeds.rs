@@ -117,8 +117,7 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
         ],
         "written-model" => {
             let examples = augsim_written::EXAMPLES.iter();
-            let mut files: Vec<Files> =
-                examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
+            let mut files: Vec<Files> = examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
             files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_written::EXAMPLES[0].1)));
             files
         }

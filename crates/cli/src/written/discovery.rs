@@ -16,16 +16,13 @@ pub fn measured(model: &Model, data: &Path) -> anyhow::Result<(MeasuredModel, Da
     let fitted = fit(model, &records)?;
     let window_s = fitted.calibration.stages.last().map(|stage| stage.window_s);
     let shortest = fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.rms.clone());
-    // Sizes are those of a simulation with the values that were found; what is declared stays declared.
+    // Sizes, steps and widths are those of a simulation with the values that were found; what is declared stays declared.
     let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let windows = prepared(&found, &records)?;
-    let scales = found.tuned(&windows)?.scales(&windows);
     let mut declared = model.clone();
     for (input, found) in declared.inputs.iter_mut().zip(&fitted.model.inputs) {
         input.hold = found.hold;
     }
-    let system = WrittenSystem::new(&declared, &scales)?.with_windows(window_s);
-    let windows = prepared(&system, &records)?;
-    let system = system.tuned(&windows)?.with_fit(fitted.calibration.values, &shortest);
-    Ok((MeasuredModel::new(declared, system), measured.data))
+    let declared = found.tuned(&windows)?.measured(declared, &windows)?;
+    Ok((declared.calibrated(fitted.calibration.values, &shortest), measured.data))
 }

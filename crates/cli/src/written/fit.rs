@@ -9,6 +9,8 @@ use augsim_written::{Model, WrittenSystem};
 const SHORTEST: f64 = 2.0;
 /// Samples that the shortest windows have at least: fewer could not tell the states of their start from noise.
 const FEWEST_SAMPLES: f64 = 10.0;
+/// Doublings of the shortest windows over which holds are compared.
+const HOLD_WINDOWS: i32 = 4;
 /// Share of the misfit by which another hold has to be better to be worth telling.
 pub const TELLING: f64 = 0.05;
 
@@ -31,34 +33,40 @@ pub struct Fitted {
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
 pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
-    let open = model.inputs.iter().any(|input| input.hold.is_none());
-    let holds: &[Option<Hold>] =
-        if open { &[Some(Hold::Zero), Some(Hold::Linear), Some(Hold::Spline)] } else { &[None] };
-    let mut tried: Vec<(Option<Hold>, Model, Calibration, usize)> = Vec::new();
-    for hold in holds {
-        let mut model = model.clone();
-        for input in &mut model.inputs {
-            input.hold = input.hold.or(*hold);
-        }
-        let (calibration, substeps) = with_hold(&model, records)?;
-        tried.push((*hold, model, calibration, substeps));
-    }
-    // Compared over the longest windows that all of them reached.
-    let stage = tried.iter().map(|(_, _, c, _)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
-    let misfit = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>();
-    let best =
-        (0..tried.len()).min_by(|a, b| misfit(&tried[*a].2).total_cmp(&misfit(&tried[*b].2))).unwrap_or(0);
-    let outputs = model.outputs.len().max(1) as f64;
-    let least = misfit(&tried[best].2);
-    let compared =
-        tried.iter().filter_map(|(h, _, c, _)| Some(((*h)?, ((misfit(c) - least) / outputs).exp())));
-    let holds = compared.collect();
-    let (_, mut model, calibration, substeps) = tried.swap_remove(best);
+    let (mut model, holds) = choose_hold(model, records)?;
+    let (calibration, substeps) = with_hold(&model, records, None)?;
     write_values(&mut model, &calibration);
     Ok(Fitted { model, calibration, holds, substeps })
 }
 
-fn with_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Calibration, usize)> {
+/// The model with the hold of its inputs, and the misfit of each that was tried in that of the best: windows as long as
+/// these tell one from another.
+fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<(Hold, f64)>)> {
+    if model.inputs.iter().all(|input| input.hold.is_some()) {
+        return Ok((model.clone(), Vec::new()));
+    }
+    let mut tried: Vec<(Hold, Model, Calibration)> = Vec::new();
+    for hold in [Hold::Zero, Hold::Linear, Hold::Spline] {
+        let mut model = model.clone();
+        model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(hold)));
+        let (calibration, _) = with_hold(&model, records, Some(HOLD_WINDOWS))?;
+        tried.push((hold, model, calibration));
+    }
+    let stage = tried.iter().map(|(_, _, c)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
+    let outputs = model.outputs.len().max(1) as f64;
+    let misfit = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>() / outputs;
+    let least = tried.iter().map(|(_, _, c)| misfit(c)).fold(f64::INFINITY, f64::min);
+    let holds = tried.iter().map(|(hold, _, c)| (*hold, (misfit(c) - least).exp())).collect();
+    let best = tried.into_iter().min_by(|a, b| misfit(&a.2).total_cmp(&misfit(&b.2)));
+    Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
+}
+
+/// Calibration and steps of a model whose inputs have their holds; `doublings` bound the length of windows.
+fn with_hold(
+    model: &Model,
+    records: &[Record],
+    doublings: Option<i32>,
+) -> anyhow::Result<(Calibration, usize)> {
     let system = WrittenSystem::declared_only(model)?;
     // Steps, widths and the time constant are looked at over windows of some samples at many places.
     let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
@@ -69,7 +77,8 @@ fn with_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Calibration, 
     let window_s = (SHORTEST * constant).max(FEWEST_SAMPLES * step);
     let system = system.with_windows(Some(window_s));
     let records = prepared(&system, records)?;
-    Ok((calibrate(&system, &records)?, system.options().substeps))
+    let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
+    Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
 }
 
 /// Records prepared by a system.

@@ -124,7 +124,10 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
         let variance: f64 = measured().map(|v| (v - mean) * (v - mean)).sum();
         let longest =
             runs.iter().filter_map(|r| Some(r.times.last()? - r.times.get(r.first)?)).fold(0.0, f64::max);
-        let horizons = HORIZONS_S.into_iter().filter(|h| *h < longest);
+        // A horizon of a few samples says nothing of the motion.
+        let steps = runs.iter().filter_map(|r| Some(r.times.get(r.first + 1)? - r.times.get(r.first)?));
+        let step = steps.fold(0.0, f64::max);
+        let horizons = HORIZONS_S.into_iter().filter(|h| *h < longest && *h >= 4.0 * step);
         Row {
             output: output.name.clone(),
             rmse: rmse((sum, count)),

@@ -1,10 +1,11 @@
 //! A model file with the sizes of data in it, for the loop to open.
 
 use super::WrittenSystem;
+use crate::error::ModelError;
 use crate::model::{Model, Parameter};
 use augsim_data::checks::Expected;
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, Record, System,
 };
 use std::sync::Arc;
 use thiserror::Error;
@@ -29,6 +30,13 @@ impl MeasuredModel {
     /// A model with its system.
     pub fn new(model: Model, system: WrittenSystem) -> Self {
         Self { model, system }
+    }
+
+    /// The same with what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
+    /// windows, in its unit.
+    pub fn calibrated(mut self, values: Vec<f64>, misfit: &[f64]) -> Self {
+        self.system = self.system.with_fit(values, misfit);
+        self
     }
 
     /// The model.
@@ -75,6 +83,22 @@ impl MeasuredModel {
         let again = crate::model::parse(&text, &model.file).ok()?;
         let same = again.nominals() == model.nominals() && again.additions.len() == model.additions.len();
         same.then_some(text)
+    }
+}
+
+impl WrittenSystem {
+    /// The model `declared`, which this system is of but for its values, with what is known from these records: the sizes in
+    /// its library, the widths of jumps, the steps and the windows. This system was tuned on them.
+    ///
+    /// # Errors
+    /// A candidate that cannot be placed.
+    pub fn measured(&self, declared: Model, records: &[Record]) -> Result<MeasuredModel, ModelError> {
+        let mut system = WrittenSystem::new(&declared, &self.scales(records))?
+            .with_options(self.options.clone())
+            .with_windows(self.window_s);
+        system.compiled = Arc::new((*system.compiled).clone().with_widths_of(&self.compiled));
+        system.complete = Arc::default();
+        Ok(MeasuredModel { model: declared, system })
     }
 }
 

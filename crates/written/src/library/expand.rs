@@ -1,7 +1,7 @@
 //! A row at a place of a model: its names exchanged for those of the model, its parameters with units.
 
 use super::place::{Place, places};
-use super::scale::size_unit;
+use super::size::size_unit;
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{

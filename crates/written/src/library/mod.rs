@@ -3,6 +3,7 @@
 mod expand;
 mod place;
 mod scale;
+mod size;
 mod substitute;
 pub(crate) mod tables;
 

@@ -1,11 +1,11 @@
 //! Sizes of the quantities of a model in its data, from which the numbers of candidates follow.
 
 use super::expand::Candidate;
+use super::size::meant;
 use crate::engine::{Options, Window};
 use crate::model::{How, Model, Target};
 use crate::system::System;
 use crate::text::{Meaning, Symbol};
-use augsim_data::{Dimensions, Unit};
 
 /// An amount is of usual size where its term has this share of the root mean square of what it changes.
 const USUAL_SHARE: f64 = 0.05;
@@ -176,43 +176,6 @@ impl Scales {
         let at = |point| tree.value(&Scene::new(model, point, &self.parameters, 1.0));
         self.points.iter().map(at).collect()
     }
-}
-
-/// What a name of a row stands for.
-fn meant(name: &str, names: &[(&'static str, String)]) -> String {
-    names.iter().find(|(n, _)| *n == name).map_or_else(|| name.to_owned(), |(_, text)| text.clone())
-}
-
-/// Unit of what a parameter is measured in.
-pub(super) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Model) -> Option<Unit> {
-    let inner = ["range(", "span(", "peak("].iter().find_map(|p| of.strip_prefix(p)?.strip_suffix(')'));
-    let of_name = |name: &str| -> Option<Dimensions> {
-        let tree = model.tree_of(&meant(name, names))?;
-        crate::model::dimensions_of(model, &tree)
-    };
-    let dimensions = match of {
-        "1" => Dimensions::NONE,
-        "step" | "duration" | "t" => Dimensions::TIME,
-        "1/step" | "turn" | "rate" => Dimensions::NONE / Dimensions::TIME,
-        _ => match (inner, of.strip_prefix("1/")) {
-            (Some(name), _) => of_name(name)?,
-            (None, Some(name)) => Dimensions::NONE / of_name(name)?,
-            (None, None) => {
-                // As its name states it, so that rad stays rad.
-                let name = meant(of, names);
-                let declared = model.state(&name).and_then(|i| model.states[i].unit);
-                let input = model.inputs.iter().find(|i| i.name == name).and_then(|i| i.unit);
-                match declared.or(input) {
-                    Some(unit) => return Some(unit),
-                    None => of_name(of)?,
-                }
-            }
-        },
-    };
-    if dimensions.is_pure() {
-        return Some(Unit::DIMENSIONLESS);
-    }
-    Unit::of_text(&dimensions.to_string())
 }
 
 fn rms(values: &[f64]) -> f64 {

@@ -327,10 +327,10 @@ fn without_unit(name: &str) -> Option<&str> {
     Unit::of_column_name(name)?;
     // The shortest end that states all of the unit has no other word in it.
     let cut = name.match_indices('_').map(|(at, _)| at);
-    let cuts = cut.filter(|at| {
+    let mut cuts = cut.filter(|at| {
         *at > 0 && Unit::of_column_name(&format!("q{}", &name[*at..])) == Unit::of_column_name(name)
     });
-    cuts.last().map(|at| &name[..at])
+    cuts.next_back().map(|at| &name[..at])
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `[[effect]]` and `[[candidate]]` blocks: what a model has beyond its equations, and what may be tried on it.
 
 use super::entries::check_name;
-use super::read::parameter;
+use super::quantity::parameter;
 use super::row::{Row, change};
 use super::toml_reader::Item;
 use super::{Draft, DraftTarget, Model, Parameter, Target};

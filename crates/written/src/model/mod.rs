@@ -5,6 +5,7 @@ mod check;
 mod effects;
 mod entries;
 mod equations;
+mod quantity;
 mod read;
 mod row;
 mod scope;

@@ -2,13 +2,14 @@
 
 use super::entries::{check_name, known_with, section, suffixed};
 use super::equations::Equations;
+use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
-use super::{Expression, Hold, Input, Model, Numerics, Output, Parameter, State, Table, check, effects};
+use super::{Expression, Hold, Input, Model, Numerics, Output, State, Table, check, effects};
 use crate::error::{Fault, ModelError};
 use crate::limits;
 use crate::text::{Symbol, Tree};
-use augsim_data::{Unit, shown, shown_cause};
+use augsim_data::{Unit, shown_cause};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -210,37 +211,6 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     Ok(())
 }
 
-pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
-    let expected = "a number or a table such as { nominal = 1.0, min = 0.0, max = 10.0 }";
-    let nominal = match item.maybe_number() {
-        Some(value) => value,
-        None => {
-            item.table(expected)?;
-            item.known(&["nominal", "min", "max", "frozen", "unit", "ci95"])?;
-            let missing = || item.error(Fault::Missing { key: "nominal", example: "nominal = 1.0" });
-            item.at("nominal").ok_or_else(missing)?.number()?
-        }
-    };
-    let bound = |key, default| item.at(key).map_or(Ok(default), |bound| bound.number());
-    let (min, max) = (bound("min", f64::NEG_INFINITY)?, bound("max", f64::INFINITY)?);
-    if min >= max {
-        return Err(item.error(Fault::EmptyBounds { min, max }));
-    }
-    if !(min..=max).contains(&nominal) {
-        return Err(item.error(Fault::OutsideBounds { nominal, min, max }));
-    }
-    Ok(Parameter {
-        name: name.into(),
-        unit: unit(item, name)?,
-        nominal,
-        min,
-        max,
-        frozen: item.at("frozen").map_or(Ok(false), |frozen| frozen.flag())?,
-        ci95: item.at("ci95").map(|ci| ci.range()).transpose()?,
-        line: item.line,
-    })
-}
-
 fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     for (name, item) in section(file, "tables", "tables", limits::TABLES)? {
         check_name(&item, name)?;
@@ -282,19 +252,6 @@ fn claim(names: &mut Names, item: &Item<'_, '_>, name: &str, symbol: Symbol) -> 
     }
     names.quantities.push((name.into(), symbol));
     Ok(())
-}
-
-/// Unit by `unit`, or else by the name.
-fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
-    match item.at("unit") {
-        Some(unit) => unit_of(&unit).map(Some),
-        None => Ok(Unit::of_column_name(name)),
-    }
-}
-
-fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
-    let text = unit.text("a unit in quotes, such as \"N/m\"")?;
-    Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))
 }
 
 /// Stands where an expression will be read in the second pass.

@@ -1,6 +1,7 @@
 //! One kind of effect as its block describes it: an expression, where it may stand, and its parameters.
 
 use super::entries::check_name;
+use super::quantity::unit;
 use super::toml_reader::{Item, Reader};
 use super::{DraftState, How};
 use crate::error::{Fault, ModelError};
@@ -178,18 +179,10 @@ impl RowParameter {
                 return Err(item.error(Fault::OutsideBounds { nominal: *value, min, max }));
             }
         }
-        let unit = match item.at("unit") {
-            Some(unit) => {
-                let text = unit.text("a unit in quotes, such as \"N/m\"")?;
-                let wrong = || unit.error(Fault::UnknownUnit { text: shown(text) });
-                Some(Unit::of_text(text).ok_or_else(wrong)?)
-            }
-            None => Unit::of_column_name(name),
-        };
         let of = item.at("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
         Ok(Self {
             name: name.to_owned(),
-            unit,
+            unit: unit(item, name)?,
             of: of.transpose()?,
             frozen: item.at("frozen").map_or(Ok(false), |f| f.flag())?,
             min,

@@ -1,0 +1,172 @@
+//! Contract: a system of equations goes from its file to data, to a calibrated file and to an error in the unit of each output
+//! with one command each; what one writes the next one reads; mistakes name file, column and remedy. Data are simulated by
+//! the binary itself without noise, so that the truth is known to many digits, and parameters declared wrong must come back.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(args: &[&str], dir: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir).output().expect("the binary runs")
+}
+
+fn augsim(args: &[&str], dir: &Path) -> String {
+    let out = run(args, dir);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).expect("output is text")
+}
+
+fn json(args: &[&str], dir: &Path) -> serde_json::Value {
+    serde_json::from_str(&augsim(args, dir)).expect("JSON")
+}
+
+fn refused(args: &[&str], code: i32, dir: &Path) -> String {
+    let out = run(args, dir);
+    let text = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(code), "{args:?}: {text}");
+    text
+}
+
+/// Changes a file.
+fn edit(path: &Path, from: &str, to: &str) {
+    let text = std::fs::read_to_string(path).expect("a file");
+    assert!(text.contains(from), "{} has no `{from}`", path.display());
+    std::fs::write(path, text.replacen(from, to, 1)).expect("written");
+}
+
+#[test]
+fn every_example_is_written_simulated_and_checked() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    for name in ["pendulum", "mass-spring-stop", "cart-pole", "tanks", "servo"] {
+        let file = format!("{name}.toml");
+        augsim(&["model", "new", name], d);
+        let args = ["simulate", &file, "--duration-s", "3", "--check", "--json", "--out", "run.csv"];
+        let told = json(&args, d);
+        assert_eq!(told["samples"], 301, "{name}");
+        for check in told["check"].as_array().expect("one for each output") {
+            let largest = check["largest"].as_f64().expect("a number");
+            assert!(largest < 1e-3, "{name}: {check}");
+        }
+        let header = std::fs::read_to_string(d.join("run.csv")).unwrap();
+        assert!(header.starts_with("trajectory,t_s,"), "{header:.60}");
+    }
+    let text = refused(&["model", "new", "pendulum", "--out", "servo.toml"], 2, d);
+    assert!(text.contains("holds another model"), "{text}");
+}
+
+#[test]
+fn a_pendulum_declared_wrong_is_calibrated_and_forecast() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    let simulate = ["simulate", "pendulum.toml", "--start", "theta_rad=0.8", "--duration-s", "8"];
+    augsim(&[&simulate[..], &["--out", "train.csv"]].concat(), d);
+    let test = ["simulate", "pendulum.toml", "--start", "theta_rad=-0.4", "--start", "omega_rad_s=2"];
+    augsim(&[&test[..], &["--out", "test.csv"]].concat(), d);
+    edit(&d.join("pendulum.toml"), "nominal = 0.153", "nominal = 0.2");
+    edit(&d.join("pendulum.toml"), "nominal = 0.05", "nominal = 0.5");
+    let answer = json(&["fit", "pendulum.toml", "train.csv", "--out", "fit", "--json"], d);
+    let value = |k: usize| answer["parameters"][k]["value"].as_f64().expect("a number");
+    assert_eq!(answer["parameters"][0]["frozen"], true);
+    assert!((value(1) - 0.153).abs() < 1e-6 && (value(2) - 0.05).abs() < 1e-5, "{answer}");
+    let score = json(&["evaluate", "fit/model.toml", "--data", "test.csv", "--burn-in", "10", "--json"], d);
+    let row = &score["rows"][0];
+    assert_eq!((row["output"].as_str(), row["unit"].as_str()), (Some("angle_rad"), Some("rad")));
+    assert!(row["rmse"].as_f64().expect("a number") < 1e-4, "{score}");
+    assert_eq!(row["horizons"].as_array().map(Vec::len), Some(3));
+    let kept = std::fs::read_to_string(d.join("fit/model.toml")).unwrap();
+    assert!(kept.contains("# what the system remembers"), "comments are kept");
+}
+
+#[test]
+fn a_forecast_sees_nothing_behind_its_burn_in() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    augsim(&["simulate", "pendulum.toml", "--start", "theta_rad=0.8", "--out", "a.csv"], d);
+    let text = std::fs::read_to_string(d.join("a.csv")).unwrap();
+    // The last third of the record is another one: only the errors there may change.
+    let lines: Vec<&str> = text.lines().collect();
+    let cut = 2 * lines.len() / 3;
+    let changed = |line: &str| format!("{}9", &line[..line.len() - 1]);
+    let tail: Vec<String> = lines[cut..].iter().map(|line| changed(line)).collect();
+    let other = [&lines[..cut].iter().map(|l| l.to_string()).collect::<Vec<_>>()[..], &tail[..]].concat();
+    std::fs::write(d.join("b.csv"), other.join("\n") + "\n").unwrap();
+    let horizon = |file: &str| {
+        let score = json(&["evaluate", "pendulum.toml", "--data", file, "--burn-in", "7", "--json"], d);
+        score["rows"][0]["horizons"].clone()
+    };
+    assert_eq!(horizon("a.csv"), horizon("b.csv"));
+}
+
+#[test]
+fn a_scale_that_is_free_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "tanks"], d);
+    let drive = ["--input", "pump_V=3+2*sin(0.05*t)", "--start", "upper_V=6", "--start", "lower_V=5"];
+    let simulate = ["simulate", "tanks.toml", "--duration-s", "600", "--rate-hz", "0.25", "--out", "run.csv"];
+    augsim(&[&simulate[..], &drive[..]].concat(), d);
+    edit(
+        &d.join("tanks.toml"),
+        "k4_per_s = { nominal = 0.05, frozen = true }",
+        "k4_per_s = { nominal = 0.05, min = 0.0, max = 1.0 }",
+    );
+    let answer = json(&["fit", "tanks.toml", "run.csv", "--out", "fit", "--json"], d);
+    let expected = "parameters `k1`, `k2`, `k4_per_s`: only two combinations can be found (scale of the unseen state \
+                    `upper_V`); freeze one";
+    assert_eq!(answer["gauges"][0].as_str(), Some(expected));
+}
+
+#[test]
+fn columns_and_commands_that_do_not_fit_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "mass-spring-stop", "--out", "mass.toml"], d);
+    std::fs::write(d.join("data.csv"), "trajectory,t_s,angle_rad\n1,0,0.1\n1,0.1,0.2\n").unwrap();
+    let text = refused(&["fit", "mass.toml", "data.csv"], 3, d);
+    let expected =
+        "data.csv has no column `force_N`, an input of mass.toml; its columns are trajectory, t_s, angle_rad";
+    assert!(text.contains(expected), "{text}");
+    let text = refused(&["simulate", "mass.toml", "--input", "force=1"], 2, d);
+    assert!(text.contains("--input force: the model has no such input; it has force_N"), "{text}");
+    let text = refused(&["simulate", "mass.toml", "--input", "force_N=sin(q)"], 2, d);
+    assert!(text.contains("unknown name `q`; did you mean `t`?"), "{text}");
+    std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
+    let text = refused(&["fit", "ball.toml", "data.csv"], 2, d);
+    assert!(text.contains("fit takes models of equations"), "{text}");
+}
+
+#[test]
+fn effects_of_every_kind_of_model_are_listed() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "servo"], d);
+    augsim(&["simulate", "servo.toml", "--out", "run.csv"], d);
+    let plain = json(&["effects", "--for", "servo.toml", "--json"], d);
+    let kinds: Vec<&str> =
+        plain["effects"].as_array().unwrap().iter().filter_map(|e| e["kind"].as_str()).collect();
+    assert!(kinds.contains(&"coulomb") && kinds.contains(&"input-delay"), "{kinds:?}");
+    assert!(plain["effects"][0]["parameters"][0]["typical"].is_null());
+    let measured = json(&["effects", "--for", "servo.toml", "--data", "run.csv", "--json"], d);
+    assert!(measured["effects"][0]["parameters"][0]["typical"].as_f64().is_some_and(|x| x > 0.0));
+    std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
+    let ball = augsim(&["effects", "--for", "ball.toml"], d);
+    assert!(ball.contains("quadratic-drag"), "{ball}");
+}
+
+#[test]
+fn data_are_inspected_by_the_columns_of_a_model() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "tanks"], d);
+    let rows: String = (0..100).map(|k| format!("{},{},{},x\n", 4 * k, 3, (5 + k / 10).min(10))).collect();
+    std::fs::write(d.join("data.csv"), format!("t_s,pump_V,level_V,note\n{rows}")).unwrap();
+    let text = augsim(&["data", "inspect", "data.csv", "--model", "tanks.toml"], d);
+    assert!(text.contains("100 values at 0.2500 Hz"), "{text}");
+    assert!(text.contains("columns that the model does not name: note"), "{text}");
+    assert!(
+        text.contains("range = [5, 10] would mark them as saturated") || !text.contains("stand at an end"),
+        "{text}"
+    );
+}

@@ -1,0 +1,52 @@
+//! Numbers with units as they stand in a file: parameters, and the unit of anything that has a name.
+
+use super::Parameter;
+use super::toml_reader::Item;
+use crate::error::{Fault, ModelError};
+use augsim_data::{Unit, shown};
+
+/// A parameter: a number, or a table with its bounds.
+pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
+    let expected = "a number or a table such as { nominal = 1.0, min = 0.0, max = 10.0 }";
+    let nominal = match item.maybe_number() {
+        Some(value) => value,
+        None => {
+            item.table(expected)?;
+            item.known(&["nominal", "min", "max", "frozen", "unit", "ci95"])?;
+            let missing = || item.error(Fault::Missing { key: "nominal", example: "nominal = 1.0" });
+            item.at("nominal").ok_or_else(missing)?.number()?
+        }
+    };
+    let bound = |key, default| item.at(key).map_or(Ok(default), |bound| bound.number());
+    let (min, max) = (bound("min", f64::NEG_INFINITY)?, bound("max", f64::INFINITY)?);
+    if min >= max {
+        return Err(item.error(Fault::EmptyBounds { min, max }));
+    }
+    if !(min..=max).contains(&nominal) {
+        return Err(item.error(Fault::OutsideBounds { nominal, min, max }));
+    }
+    Ok(Parameter {
+        name: name.into(),
+        unit: unit(item, name)?,
+        nominal,
+        min,
+        max,
+        frozen: item.at("frozen").map_or(Ok(false), |frozen| frozen.flag())?,
+        ci95: item.at("ci95").map(|ci| ci.range()).transpose()?,
+        line: item.line,
+    })
+}
+
+/// Unit by `unit`, or else by the name.
+pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
+    match item.at("unit") {
+        Some(unit) => unit_of(&unit).map(Some),
+        None => Ok(Unit::of_column_name(name)),
+    }
+}
+
+/// A unit in quotes.
+pub(super) fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
+    let text = unit.text("a unit in quotes, such as \"N/m\"")?;
+    Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))
+}
