@@ -193,8 +193,9 @@ fn golden(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, rounds: us
     if fa < fb { (a, fa) } else { (b, fb) }
 }
 
-/// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample.
-pub(crate) fn estimate(data: &mut Measured) -> Noise {
+/// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample. Where the motion is not
+/// smooth between samples, the noise is taken for white: what polynomials leave is motion, and looks correlated.
+pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
     let channels = declared.len();
     let mut masked: Vec<Vec<Vec<bool>>> = data
@@ -245,7 +246,7 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
     let (mut rho, mut growth) = (0.0, 0.0);
     let by_rho = golden(|r| criterion(&some, channels, r, 0.0), -0.4, 0.95, 14);
     let by_growth = golden(|g| criterion(&some, channels, 0.0, g), 0.0, top, 14);
-    if plain - by_rho.1.min(by_growth.1) > ENOUGH {
+    if smooth_motion && plain - by_rho.1.min(by_growth.1) > ENOUGH {
         if by_rho.1 < by_growth.1 {
             rho = by_rho.0;
             let second = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14);

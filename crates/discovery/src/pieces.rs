@@ -9,11 +9,12 @@ const LENGTHS: [usize; 5] = [12, 24, 48, 96, 192];
 const SMOOTH: f64 = 1.3;
 
 /// Cuts the pieces of records that are one piece from end to end into stretches over which polynomials follow every channel
-/// as well as over the shortest.
-pub(crate) fn find(data: &mut Measured) {
+/// as well as over the shortest. Gives whether polynomials follow the motion at all: samples may be too few for that, and then
+/// what they leave is no noise of the sensor.
+pub(crate) fn find(data: &mut Measured) -> bool {
     let whole = |r: &crate::record::Record| r.seen.pieces.len() == 1 && r.seen.pieces[0].len() == r.seen.times.len();
     if !data.records.iter().all(whole) {
-        return;
+        return true;
     }
     let mut best = LENGTHS[0];
     let mut shortest: Option<Vec<f64>> = None;
@@ -35,4 +36,5 @@ pub(crate) fn find(data: &mut Measured) {
         let cuts = (0..samples).step_by(best).map(|a| a..(a + best).min(samples));
         record.seen.pieces = cuts.filter(|piece| piece.len() * 2 >= best).collect();
     }
+    best > LENGTHS[0]
 }

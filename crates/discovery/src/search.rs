@@ -52,6 +52,25 @@ pub(crate) struct Judged {
     pub heldout_ll: Option<f64>,
 }
 
+/// Ratio of two scores from which on they are the same law in two forms.
+const ALIAS: f64 = 1e-7;
+
+/// Scores without those that repeat an earlier one to the last digits: the same law under a name that comes later in the
+/// library (quadratic damping, and damping that depends on the speed).
+fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
+    let mut out: Vec<Score> = Vec::new();
+    for score in scores {
+        let same = |other: &Score| {
+            let near = (score.statistic / other.statistic - 1.0).abs() < ALIAS;
+            near && score.rank == other.rank && score.addition.kind() != other.addition.kind()
+        };
+        if score.statistic <= 0.0 || !out.iter().any(same) {
+            out.push(score);
+        }
+    }
+    out
+}
+
 impl Judged {
     /// Criterion of both parts together.
     pub fn total(&self) -> f64 {
@@ -237,7 +256,7 @@ impl<'a> Search<'a> {
     pub fn library_scores(&self, fit: &Fit) -> Vec<Score> {
         let list: Vec<Addition> =
             self.library.iter().filter(|a| may_join(a, &fit.hypothesis)).cloned().collect();
-        scores(&self.train, fit, &list)
+        without_aliases(scores(&self.train, fit, &list))
     }
 
     fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Move> {
