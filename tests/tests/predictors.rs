@@ -8,7 +8,7 @@ use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_trainer::models::{Law, NetModel, Physics, Zero};
 use augsim_trainer::score::{Score, score};
 use augsim_trainer::{
-    EngineSpec, Forecaster, Recipe, SAMPLES, Samples, Sequences, Settings, Task, Training, evaluate_forecast,
+    Engine, Forecaster, Recipe, SAMPLES, Samples, Sequences, Settings, Task, Training, evaluate_forecast,
     evaluate_reconstruction,
 };
 
@@ -28,10 +28,10 @@ fn data(law: &PaperLaw, trajectories: usize, seed: u64) -> Sequences {
 
 /// A net of each recipe, trained for a few iterations.
 fn nets(train: &Sequences) -> Vec<NetModel> {
-    let engine = EngineSpec::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(paper_engine());
     [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
         .map(|recipe| {
-            let mut training = ok(Training::new(Settings::ball(recipe, 20, 1, engine.clone()), train));
+            let mut training = ok(Training::new(Settings::new(recipe, 20, 1, engine.clone()), train));
             (0..20).for_each(|_| {
                 ok(training.step());
             });
@@ -68,7 +68,7 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
     let fixed = PaperLaw { restitution_sd: 0.0, ..law() };
     let test = data(&fixed, 5, 2);
     let ball = BulletBall { restitution: fixed.restitution_mean, ..fixed.ball };
-    let exact = Physics(EngineSpec::PybulletBall(ball));
+    let exact = Physics(Engine::PybulletBall(ball));
     for q in &test.items {
         let got =
             ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: 0 }, SAMPLES));
@@ -78,7 +78,7 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
             assert_eq!(*g, *want as f32);
         }
     }
-    let other = ok(evaluate_forecast(&Physics(EngineSpec::PybulletBall(paper_engine())), &test));
+    let other = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
     assert!(
         other.mean.absolute[0] > 0.05,
         "restitution 0.65 instead of 0.5 errs by {}",
@@ -129,7 +129,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
         assert!((share - want).abs() < tolerance, "{level}: {share} are covered, should be {want}");
     }
 
-    let physics = ok(evaluate_forecast(&Physics(EngineSpec::PybulletBall(paper_engine())), &test));
+    let physics = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
     for column in 0..2 {
         assert!(got.median.absolute[column] < physics.median.absolute[column]);
         assert!(got.crps[column] < physics.crps[column]);
@@ -140,7 +140,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
 fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
     let train = data(&PaperLaw { samples: 50, ..law() }, 16, 5);
     let nets = nets(&train);
-    let engine = EngineSpec::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(paper_engine());
     let (exact, physics) = (Law { law: law(), seed: 4 }, Physics(engine));
     let mut models: Vec<&dyn Forecaster> = vec![&Zero, &physics, &exact];
     models.extend(nets.iter().map(|n| n as &dyn Forecaster));

@@ -4,23 +4,23 @@ use crate::run_dir::{Config, DataSource};
 use crate::{ball, push};
 use augsim_data::DataError;
 use augsim_data::checks::{Admitted, Expected, Warning, admit};
-use augsim_trainer::{EngineSpec, Recipe, Sequences};
+use augsim_trainer::{Engine, Recipe, Sequences};
 
 /// Trajectories for scoring a run with that engine.
-pub fn load(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Sequences> {
+pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
     Ok(load_timed(source, engine)?.0)
 }
 
 /// The same with the times of the samples of each, s.
-pub fn load_timed(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<(Sequences, Vec<Vec<f64>>)> {
-    match engine {
-        EngineSpec::Push(_) => {
+pub fn load_timed(source: &DataSource, engine: &Engine) -> anyhow::Result<(Sequences, Vec<Vec<f64>>)> {
+    match engine.step_s() {
+        None => {
             let pushes = push::load(source)?;
             let clock = |q: &augsim_trainer::Sequence| (0..q.time).map(|t| q.action(t)[2]).collect();
             let times = pushes.items.iter().map(clock).collect();
             Ok((pushes, times))
         }
-        _ => {
+        Some(_) => {
             let data = ball::read(source, engine)?;
             let times = data.trajectories().iter().map(|t| t.time_s().to_vec()).collect();
             Ok((ball::sequences(&data)?, times))
@@ -39,12 +39,12 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     };
     let check =
         |data| admit(data, &expected, config.accept.iter().copied().collect()).map_err(DataError::from);
-    match engine {
-        EngineSpec::Push(_) => {
+    match engine.step_s() {
+        None => {
             let Admitted { data, warnings } = check(push::read_file(path)?)?;
             Ok((push::on_one_clock(&data)?, warnings))
         }
-        _ => {
+        Some(_) => {
             let Admitted { data, warnings } = check(ball::read(source, engine)?)?;
             Ok((ball::sequences(&data)?, warnings))
         }

@@ -121,7 +121,12 @@ impl RunDir {
         let text = std::fs::read_to_string(&path).with_context(|| {
             format!("{}: cannot read it; give the run directory of `train`", path.display())
         })?;
-        toml::from_str(&text).with_context(|| format!("{}: not a configuration of augsim", path.display()))
+        toml::from_str(&text).with_context(|| {
+            format!(
+                "{}: not a configuration of this augsim; one of an earlier augsim is trained again",
+                path.display()
+            )
+        })
     }
 
     /// The last checkpoint, if there is one.

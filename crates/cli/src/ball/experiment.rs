@@ -37,7 +37,7 @@ impl Experiment {
         let mut trained = Vec::new();
         for plan in &self.nets {
             output.note(format!("training {} ({} iterations)", plan.recipe.label(), plan.iterations));
-            let settings = Settings::ball(plan.recipe, plan.iterations, self.seed, engine.clone());
+            let settings = Settings::new(plan.recipe, plan.iterations, self.seed, engine.clone());
             let config =
                 Config { checkpoint_every: 500, data: self.train.clone(), accept: Vec::new(), settings };
             let folder = run_dir(claim, plan.recipe);

@@ -13,15 +13,15 @@ use crate::run_dir::DataSource;
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_dataset};
 use augsim_physics::ball::paper_law::{self, PaperLaw};
-use augsim_trainer::{Engine, EngineSpec, Sequences};
+use augsim_trainer::{Engine, Sequences};
 
 /// The engine of the paper's experiment: restitution 0.65, Bullet's damping, 60 Hz.
-pub fn paper_engine() -> EngineSpec {
-    EngineSpec::PybulletBall(paper_law::paper_engine())
+pub fn paper_engine() -> Engine {
+    Engine::PybulletBall(paper_law::paper_engine())
 }
 
 /// The data set of a source; its samples must be the engine's steps apart.
-pub fn read(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Dataset> {
+pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     let dataset = match source {
         DataSource::File(path) => read_dataset(path, MissingCells::Refuse)?,
         DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
@@ -41,10 +41,10 @@ pub fn read(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Dataset>
 
 /// The engine's columns of a data set.
 pub fn sequences(dataset: &Dataset) -> anyhow::Result<Sequences> {
-    Ok(Sequences::new(dataset, paper_engine().columns())?)
+    Ok(Sequences::new(dataset, &paper_engine().columns())?)
 }
 
 /// The engine's columns of a source.
-pub fn load(source: &DataSource, engine: &EngineSpec) -> anyhow::Result<Sequences> {
+pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
     sequences(&read(source, engine)?)
 }

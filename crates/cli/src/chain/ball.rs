@@ -9,7 +9,7 @@ use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
 use augsim_physics::effects::{SCATTER_KIND, ScatterPer};
 use augsim_trainer::models::{Physics, ScatteredBall, Zero};
-use augsim_trainer::{EngineSpec, Forecaster, Protocol, evaluate_forecast};
+use augsim_trainer::{Engine, Forecaster, Protocol, evaluate_forecast};
 use std::path::Path;
 
 /// What is run.
@@ -32,13 +32,13 @@ impl Chain<'_> {
         let augmented = self.augmented();
         let nets = Nets {
             declared: paper_engine(),
-            augmented: EngineSpec::PybulletBall(augmented.ball),
+            augmented: Engine::PybulletBall(augmented.ball),
             source: &train,
             train: &train_data,
             runs: self.runs,
         };
         let Some(nets) = nets.train(output)? else { return Ok(None) };
-        let physics = |ball: BulletBall| Physics(EngineSpec::PybulletBall(ball));
+        let physics = |ball: BulletBall| Physics(Engine::PybulletBall(ball));
         let (declared, fitted) = (physics(nominal), physics(calibrated));
         let points: [(&str, &dyn Forecaster); 3] =
             [("Zero", &Zero), ("Physics", &declared), ("Physics calibrated", &fitted)];

@@ -3,7 +3,7 @@
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource};
 use crate::session;
-use augsim_trainer::{EngineSpec, NetModel, Recipe, Sequences, Settings};
+use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings};
 use std::path::Path;
 
 /// How a chain is run.
@@ -22,9 +22,9 @@ pub struct Runs<'a> {
 /// What all nets of a chain share.
 pub struct Nets<'a> {
     /// The declared model.
-    pub declared: EngineSpec,
+    pub declared: Engine,
     /// The model with what the loop found.
-    pub augmented: EngineSpec,
+    pub augmented: Engine,
     /// Where the training data come from.
     pub source: &'a DataSource,
     /// Training data.

@@ -3,14 +3,11 @@
 use super::nets::{Nets, Runs};
 use super::sets::{self, SetRow};
 use crate::output::Output;
-use crate::push::{Laboratory, Plan, Row};
-use anyhow::Context;
-use augsim_discovery::Discovery;
+use crate::push::{Laboratory, Plan, Row, engine_of};
 use augsim_physics::model::PushModel;
+use augsim_trainer::Forecaster;
 use augsim_trainer::models::{Physics, Zero};
-use augsim_trainer::push::PushEngine;
 use augsim_trainer::push::score::evaluate_pushes;
-use augsim_trainer::{EngineSpec, Forecaster};
 use serde::Serialize;
 
 /// Name of the set, and of the folder of its report.
@@ -45,22 +42,21 @@ impl Chain<'_> {
         let some = lab.data.select(&some);
         let declared = lab.declared.to_toml();
         let set = sets::one(LABORATORY, &some, &declared, out, seed, resume, output)?;
-        let textbook = PushEngine::of(&lab.declared).context("the laboratory's objects are built in")?;
-        let calibrated = calibrated(&textbook, &set.found);
-        let model = PushModel::parse(&set.found.model_toml, "the augmented model")?;
-        let augmented = PushEngine::of(&model).context("the laboratory's objects are built in")?;
+        let estimate = |name: &str| set.found.calibrated.get(name).map(|e| e.value);
+        let textbook = engine_of(lab.declared.clone())?;
+        let calibrated = engine_of(lab.declared.with_nominal(estimate))?;
+        let augmented = engine_of(PushModel::parse(&set.found.model_toml, "the augmented model")?)?;
 
         let nets = Nets {
-            declared: EngineSpec::Push(textbook.clone()),
-            augmented: EngineSpec::Push(augmented.clone()),
+            declared: textbook.clone(),
+            augmented: augmented.clone(),
             source: &lab.source,
             train: &lab.train,
             runs: Runs { out: &out.join("chain-push"), ..self.runs },
         };
         let Some(nets) = nets.train(output)? else { return Ok(None) };
         let (read, whole) = (some.trajectories().len(), lab.train.items.len());
-        let [textbook, calibrated, augmented] =
-            [textbook, calibrated, augmented].map(|engine| Physics(EngineSpec::Push(engine)));
+        let [textbook, calibrated, augmented] = [textbook, calibrated, augmented].map(Physics);
         let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
             ("Zero", &Zero, 0),
             ("Physics", &textbook, 0),
@@ -77,17 +73,6 @@ impl Chain<'_> {
     }
 }
 
-/// The declared model with the values that calibration alone gave.
-fn calibrated(declared: &PushEngine, found: &Discovery) -> PushEngine {
-    let value = |name: &str, declared: f64| found.calibrated.get(name).map_or(declared, |e| e.value);
-    PushEngine {
-        c_m: value("c_m", declared.c_m),
-        contact_friction: value("contact_friction", declared.contact_friction),
-        rod_radius_m: value("rod_radius_m", declared.rod_radius_m),
-        ..declared.clone()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     //! Contract: the chain on pushing has the rows of the whole project in one table, on pushes that neither the loop nor a
@@ -95,6 +80,7 @@ mod tests {
 
     use super::*;
     use crate::run_dir::RunDir;
+    use augsim_trainer::Engine;
 
     const ROWS: [&str; 9] = [
         "Zero",
@@ -127,20 +113,20 @@ mod tests {
         };
         assert!(error("Physics augmented") < error("Physics") && error("Physics") < error("Zero"));
 
-        let config = |folder: &str| {
+        let model = |folder: &str| {
             let run = RunDir::open(&dir.path().join("chain-push").join(folder));
             match run.read_config().expect("a configuration").settings.engine {
-                EngineSpec::Push(engine) => engine,
+                Engine::Model(engine) => PushModel::parse(engine.model(), "model").expect("a model"),
                 other => panic!("{other:?} is no engine of pushing"),
             }
         };
-        let kinds = |folder: &str| config(folder).effects.iter().map(|e| e.kind()).collect::<Vec<_>>();
-        let mut found: Vec<&str> = first.set.found.effects.iter().map(|e| e.kind.as_str()).collect();
+        let kinds = |folder: &str| model(folder).effects.into_iter().map(|e| e.kind).collect::<Vec<_>>();
+        let mut found: Vec<String> = first.set.found.effects.iter().map(|e| e.kind.clone()).collect();
         let mut used = kinds("hybrid-plus-augmented");
         found.sort_unstable();
         used.sort_unstable();
         assert!(!found.is_empty() && used == found, "found {found:?}, used {used:?}");
-        assert!(kinds("hybrid-plus").is_empty() && config("hybrid").contact_friction == 0.25);
+        assert!(kinds("hybrid-plus").is_empty() && model("hybrid").parameters[1].nominal == 0.25);
 
         let result = dir.path().join(LABORATORY).join("result.json");
         let written = || std::fs::metadata(&result).and_then(|m| m.modified()).expect("a result");

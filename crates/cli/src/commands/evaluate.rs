@@ -7,13 +7,13 @@ use crate::output::Output;
 use crate::run_data;
 use crate::run_dir::{DataSource, RunDir};
 use augsim_trainer::push::score::{PushScore, evaluate_pushes};
-use augsim_trainer::{EngineSpec, NetModel, Protocol, evaluate_forecast, evaluate_reconstruction};
+use augsim_trainer::{Correction, NetModel, Protocol, evaluate_forecast, evaluate_reconstruction};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let model = NetModel::new(RunDir::open(&args.run).read_model()?)?;
     let settings = &model.state().settings;
-    let pushing = matches!(settings.engine, EngineSpec::Push(_));
+    let pushing = settings.correction == Correction::Rollout;
     if pushing && args.protocol == ProtocolArg::Reconstruction {
         let text = "nets of pushes only forecast; leave out --protocol reconstruction";
         return Err(Usage(text.to_owned()).into());

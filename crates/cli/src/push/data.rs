@@ -5,11 +5,11 @@ use crate::run_dir::DataSource;
 use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
 use augsim_data::{Dataset, MissingCells, Split, SplitSize, read_dataset};
-use augsim_physics::model::PushModel;
+use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Generated, Protocol, Recipe, SupportSheet};
-use augsim_trainer::Sequences;
-use augsim_trainer::push::{PushEngine, Thinning, pushes};
+use augsim_trainer::push::{Thinning, pushes};
+use augsim_trainer::{Engine, Sequences};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub struct Set {
     /// `test`, `unseen surface` or `unseen object`.
     pub split: &'static str,
     /// The declared model.
-    pub engine: PushEngine,
+    pub engine: Engine,
     /// The pushes.
     pub pushes: Sequences,
 }
@@ -46,7 +46,7 @@ pub struct PushData {
     /// Source of the training pushes, for run directories; the k first of them make a smaller set.
     pub source: DataSource,
     /// The declared model of the training set.
-    pub engine: PushEngine,
+    pub engine: Engine,
     /// Training pushes.
     pub train: Sequences,
     /// Test sets, the first on the training object and support.
@@ -108,9 +108,16 @@ pub fn recipe(protocol: Protocol, object: &str, surface: &str, pushes: usize) ->
 }
 
 /// The declared engine of an object on a support.
-pub fn engine(object: &str, surface: &str) -> anyhow::Result<PushEngine> {
+pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
+    let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
     let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
-    PushEngine::textbook(object, sheet.friction).with_context(|| format!("there is no object `{object}`"))
+    let friction = |name: &str| (name == "support_friction").then_some(sheet.friction);
+    engine_of(PushModel::textbook(known).with_nominal(friction))
+}
+
+/// The engine of a model of pushing.
+pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
+    Ok(Engine::of(&ModelFile::Push(model), None)?)
 }
 
 /// The pushes of a source, on one clock and thinned as every push here.

@@ -14,7 +14,7 @@ use crate::session::{self, Times, Trained};
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::score::{PushScore, evaluate_pushes};
 use augsim_trainer::push::{GpOptions, GpPush};
-use augsim_trainer::{EngineSpec, Forecaster, Losses, NetModel, Recipe, Settings};
+use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Settings};
 use std::path::PathBuf;
 
 /// Nets trained on the whole training set.
@@ -68,12 +68,10 @@ impl Experiment {
         let mut rows = Vec::new();
         let mut over_push = Vec::new();
         for (k, set) in data.tests.iter().enumerate() {
-            let physics = Physics(EngineSpec::Push(set.engine.clone()));
-            let gp = gp.with_engine(&set.engine);
-            let moved: Vec<NetModel> = nets
-                .iter()
-                .map(|t| t.model.with_engine(EngineSpec::Push(set.engine.clone())))
-                .collect::<Result<_, _>>()?;
+            let physics = Physics(set.engine.clone());
+            let gp = gp.with_engine(&set.engine)?;
+            let moved: Vec<NetModel> =
+                nets.iter().map(|t| t.model.with_engine(set.engine.clone())).collect::<Result<_, _>>()?;
             let mut models: Vec<(&dyn Forecaster, usize)> =
                 vec![(&Zero, 0), (&Still, 0), (&physics, 0), (&gp, whole)];
             models.extend(moved.iter().map(|m| (m as &dyn Forecaster, whole)));
@@ -144,7 +142,7 @@ impl Experiment {
         };
         output.note(format!("training {} on {size} pushes ({iterations} iterations)", recipe.label()));
         let train = part(&data.train, 0, size);
-        let settings = Settings::push(recipe, iterations, self.seed, data.engine.clone());
+        let settings = Settings::new(recipe, iterations, self.seed, data.engine.clone());
         let config =
             Config { checkpoint_every: 1000, data: data.source.clone(), accept: Vec::new(), settings };
         session::train_again(&run_dir(claim, recipe, size), &config, &train, self.resume, output)

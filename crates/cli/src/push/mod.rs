@@ -9,7 +9,7 @@ mod result;
 mod rows;
 mod runs;
 
-pub use data::{Laboratory, PushData, load, on_one_clock, read_file};
+pub use data::{Laboratory, PushData, engine_of, load, on_one_clock, read_file};
 pub use plan::{Experiment, Plan};
 pub use result::table;
 pub use rows::{Row, sets};

@@ -1,17 +1,19 @@
 //! Measured runs of the pusher-slider (Hogan and Rodriguez 2016): windows of a second, trained on some runs, tested
 //! on others.
 
-use super::data::Set;
+use super::data::{Set, engine_of};
 use super::rows::Row;
 use anyhow::Context;
 use augsim_data::Dataset;
 use augsim_data::convert::CONVERTERS;
 use augsim_data::push::resample;
+use augsim_physics::model::PushModel;
+use augsim_physics::push::Object;
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::{Calibration, calibrate};
 use augsim_trainer::push::score::evaluate_pushes;
-use augsim_trainer::push::{PushEngine, Thinning, pushes, windows};
-use augsim_trainer::{EngineSpec, Forecaster, NetModel, Recipe, Sequences, Settings, Training};
+use augsim_trainer::push::{Thinning, pushes, windows};
+use augsim_trainer::{Forecaster, NetModel, Recipe, Sequences, Settings, Training};
 use std::path::Path;
 
 /// Where the rows say they come from.
@@ -48,8 +50,12 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
     let convert = convert.context("no converter for the pusher-slider runs")?;
     let data = resample(&convert(folder)?.data, RATE_HZ)?;
-    let engine = PushEngine::textbook("rect1", 0.35).context("rect1 is built in")?;
-    let engine = PushEngine { mass_kg: 1.053, ..engine };
+    let declared = PushModel::textbook(Object::named("rect1").context("rect1 is built in")?);
+    let declared = declared.with_nominal(|name| match name {
+        "support_friction" => Some(0.35),
+        "mass_kg" => Some(1.053),
+        _ => None,
+    });
     let (mut train, mut test, mut calm) = (Vec::new(), Vec::new(), Vec::new());
     for (i, t) in data.trajectories().iter().enumerate() {
         if i % TEST_EVERY == TEST_EVERY - 1 {
@@ -67,7 +73,8 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         Ok(windows(&pushes(&set, Thinning { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
     };
     let train = cut(&train, EVERY[0])?;
-    let calibration = calibrate(&engine, &train)?;
+    let calibration = calibrate(&declared, &train)?;
+    let [engine, fitted] = [engine_of(declared)?, engine_of(calibration.model.clone())?];
     let set = |split, pushes| Set {
         object: "square".into(),
         surface: "table".into(),
@@ -83,17 +90,17 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     for (recipe, engine) in [
         (Recipe::Neural, &engine),
         (Recipe::NeuralPlus, &engine),
-        (Recipe::Hybrid, &calibration.engine),
-        (Recipe::HybridPlus, &calibration.engine),
+        (Recipe::Hybrid, &fitted),
+        (Recipe::HybridPlus, &fitted),
     ] {
         let iterations = if quick { ITERATIONS / 4 } else { ITERATIONS };
-        let mut training = Training::new(Settings::push(recipe, iterations, seed, engine.clone()), &train)?;
+        let mut training = Training::new(Settings::new(recipe, iterations, seed, engine.clone()), &train)?;
         while training.iteration() < iterations {
             training.step()?;
         }
         nets.push(NetModel::new(training.finish()?.clone())?);
     }
-    let [nominal, fitted] = [&engine, &calibration.engine].map(|e| Physics(EngineSpec::Push(e.clone())));
+    let [nominal, fitted] = [engine.clone(), fitted].map(Physics);
     let whole = train.items.len();
     let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
         ("Zero", &Zero, 0),

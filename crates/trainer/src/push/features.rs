@@ -7,33 +7,24 @@
 //!   the deviation from the roll-out, in units of c. Lengths are divided by c and times by sqrt(c / (mu g)), so that
 //!   another support or object of the same shape is, by dimensional analysis, the same problem.
 
-use super::engine::PushEngine;
 use super::frame::StartFrame;
-use crate::prepare::Prepared;
+use crate::engine::ModelPush;
+use crate::prepared::Prepared;
+use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Recipe;
 use augsim_physics::push::planar::Rotation;
 use augsim_physics::push::{GRAVITY_M_S2, Instant, Mode, Pose};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// Standard units beyond which a condition is cut: what lies further was never trained on.
 const CUT: f64 = 6.0;
 /// Size of a deviation where nothing has moved, in units of c: that of the sensor's noise.
 const QUIET: f64 = 0.03;
+/// Least scale that is not rounding.
+const LEAST: f64 = 1e-9;
 /// Deviation for the way slid.
 const SLIDE: f64 = 0.05;
-
-/// Scales of conditions and targets, fitted on the training set only.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PushScales {
-    /// Mean of each condition.
-    pub mean: Vec<f64>,
-    /// Standard deviation of each condition.
-    pub sd: Vec<f64>,
-    /// Root mean square of each target.
-    pub target: Vec<f64>,
-}
 
 /// Everything about a push that a forecast may use.
 #[derive(Debug, Clone)]
@@ -64,7 +55,7 @@ pub(crate) fn width(recipe: Recipe) -> usize {
 
 impl Condition {
     /// From the first pose and the rod's path alone.
-    pub fn new(recipe: Recipe, engine: &PushEngine, start: &[f64], actions: &[f64]) -> Self {
+    pub fn new(recipe: Recipe, engine: &ModelPush, start: &[f64], actions: &[f64]) -> Self {
         let time = actions.len() / 3;
         let action = |t: usize| &actions[3 * t..3 * t + 3];
         let lapse = |t: usize| if t == 0 { 0.0 } else { action(t)[2] - action(t - 1)[2] };
@@ -80,7 +71,7 @@ impl Condition {
                 let base: Vec<[f64; 3]> = path.iter().map(|(p, _)| pose(p)).collect();
                 features(engine, &frame, turn, &path, &base, actions, &mut u);
                 let size = sizes(engine, &base, actions);
-                (frame, base, engine.c_m, size)
+                (frame, base, engine.c_m(), size)
             }
             _ => {
                 let blind = matches!(recipe, Recipe::Neural | Recipe::NeuralPlus);
@@ -117,56 +108,53 @@ impl Condition {
     }
 }
 
-impl PushScales {
-    /// Fits all scales on a training set.
-    pub(crate) fn fit(recipe: Recipe, engine: &PushEngine, train: &Sequences) -> Self {
-        let rows: Vec<(Condition, Vec<f64>)> = (train.items.par_iter())
-            .map(|q| {
-                let c = Condition::new(recipe, engine, q.state(0), &q.actions);
-                let x = c.targets(&q.states);
-                (c, x)
-            })
-            .collect();
-        let width = width(recipe);
-        let n: f64 = rows.iter().map(|(c, _)| c.time as f64).sum();
-        let mean_of = |f: &dyn Fn(f64) -> f64, j: usize| {
-            rows.iter().flat_map(|(c, _)| c.u.iter().skip(j).step_by(width)).map(|v| f(*v)).sum::<f64>() / n
-        };
-        let positive = |v: f64| if v > 1e-9 && v.is_finite() { v } else { 1.0 };
-        let mean: Vec<f64> = (0..width).map(|j| mean_of(&|v| v, j)).collect();
-        let sd = (0..width).map(|j| positive(mean_of(&|v| (v - mean[j]).powi(2), j).sqrt())).collect();
-        let square = |j: usize| {
-            rows.iter().flat_map(|(_, x)| x.iter().skip(j).step_by(3)).map(|v| v * v).sum::<f64>() / n
-        };
-        PushScales { mean, sd, target: (0..3).map(|j| positive(square(j).sqrt())).collect() }
-    }
+/// Fits all scales on a training set.
+pub(crate) fn fit(recipe: Recipe, engine: &ModelPush, train: &Sequences) -> Scales {
+    let rows: Vec<(Condition, Vec<f64>)> = (train.items.par_iter())
+        .map(|q| {
+            let c = Condition::new(recipe, engine, q.state(0), &q.actions);
+            let x = c.targets(&q.states);
+            (c, x)
+        })
+        .collect();
+    let width = width(recipe);
+    let n: f64 = rows.iter().map(|(c, _)| c.time as f64).sum();
+    let mean_of = |f: &dyn Fn(f64) -> f64, j: usize| {
+        rows.iter().flat_map(|(c, _)| c.u.iter().skip(j).step_by(width)).map(|v| f(*v)).sum::<f64>() / n
+    };
+    let mean: Vec<f64> = (0..width).map(|j| mean_of(&|v| v, j)).collect();
+    let sd = (0..width).map(|j| positive(mean_of(&|v| (v - mean[j]).powi(2), j).sqrt(), LEAST)).collect();
+    let square =
+        |j: usize| rows.iter().flat_map(|(_, x)| x.iter().skip(j).step_by(3)).map(|v| v * v).sum::<f64>() / n;
+    let correction = (0..3).map(|j| positive(square(j).sqrt(), LEAST)).collect();
+    Scales { mean, sd, step: Vec::new(), correction }
+}
 
-    /// Conditions in standard units, `[time, width]`.
-    pub(crate) fn standard(&self, condition: &Condition) -> Vec<f32> {
-        let scaled = |(i, v): (usize, &f64)| {
-            let j = i % condition.width;
-            ((v - self.mean[j]) / self.sd[j]).clamp(-CUT, CUT) as f32
-        };
-        condition.u.iter().enumerate().map(scaled).collect()
-    }
+/// Conditions in standard units, `[time, width]`.
+pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
+    let scaled = |(i, v): (usize, &f64)| {
+        let j = i % condition.width;
+        ((v - scales.mean[j]) / scales.sd[j]).clamp(-CUT, CUT) as f32
+    };
+    condition.u.iter().enumerate().map(scaled).collect()
+}
 
-    /// What the net reads of a whole push.
-    pub(crate) fn prepare(&self, recipe: Recipe, engine: &PushEngine, q: &Sequence) -> Prepared {
-        let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
-        let targets = condition.targets(&q.states);
-        let x = targets.iter().enumerate().map(|(i, v)| (v / self.target[i % 3]) as f32).collect();
-        let u = self.standard(&condition);
-        Prepared { time: q.time, x_width: 3, u_width: condition.width, x, u }
-    }
+/// What the net reads of a whole push.
+pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &Sequence) -> Prepared {
+    let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
+    let targets = condition.targets(&q.states);
+    let x = targets.iter().enumerate().map(|(i, v)| (v / scales.correction[i % 3]) as f32).collect();
+    let u = standard(scales, &condition);
+    Prepared { time: q.time, x_width: 3, u_width: condition.width, x, u }
+}
 
-    /// Nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
-    pub(crate) fn restore(&self, condition: &Condition, values: &mut [f32], lanes: usize) {
-        for (t, row) in values.chunks_exact_mut(3 * lanes).enumerate() {
-            for lane in 0..lanes {
-                let target = [0, 1, 2].map(|j| self.target[j] * f64::from(row[j * lanes + lane]));
-                let pose = condition.restore(t, target);
-                (0..3).for_each(|j| row[j * lanes + lane] = pose[j] as f32);
-            }
+/// Nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
+pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32], lanes: usize) {
+    for (t, row) in values.chunks_exact_mut(3 * lanes).enumerate() {
+        for lane in 0..lanes {
+            let target = [0, 1, 2].map(|j| scales.correction[j] * f64::from(row[j * lanes + lane]));
+            let pose = condition.restore(t, target);
+            (0..3).for_each(|j| row[j * lanes + lane] = pose[j] as f32);
         }
     }
 }
@@ -185,20 +173,20 @@ fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
 /// How large a deviation from the roll-out is likely, sample by sample: it grows with how far the object has moved and
 /// with how far it would coast at the fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a
 /// fast one by centimetres; in these units both are of order one.
-fn sizes(engine: &PushEngine, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
-    let deceleration = engine.support_friction * GRAVITY_M_S2;
+fn sizes(engine: &ModelPush, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
+    let deceleration = engine.support_friction() * GRAVITY_M_S2;
     let (mut moved, mut coast) = (0.0, 0.0_f64);
     let mut out = Vec::with_capacity(base.len());
     for (t, pose) in base.iter().enumerate() {
         if t > 0 {
             let before = base[t - 1];
-            let step = (pose[0] - before[0]).hypot(pose[1] - before[1]) / engine.c_m;
+            let step = (pose[0] - before[0]).hypot(pose[1] - before[1]) / engine.c_m();
             let turn = (pose[2] - before[2]).abs();
             moved += step + turn;
             if step + turn > 0.0 {
                 let (a, b) = (&actions[3 * (t - 1)..3 * t], &actions[3 * t..3 * t + 3]);
                 let speed = (b[0] - a[0]).hypot(b[1] - a[1]) / (b[2] - a[2]).max(1e-6);
-                coast = coast.max(speed * speed / (2.0 * deceleration * engine.c_m));
+                coast = coast.max(speed * speed / (2.0 * deceleration * engine.c_m()));
             }
         }
         out.push(QUIET + SLIDE * moved + coast);
@@ -208,7 +196,7 @@ fn sizes(engine: &PushEngine, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
 
 /// Dimensionless features of the roll-out, [`width`] a row.
 fn features(
-    engine: &PushEngine,
+    engine: &ModelPush,
     frame: &StartFrame,
     turn: f64,
     path: &[(Pose<f64>, Instant<f64>)],
@@ -216,8 +204,8 @@ fn features(
     actions: &[f64],
     u: &mut Vec<f64>,
 ) {
-    let c = engine.c_m;
-    let deceleration = engine.support_friction * GRAVITY_M_S2;
+    let c = engine.c_m();
+    let deceleration = engine.support_friction() * GRAVITY_M_S2;
     let time_unit = (c / deceleration).sqrt();
     for (t, (_, instant)) in path.iter().enumerate() {
         let row = &actions[3 * t..3 * t + 3];
