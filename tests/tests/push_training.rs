@@ -13,10 +13,10 @@ use augsim_tests::random::normals;
 use augsim_trainer::models::{Physics, Still};
 use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::push::calibrate::calibrate;
-use augsim_trainer::push::score::evaluate_pushes;
 use augsim_trainer::push::{ACTIONS, GpOptions, GpPush, STATES, Thinning, pushes, windows};
 use augsim_trainer::{
     Correction, Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training, TrainingState,
+    evaluate_forecast,
 };
 
 const RECIPES: [Recipe; 4] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus, Recipe::NeuralPlus];
@@ -80,7 +80,7 @@ fn threads_do_not_change_a_run_or_a_forecast() {
                     ok(training.step());
                 });
                 let state = ok(training.finish()).clone();
-                let score = ok(evaluate_pushes(&ok(NetModel::new(state.clone())), &data));
+                let score = ok(evaluate_forecast(&ok(NetModel::new(state.clone())), &data));
                 (bytes(&state), format!("{score:?}"))
             })
         };
@@ -91,7 +91,7 @@ fn threads_do_not_change_a_run_or_a_forecast() {
         let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         pool.install(|| {
             let gp = ok(GpPush::fit(&engine(), &data, GpOptions { steps: 120, seed: 3 }));
-            format!("{:?}", ok(evaluate_pushes(&gp, &data)))
+            format!("{:?}", ok(evaluate_forecast(&gp, &data)))
         })
     };
     assert_eq!(gp(1), gp(3));
@@ -266,7 +266,7 @@ fn the_hybrid_forecasts_better_than_its_physics_and_the_gp_better_than_rest() {
     let all = data(360, 2);
     let train = Sequences { items: all.items[..300].to_vec(), ..all.clone() };
     let test = Sequences { items: all.items[300..].to_vec(), ..all.clone() };
-    let score = |model: &dyn Forecaster| ok(evaluate_pushes(model, &test)).mean;
+    let score = |model: &dyn Forecaster| ok(evaluate_forecast(model, &test)).mean;
     let mut training = ok(Training::new(Settings::new(Recipe::HybridPlus, 400, 1, engine()), &train));
     (0..400).for_each(|_| {
         ok(training.step());
@@ -275,12 +275,12 @@ fn the_hybrid_forecasts_better_than_its_physics_and_the_gp_better_than_rest() {
     let physics = score(&Physics(engine()));
     // Measured: about half of the physics' errors.
     assert!(
-        hybrid.pos_mm < 0.75 * physics.pos_mm && hybrid.rot_deg < 0.75 * physics.rot_deg,
+        hybrid.absolute.iter().zip(&physics.absolute).all(|(h, p)| *h < 0.75 * p),
         "{hybrid:?} {physics:?}"
     );
     let gp = score(&ok(GpPush::fit(&engine(), &train, GpOptions { steps: 200, seed: 1 })));
     let still = score(&Still);
-    assert!(gp.pos_mm < 0.5 * still.pos_mm, "{gp:?} {still:?}");
+    assert!(gp.absolute[0] < 0.5 * still.absolute[0], "{gp:?} {still:?}");
 }
 
 #[test]
@@ -344,7 +344,7 @@ fn unfit_data_and_settings_are_refused() {
     assert!(few.is_err_and(|e| e.to_string().contains("at least 20 steps of 5 mm")));
     let none = Sequences { items: Vec::new(), ..pushes.clone() };
     assert!(calibrate(&declared(), &none).is_err());
-    assert!(evaluate_pushes(&Still, &none).is_err());
+    assert!(evaluate_forecast(&Still, &none).is_err());
     let untrained = ok(NetModel::new(run(Recipe::HybridPlus, &pushes, 1)));
     let q = &pushes.items[0];
     let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: 0 };

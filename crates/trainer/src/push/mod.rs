@@ -1,4 +1,4 @@
-//! Planar pushing: frames and features, scores, the Gaussian-process baseline,
+//! Planar pushing: frames and features, the Gaussian-process baseline,
 //! calibration, and distances between clouds of points.
 //!
 //! A push is a [`crate::Sequence`] whose states are the object's pose and whose actions are the rod's
@@ -11,7 +11,6 @@ pub(crate) mod features;
 mod frame;
 pub mod gp;
 mod gp_push;
-pub mod score;
 mod sequences;
 
 pub use frame::StartFrame;

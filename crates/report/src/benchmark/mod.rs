@@ -1,39 +1,62 @@
-//! The report of a training run: what `train`, `reproduce ball` and `demo` write.
+//! The report of a benchmark: models scored on test sets, what `reproduce` and `demo` write. Sections that have nothing to
+//! show are left out.
 
-pub(crate) mod page;
+mod curves;
+mod page;
+mod sections;
+mod tones;
 
 use serde::{Deserialize, Serialize};
 
-use crate::page::{KeyFigure, Method, Provenance};
+use crate::page::{Column, KeyFigure, Method, Provenance};
 
-/// Everything that a training report shows.
+/// Everything that the report of a benchmark shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TrainingReport {
+pub struct BenchmarkReport {
+    /// Kind of report, e.g. `training report · ball`.
+    pub kind: String,
     /// Title, e.g. `Bouncing ball: forecasts from the initial state`.
     pub title: String,
     /// The outcome in one or two sentences.
     pub summary: String,
-    /// Scenario, e.g. `ball`.
-    pub scenario: String,
-    /// What was tested on, e.g. `test_1000: 1000 trajectories of 400 steps at 60 Hz`.
-    pub test_set: String,
     /// The model that the report is about, e.g. `Hybrid`: it keeps the first colour.
     pub subject: String,
-    /// Numbers in large type; from `rows` where empty.
+    /// One trajectory and many, e.g. `push`, `pushes`.
+    #[serde(default)]
+    pub words: [String; 2],
+    /// Numbers in large type.
     #[serde(default)]
     pub key_figures: Vec<KeyFigure>,
-    /// The table.
-    pub rows: Vec<MetricRow>,
-    /// Loss parts over the iterations, one entry per trained model.
+    /// One table for each test set.
+    pub results: Vec<Results>,
+    /// Error against the size of the training set: one entry per model and measure.
     #[serde(default)]
-    pub learning: Vec<LearningCurve>,
+    pub sizes: Vec<Curve>,
+    /// The repeated experiment: clouds of displacements, the truth first.
+    #[serde(default)]
+    pub clouds: Vec<Cloud>,
+    /// What the clouds are.
+    #[serde(default)]
+    pub clouds_caption: String,
     /// Forecasts over true trajectories: one entry per model, trajectory and channel.
     #[serde(default)]
     pub forecasts: Vec<Forecast>,
     /// Error over time: one entry per model, protocol and channel.
     #[serde(default)]
     pub errors: Vec<ErrorCurve>,
-    /// Iterations and time of each trained model, and its recipe.
+    /// Error of a measure over equal parts of the duration: one entry per model.
+    #[serde(default)]
+    pub parts: Vec<Curve>,
+    /// What is to be known about the parts.
+    #[serde(default)]
+    pub parts_caption: String,
+    /// Fitted parameters: name, declared value, fitted value, 95 % interval.
+    #[serde(default)]
+    pub parameters: Vec<(String, f64, f64, [f64; 2])>,
+    /// Loss parts over the iterations, one entry per trained model.
+    #[serde(default)]
+    pub learning: Vec<LearningCurve>,
+    /// Iterations of each trained model, and its recipe.
     #[serde(default)]
     pub training: Vec<TrainingRun>,
     /// Remarks, one paragraph each.
@@ -73,30 +96,49 @@ impl Protocol {
     }
 }
 
-/// A row of the table. Absent values are shown as "–".
+/// Models on one test set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct MetricRow {
+pub struct Results {
+    /// What the numbers are and what was tested on.
+    pub caption: String,
+    /// Columns of the numbers.
+    pub columns: Vec<Column>,
+    /// The rows.
+    pub rows: Vec<ResultRow>,
+    /// Notes under the table.
+    #[serde(default)]
+    pub footnotes: Vec<String>,
+}
+
+/// A model under a protocol. Absent values are shown as "–".
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResultRow {
     /// Model, e.g. `Hybrid`.
     pub model: String,
     /// Protocol.
     pub protocol: Protocol,
-    /// How samples became one prediction, e.g. `mean of 10`; empty for a deterministic model.
+    /// How samples became one prediction, e.g. `mean of 10`. Protocols and predictions are shown where any row has one.
     #[serde(default)]
     pub estimator: String,
-    /// Mean over trajectories of the summed absolute over the summed true translation, percent.
-    pub trans_percent: Option<f64>,
-    /// Mean absolute error of the position, m.
-    pub pos_m: Option<f64>,
-    /// Mean absolute error of the velocity, m/s.
-    pub vel_m_s: Option<f64>,
-    /// Continuous ranked probability score of the position, m.
-    pub crps_pos_m: Option<f64>,
-    /// Continuous ranked probability score of the velocity, m/s.
-    pub crps_vel_m_s: Option<f64>,
-    /// Share of true values in the 50 % band, as a fraction.
-    pub coverage50: Option<f64>,
-    /// Share of true values in the 90 % band, as a fraction.
-    pub coverage90: Option<f64>,
+    /// One number per column, in its unit.
+    pub values: Vec<Option<f64>>,
+}
+
+/// A curve of one model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Model.
+    pub model: String,
+    /// Measure, e.g. `Position`.
+    pub measure: String,
+    /// Its unit.
+    pub unit: String,
+    /// Abscissae, ascending.
+    #[serde(with = "crate::nullable")]
+    pub x: Vec<f64>,
+    /// Errors.
+    #[serde(with = "crate::nullable")]
+    pub y: Vec<f64>,
 }
 
 /// Loss parts of one model over the iterations.
@@ -189,8 +231,27 @@ pub struct TrainingRun {
     pub iterations: Option<u64>,
 }
 
+/// A cloud of displacements, and how far it is from the truth.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cloud {
+    /// Name.
+    pub name: String,
+    /// Displacement along the first axis of the first pose, mm.
+    #[serde(with = "crate::nullable")]
+    pub x_mm: Vec<f64>,
+    /// Displacement along the second axis, mm.
+    #[serde(with = "crate::nullable")]
+    pub y_mm: Vec<f64>,
+    /// Chamfer distance to the truth, mm; absent for the truth.
+    pub chamfer_mm: Option<f64>,
+    /// The same over that of a second truth.
+    pub over_floor: Option<f64>,
+    /// Energy distance to the truth, mm.
+    pub energy_mm: Option<f64>,
+}
+
 /// The report as one HTML page.
 #[must_use]
-pub fn training_report(report: &TrainingReport) -> String {
+pub fn benchmark_report(report: &BenchmarkReport) -> String {
     page::page(report).render()
 }
