@@ -1,18 +1,17 @@
 //! The `augsim` binary: parse, resolve, run, exit code.
 
 mod args;
-mod ball;
 mod chain;
 mod command_line;
 mod commands;
 mod destination;
 mod discovery_page;
 mod exit;
+mod experiment;
 mod folders;
 mod interrupt;
 mod output;
 mod progress;
-mod push;
 mod record;
 mod reproduction;
 mod residual;

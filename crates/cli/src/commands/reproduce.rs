@@ -1,11 +1,11 @@
 //! `augsim reproduce`.
 
 use crate::args::{Reproduce, Scenario};
-use crate::ball::{self, Experiment, NetPlan};
 use crate::chain;
 use crate::exit::Outcome;
+use crate::experiment::data::Data;
+use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::output::Output;
-use crate::push;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use crate::run_dir::DataSource;
@@ -20,13 +20,13 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match args.scenario {
-        Scenario::Ball => ball(args, seed, force, output),
+        Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
     }
 }
 
-fn ball(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
@@ -68,30 +68,26 @@ fn ball(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Re
         }
     }
     let claim = claim(&out, record, &inputs, args.resume, force)?;
-    let experiment = Experiment {
-        title: "Bouncing ball: forecasts from the first state".to_owned(),
-        command: repeat(words),
-        train,
-        test,
-        test_name,
-        nets: [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
-            .map(|recipe| NetPlan { recipe, iterations })
-            .into(),
-        seed,
-        resume: args.resume,
+    let nets = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
+    let experiment = ball::experiment(
+        "Bouncing ball: forecasts from the first state",
+        &test_name,
+        &nets.map(|recipe| (recipe, iterations)),
+        (repeat(words), seed, args.resume),
+    );
+    let (data, truth) = Data::drops(&train, &test)?;
+    let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
+        return Ok(Outcome::Interrupted);
     };
-    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
-    output.result(&finished.result, || {
-        format!("{}report: {}", ball::table(&finished.result.rows), finished.report.display())
-    })?;
+    finished.tell(output)?;
     Ok(Outcome::Done)
 }
 
 fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let (mut published, mut runs) = (None, None);
     if let Some(folder) = &args.data {
-        published = push::PushData::is_published(folder).then(|| folder.clone());
-        runs = push::runs_folder(folder);
+        published = Data::is_published(folder).then(|| folder.clone());
+        runs = runs_folder(folder);
         if published.is_none() && runs.is_none() {
             anyhow::bail!(
                 "{}: neither published MIT Push files (folders `abs`, `delrin`, `plywood`, `pu`) nor \
@@ -100,7 +96,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             );
         }
     }
-    let plan = if args.quick { push::Plan::quick() } else { push::Plan::full() };
+    let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
     let plan = match args.iterations {
         Some(iterations) => plan.with_iterations(iterations),
         None => plan,
@@ -123,19 +119,18 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     }
     let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
     let claim = claim(&out, record, &inputs, args.resume, force)?;
-    let experiment = push::Experiment {
-        command: repeat(words),
-        plan,
-        published,
-        runs,
-        quick: args.quick,
-        seed,
-        resume: args.resume,
+    let data = match &published {
+        Some(folder) => Data::published(folder, &plan, seed)?,
+        None => {
+            output.note("no published files: making pushes in the virtual laboratory");
+            Data::laboratory(&plan, seed)?
+        }
     };
-    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
-    output.result(&finished.result, || {
-        format!("{}\nreport: {}", push::table(&finished.result), finished.report.display())
-    })?;
+    let experiment = push::experiment(&plan, &data, runs, args.quick, (repeat(words), seed, args.resume));
+    let Some(finished) = experiment.run(&data, None, &claim, output)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    finished.tell(output)?;
     Ok(Outcome::Done)
 }
 

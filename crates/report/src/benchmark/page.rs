@@ -39,7 +39,7 @@ fn results(report: &BenchmarkReport) -> Vec<Block> {
     if report.results.iter().all(|r| r.rows.is_empty()) {
         return vec![Block::Prose("No model was evaluated.".to_owned())];
     }
-    let mut blocks: Vec<Block> = report.results.iter().map(|r| Block::Table(table(r))).collect();
+    let mut blocks: Vec<Block> = report.results.iter().map(|r| Block::Table(r.table())).collect();
     if report.results.iter().any(names_protocols) {
         blocks.push(Block::Heading("What the protocols mean".to_owned()));
         blocks.push(Block::Definitions(protocols()));
@@ -51,29 +51,33 @@ fn names_protocols(results: &Results) -> bool {
     results.rows.iter().any(|r| !r.estimator.is_empty())
 }
 
-fn table(results: &Results) -> Table {
-    let named = names_protocols(results);
-    let mut columns = vec![Column::text("model")];
-    if named {
-        columns.extend(["protocol", "prediction"].map(Column::text));
-    }
-    columns.extend(results.columns.iter().cloned());
-    let row = |r: &ResultRow| {
-        let mut cells = vec![Cell::text(&r.model)];
+impl Results {
+    /// The table of them, rows by protocol.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let named = names_protocols(self);
+        let mut columns = vec![Column::text("model")];
         if named {
-            let estimator = if r.estimator.is_empty() { Cell::Missing } else { Cell::text(&r.estimator) };
-            cells.extend([Cell::text(r.protocol.name()), estimator]);
+            columns.extend(["protocol", "prediction"].map(Column::text));
         }
-        cells.extend(r.values.iter().map(|v| Cell::number(*v)));
-        Row { cells, compare: Some(r.protocol.name().to_owned()), strong: false }
-    };
-    let mut sorted: Vec<&ResultRow> = results.rows.iter().collect();
-    sorted.sort_by_key(|r| r.protocol);
-    Table {
-        caption: results.caption.clone(),
-        columns,
-        rows: sorted.into_iter().map(row).collect(),
-        footnotes: results.footnotes.clone(),
+        columns.extend(self.columns.iter().cloned());
+        let row = |r: &ResultRow| {
+            let mut cells = vec![Cell::text(&r.model)];
+            if named {
+                let estimator = if r.estimator.is_empty() { Cell::Missing } else { Cell::text(&r.estimator) };
+                cells.extend([Cell::text(r.protocol.name()), estimator]);
+            }
+            cells.extend(r.values.iter().map(|v| Cell::number(*v)));
+            Row { cells, compare: Some(r.protocol.name().to_owned()), strong: false }
+        };
+        let mut sorted: Vec<&ResultRow> = self.rows.iter().collect();
+        sorted.sort_by_key(|r| r.protocol);
+        Table {
+            caption: self.caption.clone(),
+            columns,
+            rows: sorted.into_iter().map(row).collect(),
+            footnotes: self.footnotes.clone(),
+        }
     }
 }
 

@@ -11,9 +11,10 @@ use augsim_physics::model::PushModel;
 use augsim_physics::push::Object;
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::{Calibration, calibrate};
-use augsim_trainer::push::score::evaluate_pushes;
 use augsim_trainer::push::{Thinning, pushes, windows};
-use augsim_trainer::{Forecaster, NetModel, Recipe, Sequences, Settings, Training};
+use augsim_trainer::{
+    Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, Training, evaluate_forecast,
+};
 use std::path::Path;
 
 /// Where the rows say they come from.
@@ -23,7 +24,7 @@ const RATE_HZ: f64 = 25.0;
 const SAMPLES: usize = 26;
 /// Samples from one window to the next: training windows overlap, test windows do so by half.
 const EVERY: [usize; 2] = [3, 13];
-/// Every so manieth run is a test run.
+/// Every third run is held out.
 const TEST_EVERY: usize = 3;
 /// Iterations of the nets: there are few runs.
 const ITERATIONS: u64 = 1500;
@@ -75,12 +76,10 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     let train = cut(&train, EVERY[0])?;
     let calibration = calibrate(&declared, &train)?;
     let [engine, fitted] = [engine_of(declared)?, engine_of(calibration.model.clone())?];
-    let set = |split, pushes| Set {
-        object: "square".into(),
-        surface: "table".into(),
-        split,
+    let set = |split, items| Set {
+        on: Some(("square".into(), "table".into(), split)),
         engine: engine.clone(),
-        pushes,
+        items,
     };
     let mut sets = vec![set("test runs", cut(&test, EVERY[1])?)];
     if !calm.is_empty() {
@@ -112,8 +111,8 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     let mut rows = Vec::new();
     for set in &sets {
         for &(label, model, trained) in &models {
-            let score = evaluate_pushes(model, &set.pushes)?;
-            rows.push(Row::new(DATA, label, set, trained, &score));
+            let score = evaluate_forecast(model, &set.items)?;
+            rows.push(set.row(Some(DATA), label, Protocol::Forecast, trained, &score));
         }
     }
     let name = |i: &usize| data.trajectories()[*i].id().to_owned();

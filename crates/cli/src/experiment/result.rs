@@ -1,14 +1,14 @@
-//! What an experiment with pushes comes to.
+//! What an experiment comes to.
 
-use super::repeat::{Clouds, Repeated};
-use super::rows::{Row, sets};
-use crate::session::Trained;
+use super::repeat::Repeated;
+use super::rows::{self, Row};
+use augsim_trainer::Protocol;
 use augsim_trainer::push::calibrate::Estimate;
-use augsim_trainer::{Forecaster, Losses, Recipe, Sequences};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A point of the training-set-size curve, on the test pushes.
+/// A point of the training-set-size curve, on the test set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurvePoint {
     /// Model.
@@ -23,54 +23,61 @@ pub struct CurvePoint {
     pub crps_mm: f64,
 }
 
-/// What `result.json` holds.
+/// What `result.json` holds. What an experiment has not is absent.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
     /// `augsim.reproduce/1`.
     pub schema: &'static str,
-    /// `push`.
+    /// `ball` or `push`.
     pub scenario: &'static str,
+    /// Test set, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_set: Option<String>,
+    /// Trajectories in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_trajectories: Option<usize>,
     /// `virtual laboratory` or `published MIT Push files`.
-    pub data: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<&'static str>,
     /// The tables; each row says what it was measured on.
     pub rows: Vec<Row>,
     /// Training-set-size curve.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<CurvePoint>,
-    /// The repeated push; absent on published files.
+    /// The repeated push.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub repeated: Option<Repeated>,
-    /// Parameters fitted to the measured runs; absent without them.
+    /// Parameters fitted to the measured runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Vec<Estimate>>,
     /// Measured runs that were tested on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub test_runs: Vec<String>,
-    /// Most samples of a push and samples a second, after thinning.
-    pub thinning: [f64; 2],
-    /// Iterations of the paper's nets, and of Hybrid+ and Neural+.
-    pub iterations: [u64; 2],
+    /// Most samples of a trajectory and samples a second, after thinning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thinning: Option<[f64; 2]>,
+    /// Iterations, by model.
+    pub iterations: BTreeMap<String, u64>,
     /// Remarks about the data.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// Seed.
     pub seed: u64,
 }
 
-/// What the report draws, beside the result.
-pub struct Drawn<'a> {
-    /// Nets trained on the whole set.
-    pub nets: &'a [Trained],
-    /// Other models that sample.
-    pub others: Vec<&'a dyn Forecaster>,
-    /// Losses of each net.
-    pub losses: Vec<(Recipe, Vec<Losses>)>,
-    /// Position error over the push, by model.
-    pub over_push: Vec<(String, Vec<f64>)>,
-    /// The test pushes.
-    pub test: &'a Sequences,
-    /// Clouds of the repeated push.
-    pub clouds: Option<&'a Clouds>,
+impl ResultFile {
+    /// The row of a forecasting model on the first test set.
+    pub fn forecast(&self, model: &str) -> Option<&Row> {
+        let first = self.rows.first().and_then(Row::set);
+        self.rows
+            .iter()
+            .find(|r| r.model == model && r.set() == first && r.protocol != Protocol::Reconstruction)
+    }
 }
 
 /// The tables as text: one a set, the repeated push, the fitted parameters.
 pub fn table(result: &ResultFile) -> String {
-    let mut out = sets(&result.rows);
+    let mut out = rows::table(&result.rows);
     if let Some(r) = &result.repeated {
         let _ = writeln!(
             out,

@@ -1,8 +1,7 @@
 //! The distribution of one push that is repeated (paper, section IV-B): samples of the models against the truth of
 //! the virtual laboratory.
 
-use super::data::recipe;
-use super::plan::Plan;
+use super::data::{LABORATORY, recipe};
 use augsim_physics::push::laboratory::Protocol;
 use augsim_trainer::push::{cloud, pushes};
 use augsim_trainer::{Forecaster, Sequence, Sequences, Task};
@@ -58,9 +57,9 @@ pub struct Clouds {
 
 /// Samples `models` once for each push of a second set of repeats (its first poses are theirs), and measures how far
 /// they and that set itself lie from the first set.
-pub fn compare(plan: &Plan, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
+pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
     let make = |k: u64| -> anyhow::Result<Sequences> {
-        let recipe = recipe(Protocol::Repeat, "rect1", "abs", plan.repeats)?;
+        let recipe = recipe(Protocol::Repeat, "rect1", "abs", repeats)?;
         let data = recipe.generate(seed.wrapping_add(SEED_OFFSET + k))?.data;
         let mut all = pushes(&data, augsim_trainer::push::Thinning { samples: usize::MAX, rate_hz: 20.0 })?;
         for q in &mut all.items {
@@ -102,8 +101,7 @@ pub fn compare(plan: &Plan, seed: u64, models: &[(String, &dyn Forecaster)]) -> 
             }
         })
         .collect();
-    let result =
-        Repeated { data: "virtual laboratory", points: plan.repeats, horizon_s: HORIZON_S, distances };
+    let result = Repeated { data: LABORATORY, points: repeats, horizon_s: HORIZON_S, distances };
     Ok(Clouds { clouds, result })
 }
 
