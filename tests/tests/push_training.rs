@@ -261,6 +261,28 @@ fn a_forecast_does_not_see_what_comes_later() {
     }
 }
 
+/// What is corrected is a setting: also single steps under actions, for any system whose states are all measured.
+#[test]
+fn single_steps_are_corrected_under_actions_too() {
+    let data = data(12, 1);
+    for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
+        let settings = Settings { correction: Correction::Step, ..settings(recipe) };
+        let mut training = ok(Training::new(settings, &data));
+        (0..3).for_each(|_| {
+            ok(training.step());
+        });
+        let net = ok(NetModel::new(ok(training.finish()).clone()));
+        let q = &data.items[0];
+        let run = |actions: &[f64]| {
+            ok(net.forecast(Task { start: q.state(0), actions, time: q.time, index: 0 }, 2))
+        };
+        let mut aside = q.actions.clone();
+        aside.chunks_exact_mut(3).for_each(|row| row[0] += 0.02);
+        assert_eq!(run(&q.actions) == run(&aside), recipe == Recipe::Neural, "{recipe:?} and the rod's path");
+        assert_eq!(ok(net.reconstruct(q, 0, 2)).values.len(), 3 * q.time * 2);
+    }
+}
+
 #[test]
 fn the_hybrid_forecasts_better_than_its_physics_and_the_gp_better_than_rest() {
     let all = data(360, 2);

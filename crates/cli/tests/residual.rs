@@ -178,7 +178,7 @@ fn what_cannot_be_used_is_refused_with_one_sentence() {
     refused("empty", "drops.csv", &[], 3, &["empty", "model.toml", "augsim discover"]);
     refused("broken", "drops.csv", &[], 3, &["broken/model.toml:3", "did you mean `quadratic-drag`"]);
     refused("drift", "drops.csv", &[], 3, &["drift/model.toml", "restitution-drift", "take it out"]);
-    refused("polygon", "drops.csv", &[], 3, &["drops.csv", "pusher_x_m"]);
+    refused("polygon", "drops.csv", &[], 3, &["drops.csv", "no column `x_m`"]);
     refused("good", "uneven.csv", &[], 3, &["uneven.csv", "`0`", "resample"]);
     refused("good", "positions.csv", &[], 3, &["positions.csv", "velocity_m_s"]);
     refused("good", "nowhere.csv", &[], 3, &["nowhere.csv"]);

@@ -47,7 +47,7 @@ fn poison(value: &mut serde_json::Value, text: &str) {
         serde_json::Value::String(s) => text.clone_into(s),
         serde_json::Value::Array(items) => items.iter_mut().for_each(|v| poison(v, text)),
         serde_json::Value::Object(fields) => {
-            let words = ["protocol", "verdict"];
+            let words = ["protocol", "verdict", "best"];
             let texts = fields.iter_mut().filter(|(k, _)| !words.contains(&k.as_str()));
             texts.for_each(|(_, v)| poison(v, text));
         }

@@ -1,8 +1,8 @@
 //! Where trajectories come from: files, the paper's law, the virtual laboratory of pushing, published pushes.
 
 use super::layout::Layout;
-use super::plan::Sizes;
 use super::rows::{Row, Tested};
+use super::sizes::Sizes;
 use crate::record::fingerprint;
 use crate::run_dir::DataSource;
 use anyhow::Context;
@@ -227,7 +227,7 @@ impl Data {
         let (train_set, truth) = (load(train, &engine)?, read(test, &engine)?);
         let items = sequences(&truth, &engine)?;
         let tests = vec![Set { on: None, engine: engine.clone(), items }];
-        let origin = vec![origin("training", &train), origin("test", &test)];
+        let origin = vec![origin("training", train), origin("test", test)];
         let notes = Vec::new();
         let data = Data { name: None, source: train.clone(), engine, train: train_set, tests, origin, notes };
         Ok((data, truth))

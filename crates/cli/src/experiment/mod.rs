@@ -11,10 +11,12 @@ mod repeat;
 pub mod result;
 pub mod rows;
 mod runs;
+mod sizes;
 
-pub use plan::{Experiment, Sizes};
+pub use plan::Experiment;
 pub use result::table;
 pub use runs::folder as runs_folder;
+pub use sizes::Sizes;
 
 use crate::destination::{Claim, REPORT, RESULT};
 use crate::output::Output;
@@ -153,7 +155,7 @@ impl Experiment {
             repeated: clouds.as_ref().map(|c| c.result.clone()),
             calibration,
             test_runs,
-            thinning: data.engine.step_s().is_none().then(|| [thinning.samples as f64, thinning.rate_hz]),
+            thinning: data.engine.step_s().is_none().then_some([thinning.samples as f64, thinning.rate_hz]),
             iterations: self.nets.iter().map(|p| (p.recipe.label().to_owned(), p.iterations)).collect(),
             notes,
             seed: self.seed,

@@ -1,8 +1,9 @@
 //! The experiment with pushes (paper, section IV-B): what is run, and what is said about it.
 
 use super::data::{Data, LABORATORY};
-use super::plan::{Experiment, NetPlan, Sizes, Words};
+use super::plan::{Experiment, NetPlan, Words};
 use super::result::ResultFile;
+use super::sizes::Sizes;
 use augsim_report::page::KeyFigure;
 use augsim_trainer::Recipe;
 use std::path::PathBuf;
