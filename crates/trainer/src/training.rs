@@ -237,6 +237,11 @@ pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError>
     // A file may hold any sizes: they are looked at before memory is asked for.
     state.settings.check().map_err(|e| TrainerError::Foreign { what: e.to_string() })?;
     let Settings { recipe, correction, .. } = state.settings;
+    if state.columns != state.settings.engine.columns() {
+        return Err(TrainerError::Foreign {
+            what: "its state columns are not those of its engine".to_owned(),
+        });
+    }
     if !fits(&state.scales, recipe, correction, state.columns.len()) {
         return Err(TrainerError::Foreign { what: "its scales are those of other settings".to_owned() });
     }

@@ -68,72 +68,20 @@ impl Experiment {
         data.notes.iter().for_each(|note| output.note(note));
         claim.begin()?;
         let whole = data.train.items.len();
-        let layout = Layout::of(&data.engine);
-        let mut nets = Vec::new();
-        for plan in &self.nets {
-            match self.net(plan, whole, data, claim, output)? {
-                Some(t) => nets.push(t),
-                None => return Ok(None),
-            }
-        }
-        let mut curve = Vec::new();
-        for plan in self.nets.iter().filter(|p| in_curve(p.recipe)) {
-            for &size in self.sizes.iter().filter(|&&size| size < whole) {
-                let Some(t) = self.net(plan, size, data, claim, output)? else { return Ok(None) };
-                let score = evaluate_forecast(&t.model, &data.tests[0].items)?;
-                curve.push(point(&Row::new(layout, t.model.name(), Protocol::Forecast, &score), size));
-            }
-        }
-        let gp = match self.gp_steps {
-            None => None,
-            Some(steps) => {
-                output.note("fitting the Gaussian processes");
-                Some(GpPush::fit(&data.engine, &data.train, GpOptions { steps, seed: self.seed })?)
-            }
+        let Some((nets, mut curve)) = self.train(data, claim, output)? else { return Ok(None) };
+        let fit = |steps| {
+            output.note("fitting the Gaussian processes");
+            GpPush::fit(&data.engine, &data.train, GpOptions { steps, seed: self.seed })
         };
+        let gp = self.gp_steps.map(fit).transpose()?;
         output.note("scoring");
-        let (mut rows, mut scored) = (Vec::new(), Vec::new());
-        for (k, set) in data.tests.iter().enumerate() {
-            let physics = Physics(set.engine.clone());
-            let gp = gp.as_ref().map(|gp| gp.with_engine(&set.engine)).transpose()?;
-            let moved = nets
-                .iter()
-                .map(|t| t.model.with_engine(set.engine.clone()))
-                .collect::<Result<Vec<_>, _>>()?;
-            let mut models: Vec<(&dyn Forecaster, usize)> = vec![(&Zero, 0)];
-            if let Some(gp) = &gp {
-                models.extend([(&Still as &dyn Forecaster, 0), (&physics, 0), (gp, whole)]);
-            } else {
-                models.push((&physics, 0));
-            }
-            models.extend(moved.iter().map(|m| (m as &dyn Forecaster, whole)));
-            for (model, trained) in models {
-                let score = evaluate_forecast(model, &set.items)?;
-                let row = set.row(data.name, model.name(), Protocol::Forecast, trained, &score);
-                if k == 0 {
-                    let curved = nets
-                        .iter()
-                        .any(|t| t.model.name() == row.model && in_curve(t.model.state().settings.recipe));
-                    if curved && !self.sizes.is_empty() {
-                        curve.push(point(&row, whole));
-                    }
-                    scored.push(Scored { name: row.model.clone(), protocol: row.protocol, score });
-                }
-                rows.push(row);
-            }
-            for t in nets.iter().filter(|t| t.model.state().settings.correction == Correction::Step) {
-                let score = evaluate_reconstruction(&t.model, &set.items)?;
-                rows.push(set.row(data.name, t.model.name(), Protocol::Reconstruction, whole, &score));
-            }
+        let (mut rows, scored) = self.score(data, truth, &nets, gp.as_ref())?;
+        if !self.sizes.is_empty() {
+            let last = |plan: &&NetPlan| rows.iter().find(|r| r.model == plan.recipe.label());
+            let with_curve = self.nets.iter().filter(|p| in_curve(p.recipe));
+            curve.extend(with_curve.filter_map(|p| last(&p)).map(|row| point(row, whole)));
+            curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
         }
-        if let Some(truth) = truth {
-            rows.push(self.floor(layout, truth)?);
-            let law = Law { law: PaperLaw::default(), seed: self.seed };
-            let score = evaluate_forecast(&law, &data.tests[0].items)?;
-            rows.push(Row::new(layout, law.name(), Protocol::Floor, &score));
-            scored.push(Scored { name: law.name().to_owned(), protocol: Protocol::Floor, score });
-        }
-        curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
         let clouds = self.clouds(gp.as_ref(), &nets, output)?;
         let (mut calibration, mut test_runs, mut notes) = (None, Vec::new(), data.notes.clone());
         if let Some(folder) = &self.runs {
@@ -173,6 +121,76 @@ impl Experiment {
         let path = claim.write(REPORT, &html)?;
         claim.write_timing(Times::of(&nets))?;
         Ok(Some(Finished { result, report: path }))
+    }
+
+    /// The nets trained on everything, and the errors of those trained on less; `None` if the user stopped it.
+    fn train(
+        &self,
+        data: &Data,
+        claim: &Claim,
+        output: &Output,
+    ) -> anyhow::Result<Option<(Vec<Trained>, Vec<CurvePoint>)>> {
+        let whole = data.train.items.len();
+        let mut nets = Vec::new();
+        for plan in &self.nets {
+            let Some(net) = self.net(plan, whole, data, claim, output)? else { return Ok(None) };
+            nets.push(net);
+        }
+        let mut curve = Vec::new();
+        for plan in self.nets.iter().filter(|p| in_curve(p.recipe)) {
+            for &size in self.sizes.iter().filter(|&&size| size < whole) {
+                let Some(t) = self.net(plan, size, data, claim, output)? else { return Ok(None) };
+                let (set, name) = (&data.tests[0], t.model.name());
+                let score = evaluate_forecast(&t.model, &set.items)?;
+                curve.push(point(&set.row(data.name, name, Protocol::Forecast, size, &score), size));
+            }
+        }
+        Ok(Some((nets, curve)))
+    }
+
+    /// The rows of all models on all test sets, and the scores on the first.
+    fn score(
+        &self,
+        data: &Data,
+        truth: Option<&Dataset>,
+        nets: &[Trained],
+        gp: Option<&GpPush>,
+    ) -> anyhow::Result<(Vec<Row>, Vec<Scored>)> {
+        let whole = data.train.items.len();
+        let (mut rows, mut scored) = (Vec::new(), Vec::new());
+        for (k, set) in data.tests.iter().enumerate() {
+            let physics = Physics(set.engine.clone());
+            let gp = gp.map(|gp| gp.with_engine(&set.engine)).transpose()?;
+            let nets = nets.iter().map(|t| t.model.with_engine(set.engine.clone()));
+            let nets = nets.collect::<Result<Vec<_>, _>>()?;
+            let mut models: Vec<(&dyn Forecaster, usize)> = vec![(&Zero, 0)];
+            // That nothing moves is a forecast of an object which a rod may or may not reach.
+            models.extend(gp.iter().map(|_| (&Still as &dyn Forecaster, 0)));
+            models.push((&physics, 0));
+            models.extend(gp.iter().map(|gp| (gp as &dyn Forecaster, whole)));
+            models.extend(nets.iter().map(|net| (net as &dyn Forecaster, whole)));
+            for (model, trained) in models {
+                let score = evaluate_forecast(model, &set.items)?;
+                let row = set.row(data.name, model.name(), Protocol::Forecast, trained, &score);
+                if k == 0 {
+                    scored.push(Scored { name: row.model.clone(), protocol: row.protocol, score });
+                }
+                rows.push(row);
+            }
+            for net in nets.iter().filter(|net| net.state().settings.correction == Correction::Step) {
+                let score = evaluate_reconstruction(net, &set.items)?;
+                rows.push(set.row(data.name, net.name(), Protocol::Reconstruction, whole, &score));
+            }
+        }
+        if let Some(truth) = truth {
+            let set = &data.tests[0];
+            rows.push(self.floor(Layout::of(&set.engine), truth)?);
+            let law = Law { law: PaperLaw::default(), seed: self.seed };
+            let score = evaluate_forecast(&law, &set.items)?;
+            rows.push(set.row(data.name, law.name(), Protocol::Floor, 0, &score));
+            scored.push(Scored { name: law.name().to_owned(), protocol: Protocol::Floor, score });
+        }
+        Ok((rows, scored))
     }
 
     /// Trains a net on the first `size` trajectories; `None` if the user stopped it.

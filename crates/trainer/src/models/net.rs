@@ -130,7 +130,7 @@ impl NetModel {
         let Task { start, actions, time, index } = task;
         let (s, sizes) = (start.len(), net.sizes());
         let (engine, scales) = (&self.state.settings.engine, &self.state.scales);
-        let width = actions.len() / time;
+        let width = engine.action_columns().len();
         let action = |t: usize| &actions[t * width..(t + 1) * width];
         let mut tape = Tape::new();
         let mut bound = Bound::default();
