@@ -7,7 +7,7 @@
 mod engine;
 mod error;
 mod evaluate;
-mod features;
+mod featuriser;
 mod forecast;
 mod latent;
 pub mod models;

@@ -1,6 +1,6 @@
 //! The training loop.
 
-use crate::features::{Featuriser, fits};
+use crate::featuriser::{Featuriser, fits};
 use crate::latent::LatentLaw;
 use crate::nets::Net;
 use crate::prepared::Prepared;

@@ -61,10 +61,6 @@ impl Motion for ModelBall {
         COLUMNS.to_vec()
     }
 
-    fn action_columns(&self) -> Vec<&str> {
-        Vec::new()
-    }
-
     fn step_s(&self) -> Option<f64> {
         Some(self.step_s)
     }

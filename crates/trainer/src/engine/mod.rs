@@ -1,6 +1,7 @@
 //! The analytical model as the nets use it: one step at a time, or rolled out from the first state.
 
 mod ball;
+mod bullet;
 mod error;
 mod motion;
 mod push;
@@ -11,9 +12,11 @@ pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
 
 use augsim_data::checks::Expected;
-use augsim_physics::ball::bullet::{BulletBall, BulletState};
+use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::model::ModelFile;
+use motion::Motion;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 
 /// A physics engine: the f_p of the paper (section II). Kept in the run's configuration and checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,72 +37,45 @@ impl Engine {
         SystemEngine::new(file, step_s).map(Engine::Model)
     }
 
+    fn motion(&self) -> &dyn Motion {
+        match self {
+            Engine::PybulletBall(ball) => ball,
+            Engine::Model(system) => system.motion(),
+        }
+    }
+
     /// Names of the state columns, with units.
     pub fn columns(&self) -> Vec<&str> {
-        match self {
-            Engine::PybulletBall(_) => ball::COLUMNS.to_vec(),
-            Engine::Model(system) => system.motion().columns(),
-        }
+        self.motion().columns()
     }
 
     /// Names of the action columns, with units; none where nobody acts.
     pub fn action_columns(&self) -> Vec<&str> {
-        match self {
-            Engine::PybulletBall(_) => Vec::new(),
-            Engine::Model(system) => system.motion().action_columns(),
-        }
+        self.motion().action_columns()
     }
 
     /// What the engine expects of the data that it is trained on: its gravity, where a ball falls.
     pub fn expected(&self) -> Expected {
-        match self {
-            Engine::PybulletBall(ball) => {
-                Expected { gravity_m_s2: Some(ball.gravity_m_s2), ..Expected::default() }
-            }
-            Engine::Model(system) => system.motion().expected(),
-        }
+        self.motion().expected()
     }
 
     /// Seconds from one state to the next, where the engine has a step of its own: that of the data must be the same.
     pub fn step_s(&self) -> Option<f64> {
-        match self {
-            Engine::PybulletBall(ball) => Some(ball.step_s),
-            Engine::Model(system) => system.motion().step_s(),
-        }
+        self.motion().step_s()
     }
 
     /// State one step after `state`, while the actions go from `from` to `to` (both empty without actions).
     pub fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
-        match self {
-            Engine::PybulletBall(ball) => {
-                let mut s = BulletState { centre_m: state[0] + ball.radius_m, velocity_m_s: state[1] };
-                ball.step(&mut s);
-                next[0] = s.centre_m - ball.radius_m;
-                next[1] = s.velocity_m_s;
-            }
-            Engine::Model(system) => system.motion().step(state, from, to, next),
-        }
+        self.motion().step(state, from, to, next);
     }
 
     /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
     pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
-        let Engine::Model(system) = self else {
-            let s = start.len();
-            let mut out = start.repeat(time);
-            for t in 1..time {
-                let (done, rest) = out.split_at_mut(t * s);
-                self.step(&done[(t - 1) * s..], &[], &[], &mut rest[..s]);
-            }
-            return out;
-        };
-        system.motion().rollout(start, actions, time)
+        self.motion().rollout(start, actions, time)
     }
 
-    /// The pushing, where a rod pushes an object.
+    /// The pushing, where a rod pushes an object: contacts are what features of its path are made of.
     pub(crate) fn pushing(&self) -> Option<&ModelPush> {
-        match self {
-            Engine::PybulletBall(_) => None,
-            Engine::Model(system) => system.pushing(),
-        }
+        (self.motion() as &dyn Any).downcast_ref()
     }
 }

@@ -3,7 +3,6 @@
 
 use super::motion::Motion;
 use crate::push::{ACTIONS, STATES};
-use augsim_data::checks::Expected;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::index_of;
 use augsim_physics::push::{
@@ -92,14 +91,6 @@ impl Motion for ModelPush {
 
     fn action_columns(&self) -> Vec<&str> {
         ACTIONS.to_vec()
-    }
-
-    fn step_s(&self) -> Option<f64> {
-        None
-    }
-
-    fn expected(&self) -> Expected {
-        Expected::default()
     }
 
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {

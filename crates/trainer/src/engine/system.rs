@@ -6,7 +6,6 @@ use super::motion::Motion;
 use super::push::ModelPush;
 use augsim_physics::model::ModelFile;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
 use std::sync::Arc;
 
 /// The system of a model file at the nominal values of its parameters; configurations and checkpoints hold the file's text.
@@ -58,11 +57,6 @@ impl SystemEngine {
     /// Seconds that contacts last which single steps take for an instant, where there are any.
     pub fn contact_s(&self) -> Option<f64> {
         self.motion.contact_s()
-    }
-
-    /// The pushing, where a rod pushes an object: contacts are what features of its path are made of.
-    pub(super) fn pushing(&self) -> Option<&ModelPush> {
-        (self.motion() as &dyn Any).downcast_ref()
     }
 
     pub(super) fn motion(&self) -> &dyn Motion {

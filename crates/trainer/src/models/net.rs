@@ -1,7 +1,7 @@
 //! A trained net as a predictor.
 
 use crate::engine::{Engine, ModelPush};
-use crate::features::Featuriser;
+use crate::featuriser::Featuriser;
 use crate::latent::infer;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;

@@ -8,7 +8,7 @@ pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 pub use sampler::{DcvrnnSampler, Predicted};
 pub use stepwise::{Stepwise, StepwiseSizes};
 
-use crate::features::width;
+use crate::featuriser::width;
 use crate::settings::{Correction, Recipe, Settings};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
