@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -62,6 +63,8 @@ pub enum Command {
     Evaluate(Evaluate),
     /// Reproduce the published tables.
     Reproduce(Reproduce),
+    /// Many runs of a command with other settings, here or on a cluster with Slurm.
+    Sweep(Sweep),
     /// Look at data files.
     Data(Data),
 }

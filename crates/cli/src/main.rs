@@ -20,6 +20,7 @@ mod run_data;
 mod run_dir;
 mod run_lock;
 mod session;
+mod sweep;
 mod usage;
 
 use args::Args;
