@@ -2,16 +2,21 @@
 //!
 //! A thread waits for the signals. Work that has something to keep (training) holds a [`Keeper`], asks it after each
 //! iteration and writes its checkpoint. All other work, and work that does not answer in time, is ended by the thread, after
-//! it removed the temporary files and the empty folders that this process made. A second signal ends the process at once.
+//! it removed the temporary files and the empty folders that this process made. A second signal ends the process at once,
+//! unless it comes with the first: a scheduler that stops a job signals each of its processes, and so does `sweep run` above a
+//! task.
 
 use crate::folders;
 use augsim_data::abandon_writes;
 use std::io::Write;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time that work has to write its checkpoint: with the removal of temporary files it stays below two seconds.
 const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Signals that follow the first within this time are the same wish, on two ways.
+const SAME_WISH: Duration = Duration::from_millis(300);
 
 /// Number of the signal that asked to stop; 0 before that.
 static REQUESTED: AtomicI32 = AtomicI32::new(0);
@@ -67,7 +72,12 @@ pub fn install() -> anyhow::Result<()> {
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
+            let mut begun: Option<Instant> = None;
             for signal in signals.forever() {
+                if begun.is_some_and(|begun| begun.elapsed() < SAME_WISH) {
+                    continue;
+                }
+                begun = begun.or_else(|| Some(Instant::now()));
                 let first = REQUESTED.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst).is_ok();
                 if !first || KEEPERS.load(Ordering::SeqCst) == 0 {
                     end(signal);

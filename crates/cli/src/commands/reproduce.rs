@@ -1,9 +1,9 @@
 //! `augsim reproduce`.
 
-use crate::args::{Reproduce, Scenario};
+use crate::args::{NetArg, Reproduce, Scenario};
 use crate::ball::{self, Experiment, NetPlan};
 use crate::chain;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::push;
 use crate::record::Record;
@@ -19,6 +19,9 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    if args.net.is_some() && args.scenario != Scenario::Push {
+        return Err(Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into());
+    }
     match args.scenario {
         Scenario::Ball => ball(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
@@ -117,6 +120,16 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if let Some(iterations) = args.iterations {
         words.extend(["--iterations".to_owned(), iterations.to_string()]);
     }
+    let one = args.net.map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
+    if let Some(push::OneNet { recipe, train_size }) = one {
+        let name = recipe.label().to_lowercase().replace('+', "-plus");
+        record = record.setting("net", &name);
+        words.extend(["--net".to_owned(), name]);
+        if let Some(size) = train_size {
+            record = record.setting("train-size", size);
+            words.extend(["--train-size".to_owned(), size.to_string()]);
+        }
+    }
     if let Some(folder) = &args.data {
         words.extend(["--data".to_owned(), folder.display().to_string()]);
         record = record.input("data", folder);
@@ -129,6 +142,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         published,
         runs,
         quick: args.quick,
+        one,
         seed,
         resume: args.resume,
     };
@@ -137,6 +151,16 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         format!("{}\nreport: {}", push::table(&finished.result), finished.report.display())
     })?;
     Ok(Outcome::Done)
+}
+
+/// The net that a word on the command line means.
+fn recipe(net: NetArg) -> Recipe {
+    match net {
+        NetArg::Neural => Recipe::Neural,
+        NetArg::NeuralPlus => Recipe::NeuralPlus,
+        NetArg::Hybrid => Recipe::Hybrid,
+        NetArg::HybridPlus => Recipe::HybridPlus,
+    }
 }
 
 fn words(words: &[&str]) -> Vec<String> {

@@ -8,6 +8,7 @@ use super::result::{CurvePoint, Drawn, ResultFile};
 use super::rows::Row;
 use super::runs::{Measured, measured};
 use crate::destination::{Claim, REPORT, RESULT};
+use crate::exit::Usage;
 use crate::output::Output;
 use crate::run_dir::{Config, RunDir};
 use crate::session::{self, Times, Trained};
@@ -45,37 +46,45 @@ impl Experiment {
         for note in &data.notes {
             output.note(note);
         }
+        let whole = self.train_size(data.train.items.len())?;
         claim.begin()?;
-        let whole = data.train.items.len();
+        let recipes = self.one.map_or(NETS.to_vec(), |one| vec![one.recipe]);
         let mut nets = Vec::new();
-        for recipe in NETS {
+        for &recipe in &recipes {
             match self.net(recipe, whole, &data, claim, output)? {
                 Some(t) => nets.push(t),
                 None => return Ok(None),
             }
         }
         let mut curve = Vec::new();
-        for recipe in CURVE {
+        for recipe in CURVE.into_iter().filter(|_| self.one.is_none()) {
             for &size in plan.sizes.iter().filter(|&&size| size < whole) {
                 let Some(t) = self.net(recipe, size, &data, claim, output)? else { return Ok(None) };
                 curve.push(point(recipe, size, &evaluate_pushes(&t.model, &data.tests[0].pushes)?));
             }
         }
-        output.note("fitting the Gaussian processes");
-        let options = GpOptions { steps: plan.gp_steps, seed: self.seed };
-        let gp = GpPush::fit(&data.engine, &data.train, options)?;
+        let gp = match self.one {
+            Some(_) => None,
+            None => {
+                output.note("fitting the Gaussian processes");
+                let options = GpOptions { steps: plan.gp_steps, seed: self.seed };
+                Some(GpPush::fit(&data.engine, &data.train, options)?)
+            }
+        };
         output.note("scoring");
         let mut rows = Vec::new();
         let mut over_push = Vec::new();
         for (k, set) in data.tests.iter().enumerate() {
             let physics = Physics(EngineSpec::Push(set.engine.clone()));
-            let gp = gp.with_engine(&set.engine);
+            let gp = gp.as_ref().map(|gp| gp.with_engine(&set.engine));
             let moved: Vec<NetModel> = nets
                 .iter()
                 .map(|t| t.model.with_engine(EngineSpec::Push(set.engine.clone())))
                 .collect::<Result<_, _>>()?;
-            let mut models: Vec<(&dyn Forecaster, usize)> =
-                vec![(&Zero, 0), (&Still, 0), (&physics, 0), (&gp, whole)];
+            let mut models: Vec<(&dyn Forecaster, usize)> = Vec::new();
+            if let Some(gp) = &gp {
+                models = vec![(&Zero, 0), (&Still, 0), (&physics, 0), (gp, whole)];
+            }
             models.extend(moved.iter().map(|m| (m as &dyn Forecaster, whole)));
             for (model, trained) in models {
                 let score = evaluate_pushes(model, &set.pushes)?;
@@ -91,8 +100,11 @@ impl Experiment {
             }
         }
         curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
-        let clouds = self.clouds(&gp, &nets, output)?;
-        let runs = self.measured(output)?;
+        let clouds = match &gp {
+            Some(gp) => self.clouds(gp, &nets, output)?,
+            None => None,
+        };
+        let runs = if self.one.is_none() { self.measured(output)? } else { None };
         let mut notes = data.notes.clone();
         let (mut calibration, mut test_runs) = (None, Vec::new());
         if let Some(m) = runs {
@@ -116,8 +128,8 @@ impl Experiment {
         };
         claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
         let drawn = Drawn {
-            losses: losses(claim, whole)?,
-            others: vec![&gp],
+            losses: losses(claim, &recipes, whole)?,
+            others: gp.iter().map(|gp| gp as &dyn Forecaster).collect(),
             over_push,
             test: &data.tests[0].pushes,
             clouds: clouds.as_ref(),
@@ -127,6 +139,17 @@ impl Experiment {
         let path = claim.write(REPORT, &html)?;
         claim.write_timing(Times::of(&nets))?;
         Ok(Some(Finished { result, report: path }))
+    }
+
+    /// Training pushes out of those that there are.
+    fn train_size(&self, there: usize) -> anyhow::Result<usize> {
+        match self.one.and_then(|one| one.train_size) {
+            Some(wish) if wish > there => {
+                let text = format!("--train-size {wish}: there are {there} training pushes");
+                Err(Usage(text).into())
+            }
+            wish => Ok(wish.unwrap_or(there)),
+        }
     }
 
     /// Trains a net on the first `size` pushes; `None` if the user stopped it.
@@ -174,9 +197,9 @@ fn run_dir(claim: &Claim, recipe: Recipe, size: usize) -> PathBuf {
 }
 
 /// Losses of the nets that were trained on `whole` pushes.
-fn losses(claim: &Claim, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
-    let read = |r: Recipe| Ok((r, RunDir::open(&run_dir(claim, r, whole)).read_metrics()?));
-    NETS.into_iter().map(read).collect()
+fn losses(claim: &Claim, recipes: &[Recipe], whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
+    let read = |&r: &Recipe| Ok((r, RunDir::open(&run_dir(claim, r, whole)).read_metrics()?));
+    recipes.iter().map(read).collect()
 }
 
 fn point(recipe: Recipe, train_pushes: usize, score: &PushScore) -> CurvePoint {

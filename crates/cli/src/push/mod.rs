@@ -10,7 +10,7 @@ mod rows;
 mod runs;
 
 pub use data::{Laboratory, PushData, load, on_one_clock, read_file};
-pub use plan::{Experiment, Plan};
+pub use plan::{Experiment, OneNet, Plan};
 pub use result::table;
 pub use rows::{Row, sets};
 pub use runs::folder as runs_folder;

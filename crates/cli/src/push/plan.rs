@@ -1,5 +1,6 @@
 //! How much of everything a reproduction takes.
 
+use augsim_trainer::Recipe;
 use augsim_trainer::push::Thinning;
 use std::path::PathBuf;
 
@@ -63,6 +64,15 @@ impl Plan {
     }
 }
 
+/// One net instead of the whole experiment: a point of the size curve, with its scores on every set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OneNet {
+    /// Which.
+    pub recipe: Recipe,
+    /// Training pushes, the first ones; all without a number.
+    pub train_size: Option<usize>,
+}
+
 /// What is run.
 #[derive(Debug, Clone)]
 pub struct Experiment {
@@ -76,6 +86,8 @@ pub struct Experiment {
     pub runs: Option<PathBuf>,
     /// Whether less of everything was asked for.
     pub quick: bool,
+    /// One net instead of all that follows from the plan.
+    pub one: Option<OneNet>,
     /// Seed.
     pub seed: u64,
     /// Go on with runs that are there.

@@ -142,13 +142,16 @@ impl Runner {
         let out_text = out.to_str().with_context(|| format!("{}: is not UTF-8", out.display()))?;
         let (said, log) = (work.join("stdout.json"), work.join("stderr.log"));
         let create = |path: &Path| File::create(path).with_context(|| format!("{}: cannot write", path.display()));
+        // An attempt that was killed left its settings; the command goes on from its checkpoint.
+        let resume = is_begun(&out);
+        let content = &task.content;
+        let arguments =
+            self.command.arguments(&content.settings, &task.paths(), content.seed, out_text, resume);
         let mut command = Command::new(&self.program);
         command
             .args(["--quiet", "--json"])
             .args(threads.map(|n| format!("--threads={n}")))
-            // A killed attempt left its settings; the command goes on from its checkpoint.
-            .args((self.command.takes_resume() && is_begun(&out)).then_some("--resume"))
-            .args(self.command.arguments(&task.content.settings, &task.paths(), task.content.seed, out_text))
+            .args(arguments)
             .current_dir(&self.plan.shared.folder)
             // The child holds the task's lock as long as it lives, should this process be killed.
             .stdin(Stdio::from(lock.try_clone().context("cannot hand the task's lock on")?))
@@ -255,7 +258,8 @@ fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
 /// The sentence of a command that failed.
 fn first_error(log: &Path) -> String {
     let text = std::fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
-    let told = text.lines().find_map(|line| line.strip_prefix("augsim: error: "));
+    let after = |mark: &str| text.lines().find_map(|line| line.strip_prefix(mark));
+    let told = after("augsim: error: ").or_else(|| after("error: "));
     let told = told.or_else(|| text.lines().find(|line| line.contains("panicked")));
     told.or_else(|| text.lines().last()).unwrap_or("said nothing").to_owned()
 }

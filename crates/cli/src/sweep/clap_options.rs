@@ -107,20 +107,20 @@ impl SweptCommand {
         })
     }
 
-    /// Whether the command goes on with what is in its folder.
-    pub fn takes_resume(&self) -> bool {
-        self.takes_resume
-    }
-
-    /// Arguments of a task after the program's name, in the order of the options' names.
+    /// Arguments of a task after the program's name, in the order of the options' names; with `resume` it goes on with what
+    /// is in its folder.
     pub fn arguments(
         &self,
         settings: &BTreeMap<String, Value>,
         inputs: &BTreeMap<String, String>,
         seed: u64,
         out: &str,
+        resume: bool,
     ) -> Vec<String> {
         let mut line = vec![self.words[0].clone()];
+        if resume && self.takes_resume {
+            line.push("--resume".to_owned());
+        }
         let mut places: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         let set = settings.iter().map(|(name, value)| (name, value.words()));
         let read = inputs.iter().map(|(name, path)| (name, vec![path.clone()]));

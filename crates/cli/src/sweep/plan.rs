@@ -129,7 +129,7 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
     for index in 0..count {
         let task = Task::new(content(index, &axes, &command, &inputs)?)?;
         let Content { settings, seed, .. } = &task.content;
-        command.check(&command.arguments(settings, &task.paths(), *seed, "DIR"))?;
+        command.check(&command.arguments(settings, &task.paths(), *seed, "DIR", false))?;
         tasks.push_str(&serde_json::to_string(&task)?);
         tasks.push('\n');
         if !ids.insert(task.id) {
