@@ -18,6 +18,9 @@ const PATIENCE: Duration = Duration::from_millis(1500);
 /// Signals that follow the first within this time are the same wish, on two ways.
 const SAME_WISH: Duration = Duration::from_millis(300);
 
+/// Variable in which a process that starts this one, and is to take it along when it is killed, gives its number.
+pub const PARENT: &str = "AUGSIM_PARENT_PROCESS";
+
 /// Number of the signal that asked to stop; 0 before that.
 static REQUESTED: AtomicI32 = AtomicI32::new(0);
 /// Number of [`Keeper`]s that there are.
@@ -90,6 +93,29 @@ pub fn install() -> anyhow::Result<()> {
             }
         })
         .context("cannot start a thread")?;
+    Ok(())
+}
+
+/// Lets this process end with the one that started it, where that names itself in [`PARENT`]: should that be killed, the
+/// kernel sends SIGTERM, and nobody computes what nobody waits for.
+#[cfg(target_os = "linux")]
+pub fn end_with_parent() -> anyhow::Result<()> {
+    use anyhow::Context;
+    use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+
+    let named = std::env::var(PARENT).ok().and_then(|number| number.parse::<i32>().ok());
+    let Some(parent) = named else { return Ok(()) };
+    set_parent_process_death_signal(Some(Signal::TERM)).context("cannot follow the process that started this one")?;
+    // It may have been killed before the kernel was asked.
+    if getppid().is_none_or(|now| now.as_raw_nonzero().get() != parent) {
+        end(signal_hook::consts::SIGTERM);
+    }
+    Ok(())
+}
+
+/// Other systems do not tell.
+#[cfg(not(target_os = "linux"))]
+pub fn end_with_parent() -> anyhow::Result<()> {
     Ok(())
 }
 

@@ -33,6 +33,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
+        .and_then(|()| interrupt::end_with_parent())
         .and_then(|()| instruction_set())
         .and_then(|()| limits())
         .and_then(|()| threads(args.global.threads))

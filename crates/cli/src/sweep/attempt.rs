@@ -11,7 +11,7 @@ use super::store::{Failure, Store, Turn};
 use super::task::Task;
 use crate::destination::RESULT;
 use crate::exit::Usage;
-use crate::interrupt::Keeper;
+use crate::interrupt::{Keeper, PARENT};
 use crate::record::RECORD;
 use crate::run_dir::{CONFIG, METRICS};
 use anyhow::{Context, anyhow};
@@ -153,7 +153,9 @@ impl Runner {
             .args(threads.map(|n| format!("--threads={n}")))
             .args(arguments)
             .current_dir(&self.plan.shared.folder)
-            // The child holds the task's lock as long as it lives, should this process be killed.
+            .env(PARENT, std::process::id().to_string())
+            // The child holds the task's lock as long as it lives: it needs a moment for its checkpoint when this process is
+            // killed.
             .stdin(Stdio::from(lock.try_clone().context("cannot hand the task's lock on")?))
             .stdout(create(&said)?)
             .stderr(create(&log)?);
