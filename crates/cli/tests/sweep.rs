@@ -280,3 +280,31 @@ fn what_is_not_done_is_submitted_as_an_array_and_a_job_that_collects() {
     assert_eq!(table.matches(",done,").count(), 2, "{table}");
     assert_eq!(table.matches(",missing,").count(), 4, "{table}");
 }
+
+/// Every block of TOML in the reference page.
+fn examples() -> Vec<String> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/sweeps.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let blocks = page.split("```toml\n").skip(1);
+    blocks.map(|rest| rest.split("```").next().expect("a block that ends").to_owned()).collect()
+}
+
+#[test]
+fn sweeps_of_the_reference_page_and_of_the_benches_can_be_planned() {
+    let dir = workplace();
+    let d = dir.path();
+    for folder in ["runs", "PLAN/work/1/out"] {
+        std::fs::create_dir_all(d.join(folder)).expect("a folder");
+        std::fs::copy(d.join("drops.csv"), d.join(folder).join("a.csv")).expect("it can be copied");
+    }
+    let benches = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../benches/sweeps");
+    let own = std::fs::read_dir(benches).expect("the benches").flatten().map(|entry| entry.path());
+    let own = own.filter(|path| path.extension().is_some_and(|e| e == "toml"));
+    let mut all: Vec<String> = own.map(|path| std::fs::read_to_string(path).expect("a sweep")).collect();
+    all.extend(examples());
+    assert_eq!(all.len(), 5, "two sweeps of the benches and three of the page");
+    for (k, text) in all.iter().enumerate() {
+        std::fs::write(d.join("sweep.toml"), text).expect("a file");
+        plan(&format!("plan-{k}"), d);
+    }
+}
