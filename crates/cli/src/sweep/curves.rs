@@ -114,15 +114,15 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
         return None;
     }
     let by = split(&numbers, crossed, over);
-    let mut series: BTreeMap<Vec<String>, BTreeMap<Key, (Value, Vec<f64>)>> = BTreeMap::new();
+    let mut series: BTreeMap<Vec<Key>, BTreeMap<Key, (Value, Vec<f64>)>> = BTreeMap::new();
     for (row, number) in numbers {
         let Some(at) = row.settings.get(over) else { continue };
-        let name = by.iter().map(|name| row.settings.get(*name).map_or(String::new(), ToString::to_string)).collect();
-        let place = series.entry(name).or_default().entry(Key::of(at));
+        let values: Vec<Key> = by.iter().filter_map(|name| row.settings.get(*name)).map(Key::of).collect();
+        let place = series.entry(values).or_default().entry(Key::of(at));
         place.or_insert_with(|| (at.clone(), Vec::new())).1.push(number);
     }
-    let series = series.into_iter().map(|(name, points)| Series {
-        name: name.join(", "),
+    let series = series.into_iter().map(|(values, points)| Series {
+        name: values.iter().map(|value| value.1.as_str()).collect::<Vec<_>>().join(", "),
         points: (points.into_values())
             .filter_map(|(at, values)| Summary::of(&values).map(|summary| Point { at, summary }))
             .collect(),
@@ -228,5 +228,8 @@ mod tests {
         let a = vec![("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)];
         let b = vec![("250".to_owned(), 1, 9.0), ("1000".to_owned(), 1, 7.0)];
         assert_eq!(told, [("a".to_owned(), a), ("b".to_owned(), b)]);
+        // Series that numbers name stand in the order of the numbers, not of their digits.
+        let over_net = all.iter().find(|c| c.over == "net").unwrap();
+        assert_eq!(over_net.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["250", "1000"]);
     }
 }

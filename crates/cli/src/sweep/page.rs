@@ -18,10 +18,20 @@ const LOG_RATIO: f64 = 20.0;
 pub fn page(c: &Collected) -> Page {
     let scores = drawn(c);
     let curves: Vec<&Curve> = c.curves.iter().filter(|curve| scores.contains(&curve.score)).collect();
+    let mut tabled: Vec<Vec<&String>> = Vec::new();
     let mut sections: Vec<Section> = (c.crossed.iter())
         .map(|over| {
             let of: Vec<&Curve> = curves.iter().copied().filter(|curve| curve.over == *over).collect();
-            Section::new(&format!("Over {over}"), over_setting(&of))
+            let mut blocks = figures(&of);
+            // Over recipe for each size and over size for each recipe are the same numbers.
+            let mut settings: Vec<&String> = of.iter().flat_map(|c| c.by.iter().chain([&c.over])).collect();
+            settings.sort_unstable();
+            settings.dedup();
+            if !tabled.contains(&settings) {
+                blocks.extend(of.iter().map(|curve| Block::Table(table(curve))));
+                tabled.push(settings);
+            }
+            Section::new(&format!("Over {over}"), blocks)
         })
         .collect();
     sections.push(Section::new("Without a result", without_result(c)));
@@ -66,8 +76,8 @@ fn drawn(c: &Collected) -> Vec<String> {
     c.scores.iter().filter(differs).take(DRAWN_SCORES).cloned().collect()
 }
 
-/// Figures and tables of all scores over one setting.
-fn over_setting(curves: &[&Curve]) -> Vec<Block> {
+/// Figures of all scores over one setting.
+fn figures(curves: &[&Curve]) -> Vec<Block> {
     let Some(first) = curves.first() else { return Vec::new() };
     let figures = curves.iter().map(|curve| figure(curve)).collect();
     let by = match first.by.as_slice() {
@@ -79,9 +89,7 @@ fn over_setting(curves: &[&Curve]) -> Vec<Block> {
          several.",
         first.over
     );
-    let mut blocks = vec![Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption })];
-    blocks.extend(curves.iter().map(|curve| Block::Table(table(curve))));
-    blocks
+    vec![Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption })]
 }
 
 fn figure(curve: &Curve) -> Figure {
@@ -129,6 +137,7 @@ fn line(curve: &Curve) -> Figure {
         true => Axis::log(&curve.over, ""),
         false => Axis::linear(&curve.over, ""),
     };
+    let x = if all.iter().all(|v| v.fract() == 0.0) { x.with_integers() } else { x };
     let mut figure = Line::new(&curve.score, x, Axis::linear(&curve.score, ""));
     for (s, tone) in curve.series.iter().zip(0..) {
         let mean: Vec<f64> = s.points.iter().map(|p| p.summary.mean).collect();
