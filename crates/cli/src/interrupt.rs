@@ -105,7 +105,8 @@ pub fn end_with_parent() -> anyhow::Result<()> {
 
     let named = std::env::var(PARENT).ok().and_then(|number| number.parse::<i32>().ok());
     let Some(parent) = named else { return Ok(()) };
-    set_parent_process_death_signal(Some(Signal::TERM)).context("cannot follow the process that started this one")?;
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .context("cannot follow the process that started this one")?;
     // It may have been killed before the kernel was asked.
     if getppid().is_none_or(|now| now.as_raw_nonzero().get() != parent) {
         end(signal_hook::consts::SIGTERM);

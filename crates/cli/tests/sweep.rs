@@ -61,7 +61,8 @@ fn collected(plan: &str, dir: &Path) -> Vec<(String, String)> {
     done(&["sweep", "collect", plan], dir);
     ["result.json", "table.csv", "report.html"]
         .map(|name| {
-            let text = std::fs::read_to_string(dir.join(plan).join("collected").join(name)).expect("a result");
+            let text =
+                std::fs::read_to_string(dir.join(plan).join("collected").join(name)).expect("a result");
             (name.to_owned(), text)
         })
         .into()
@@ -97,7 +98,10 @@ fn tasks_give_the_same_bytes_at_once_and_one_by_one_in_any_order() {
     let result: serde_json::Value = serde_json::from_str(&one[0].1).expect("JSON");
     let over_recipe = result["curves"].as_array().expect("curves").iter().find(|c| c["over"] == "recipe");
     let point = &over_recipe.expect("a curve")["series"][0]["points"][0];
-    assert!(point["tasks"] == 3 && point["ci95"].is_array(), "three seeds make a mean and its interval: {point}");
+    assert!(
+        point["tasks"] == 3 && point["ci95"].is_array(),
+        "three seeds make a mean and its interval: {point}"
+    );
 }
 
 #[test]
@@ -106,7 +110,10 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
     let d = dir.path();
     for (text, says) in [
         ("command = \"simulate\"", "sweeps are made of train, discover, evaluate, reproduce"),
-        ("command = \"train\"\n[options]\nrecipy = 1", "[options] recipy: `augsim train` has no option `recipy`"),
+        (
+            "command = \"train\"\n[options]\nrecipy = 1",
+            "[options] recipy: `augsim train` has no option `recipy`",
+        ),
         ("command = \"train\"\n[options]\nrecipe = \"hybrd\"", "invalid value 'hybrd' for '--recipe"),
         ("command = \"train\"\n[options]\niterations = -3", "invalid value '-3' for '--iterations"),
         ("command = \"train\"\n[options]\nout = \"x\"", "`out` is not for a sweep"),
@@ -119,7 +126,10 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
         ("command = \"train\"\n[cross]\ndata = [\"-\"]", "standard input"),
         ("command = \"train\"\n[options]\nresidual_of = \".\"", "--data"),
         ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": no JSONPath"),
-        ("command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]", "`seed` is an option's name"),
+        (
+            "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
+            "`seed` is an option's name",
+        ),
         ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<RUN>"),
         ("command = \"reproduce pull\"", "invalid value 'pull'"),
         ("command = \"train\"\nseeds = [1]", "line 2: unknown field `seeds`"),
@@ -188,7 +198,10 @@ fn an_input_that_has_changed_is_refused() {
     let drops = std::fs::read_to_string(d.join("drops.csv")).expect("drops");
     std::fs::write(d.join("drops.csv"), drops.replacen(",4", ",5", 1)).expect("it can be written");
     let error = fails(3, &["sweep", "run", "plan", "--index", "2"], d);
-    assert!(error.contains("drops.csv: the input data is not what it was") && error.contains("plan the sweep again"));
+    assert!(
+        error.contains("drops.csv: the input data is not what it was")
+            && error.contains("plan the sweep again")
+    );
     std::fs::write(d.join("drops.csv"), drops).expect("it can be written");
     done(&["sweep", "run", "plan", "--index", "2"], d);
 }
@@ -198,12 +211,16 @@ fn a_task_that_fails_is_told_and_the_rest_is_collected_on_request() {
     let dir = workplace();
     let d = dir.path();
     std::fs::write(d.join("rubbish.csv"), "trajectory,t_s,height_m\na,0,high\n").expect("a file");
-    let text = TRAININGS.replace("data = \"drops.csv\"\n", "").replace("[cross]", "[cross]\ndata = [\"*s*.csv\"]");
+    let text =
+        TRAININGS.replace("data = \"drops.csv\"\n", "").replace("[cross]", "[cross]\ndata = [\"*s*.csv\"]");
     std::fs::write(d.join("sweep.toml"), text.replace("to = 3", "to = 1")).expect("a file");
     std::fs::remove_file(d.join("drops.truth.csv")).expect("the truth of the drops");
     plan("plan", d);
     let error = fails(3, &["sweep", "run", "plan", "--all"], d);
-    assert!(error.contains("2 tasks failed, the first of them task 2: ") && error.contains("rubbish.csv"), "{error}");
+    assert!(
+        error.contains("2 tasks failed, the first of them task 2: ") && error.contains("rubbish.csv"),
+        "{error}"
+    );
     let said = done(&["sweep", "status", "plan"], d);
     assert!(said.contains("2 of 4 tasks are done; 0 run, 2 failed, 0 stopped on the way, 0 wait"), "{said}");
     assert!(said.contains("task 2 failed (code 3): ") && said.contains("rubbish.csv"), "{said}");
@@ -230,7 +247,11 @@ fn every_command_of_sweeps_has_scores() {
     done(&["sweep", "run", "nets", "--all"], d);
     for (name, text, column) in [
         ("discover", "[options]\nmodel = \"model.toml\"\ndata = \"bounces.csv\"", "error.augmented.rmse"),
-        ("evaluate", "[options]\ndata = \"drops.csv\"\nrequire_pos_m = 1e-9\n[cross]\nrun = [\"nets/work/*/out\"]", "crps"),
+        (
+            "evaluate",
+            "[options]\ndata = \"drops.csv\"\nrequire_pos_m = 1e-9\n[cross]\nrun = [\"nets/work/*/out\"]",
+            "crps",
+        ),
     ] {
         std::fs::write(d.join("sweep.toml"), format!("command = \"{name}\"\n{text}\n")).expect("a file");
         plan(name, d);
@@ -253,8 +274,14 @@ fn what_is_not_done_is_submitted_as_an_array_and_a_job_that_collects() {
     let d = dir.path();
     plan("plan", d);
     done(&["sweep", "run", "plan", "--index", "1"], d);
-    let dry = done(&["sweep", "submit", "plan", "--dry-run", "--max-parallel", "4", "--partition", "long"], d);
-    for line in ["#SBATCH --array=0,2-5%4\n", "#SBATCH --requeue\n", "#SBATCH --partition=long\n", "--dependency=afterany:"] {
+    let dry =
+        done(&["sweep", "submit", "plan", "--dry-run", "--max-parallel", "4", "--partition", "long"], d);
+    for line in [
+        "#SBATCH --array=0,2-5%4\n",
+        "#SBATCH --requeue\n",
+        "#SBATCH --partition=long\n",
+        "--dependency=afterany:",
+    ] {
         assert!(dry.contains(line), "`{line}` is not in\n{dry}");
     }
     assert!(fails(2, &["sweep", "submit", "plan", "--time", "1; rm"], d).contains("--time 1; rm"));

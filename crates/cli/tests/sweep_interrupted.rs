@@ -76,6 +76,11 @@ fn a_sweep_that_is_killed_again_and_again_ends_with_the_same_bytes() {
         kill("KILL", child.id());
         child.wait().expect("it ends");
     }
+    // Nobody goes on computing what nobody waits for.
+    let idle = || done(&["sweep", "status", "disturbed"], d).contains("; 0 run,").then_some(());
+    let killed = Instant::now();
+    wait_for(idle);
+    assert!(killed.elapsed() < Duration::from_secs(4), "tasks outlive their sweep by {:?}", killed.elapsed());
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "kills change the bytes");
 }
@@ -89,14 +94,17 @@ fn a_task_that_is_killed_goes_on_from_its_checkpoint() {
     let id = child.id();
     let task = wait_for(|| {
         let tasks = std::fs::read_dir(format!("/proc/{id}/task")).ok()?.flatten();
-        tasks.filter_map(|t| std::fs::read_to_string(t.path().join("children")).ok()).find_map(|children| {
-            children.split_whitespace().next()?.parse::<u32>().ok()
-        })
+        tasks
+            .filter_map(|t| std::fs::read_to_string(t.path().join("children")).ok())
+            .find_map(|children| children.split_whitespace().next()?.parse::<u32>().ok())
     });
     kill("KILL", task);
     let out = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(out.status.success() && said.contains("was killed by SIGKILL") && said.contains("trying again"), "{said}");
+    assert!(
+        out.status.success() && said.contains("was killed by SIGKILL") && said.contains("trying again"),
+        "{said}"
+    );
     assert!(collected("disturbed", d) == whole, "a kill changes the bytes");
 }
 
@@ -111,11 +119,41 @@ fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
     let out = child.wait_with_output().expect("it ends");
     assert!(sent.elapsed() < Duration::from_secs(3), "it took {:?}", sent.elapsed());
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(out.status.code() == Some(143) && said.contains("of 4 tasks are done; the same command goes on"), "{said}");
+    assert!(
+        out.status.code() == Some(143) && said.contains("of 4 tasks are done; the same command goes on"),
+        "{said}"
+    );
     let status = done(&["sweep", "status", "disturbed"], d);
     assert!(status.contains("; 0 run, 0 failed, "), "{status}");
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "a stop changes the bytes");
+}
+
+#[test]
+fn two_signals_at_once_are_one_wish() {
+    let (dir, _) = workplace();
+    let d = dir.path();
+    let args = [
+        "train",
+        "--data",
+        "drops.csv",
+        "--iterations",
+        "100000",
+        "--checkpoint-every",
+        "100000",
+        "--out",
+        "run",
+    ];
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,TERM", env!("CARGO_BIN_EXE_augsim")]).args(args).current_dir(d);
+    let mut child =
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("env starts the binary");
+    wait_for(|| std::fs::metadata(d.join("run/metrics.jsonl")).is_ok_and(|m| m.len() > 0).then_some(()));
+    // As where a job is stopped: the scheduler signals the task, and so does the process above it.
+    let both = format!("kill -TERM {0}; kill -INT {0}", child.id());
+    assert!(Command::new("sh").args(["-c", &both]).status().expect("sh runs").success());
+    child.wait().expect("it ends");
+    assert!(d.join("run/checkpoint.bin").exists(), "the second signal kept it from its checkpoint");
 }
 
 #[test]

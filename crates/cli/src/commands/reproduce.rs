@@ -20,7 +20,9 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if args.net.is_some() && args.scenario != Scenario::Push {
-        return Err(Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into());
+        return Err(
+            Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into()
+        );
     }
     match args.scenario {
         Scenario::Ball => ball(args, seed, force, output),
@@ -120,7 +122,9 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if let Some(iterations) = args.iterations {
         words.extend(["--iterations".to_owned(), iterations.to_string()]);
     }
-    let one = args.net.map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
+    let one = args
+        .net
+        .map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
     if let Some(push::OneNet { recipe, train_size }) = one {
         let name = recipe.label().to_lowercase().replace('+', "-plus");
         record = record.setting("net", &name);

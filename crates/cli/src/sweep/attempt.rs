@@ -84,24 +84,20 @@ impl Runner {
         if let Some(done) = kept() {
             return Ok(done);
         }
-        let begun = Instant::now();
         let ended = match self.check(task) {
-            Err(error) => Err(error),
             Ok(()) => self.run(task, threads, &lock, keeper),
+            Err(error) => Err(error),
         };
-        self.store.add_seconds(&task.id, begun.elapsed());
-        let failure = match ended {
-            Ok(Some(Ok((criterion_met, result)))) => {
+        let (code, error) = match ended {
+            Ok(CommandEnd::Result { criterion_met, result }) => {
                 self.store.write_result(task, criterion_met, result)?;
                 return Ok(Ended::Done { criterion_met, kept: false });
             }
-            Ok(None) => return Ok(Ended::Stopped),
-            Ok(Some(Err(failure))) => failure,
-            Err(e) => {
-                let code = if e.is::<Usage>() { 2 } else { 3 };
-                Failure { id: task.id.clone(), code, error: format!("{e:#}") }
-            }
+            Ok(CommandEnd::Stopped) => return Ok(Ended::Stopped),
+            Ok(CommandEnd::Failed { code, error }) => (code, error),
+            Err(e) => (if e.is::<Usage>() { 2 } else { 3 }, format!("{e:#}")),
         };
+        let failure = Failure { id: task.id.clone(), code, error };
         self.store.write_failure(&failure)?;
         Ok(Ended::Failed(failure))
     }
@@ -129,19 +125,20 @@ impl Runner {
         Ok(())
     }
 
-    /// Runs the command; `None` if the user stopped it.
+    /// Runs the command.
     fn run(
         &self,
         task: &Task,
         threads: Option<u16>,
         lock: &File,
         keeper: &Keeper,
-    ) -> anyhow::Result<Option<Result<(bool, Value), Failure>>> {
+    ) -> anyhow::Result<CommandEnd> {
         let work = self.store.work(&task.id);
         let out = work.join("out");
         let out_text = out.to_str().with_context(|| format!("{}: is not UTF-8", out.display()))?;
         let (said, log) = (work.join("stdout.json"), work.join("stderr.log"));
-        let create = |path: &Path| File::create(path).with_context(|| format!("{}: cannot write", path.display()));
+        let create =
+            |path: &Path| File::create(path).with_context(|| format!("{}: cannot write", path.display()));
         // An attempt that was killed left its settings; the command goes on from its checkpoint.
         let resume = is_begun(&out);
         let content = &task.content;
@@ -160,27 +157,36 @@ impl Runner {
             .stdout(create(&said)?)
             .stderr(create(&log)?);
         apart(&mut command);
-        let mut child = command.spawn().with_context(|| format!("{}: cannot start", self.program.display()))?;
+        let begun = Instant::now();
+        let mut child =
+            command.spawn().with_context(|| format!("{}: cannot start", self.program.display()))?;
         let status = wait(&mut child, keeper)?;
-        if keeper.must_stop() && !matches!(status.code(), Some(0 | 1)) {
-            return Ok(None);
-        }
-        let failure = |code, error| Failure { id: task.id.clone(), code, error };
-        let ended = match status.code() {
-            Some(code @ (0 | 1)) => match result(&out, &said) {
-                Ok(result) => Ok((code == 0, result)),
-                Err(e) => Err(failure(3, format!("{e:#}"))),
-            },
-            Some(code) => Err(failure(u8::try_from(code).unwrap_or(u8::MAX), first_error(&log))),
+        self.store.add_seconds(&task.id, begun.elapsed());
+        let end = match status.code() {
+            Some(code @ (0 | 1)) => {
+                CommandEnd::Result { criterion_met: code == 0, result: result(&out, &said)? }
+            }
+            _ if keeper.must_stop() => CommandEnd::Stopped,
+            Some(code) => {
+                CommandEnd::Failed { code: u8::try_from(code).unwrap_or(u8::MAX), error: first_error(&log) }
+            }
             None => {
                 let (code, signal) = killed_by(status);
-                Err(failure(code, format!("was killed by {signal}; run it again to go on from what it has")))
+                let error = format!("was killed by {signal}; run it again to go on from what it has");
+                CommandEnd::Failed { code, error }
             }
         };
         // What it printed is in the result now, or was no result.
         let _ = std::fs::remove_file(&said);
-        Ok(Some(ended))
+        Ok(end)
     }
+}
+
+/// How the command of a task ended.
+enum CommandEnd {
+    Result { criterion_met: bool, result: Value },
+    Failed { code: u8, error: String },
+    Stopped,
 }
 
 /// Whether a command has written its settings into its folder.
@@ -220,7 +226,8 @@ fn wait(child: &mut Child, keeper: &Keeper) -> anyhow::Result<ExitStatus> {
 #[cfg(unix)]
 fn stop(child: &mut Child) {
     // Fails only where it has ended already.
-    let _ = rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
+    let _ =
+        rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
 }
 
 #[cfg(not(unix))]
@@ -244,7 +251,9 @@ fn killed_by(_status: ExitStatus) -> (u8, String) {
 
 /// What a command came to: its `result.json`, else the last line of its metrics, else what it printed.
 fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
-    let read = |path: &Path| std::fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()));
+    let read = |path: &Path| {
+        std::fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()))
+    };
     let (file, metrics) = (out.join(RESULT), out.join(METRICS));
     let (path, text) = if file.exists() {
         (file.as_path(), read(&file)?)
@@ -259,7 +268,8 @@ fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
 
 /// The sentence of a command that failed.
 fn first_error(log: &Path) -> String {
-    let text = std::fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    let text =
+        std::fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     let after = |mark: &str| text.lines().find_map(|line| line.strip_prefix(mark));
     let told = after("augsim: error: ").or_else(|| after("error: "));
     let told = told.or_else(|| text.lines().find(|line| line.contains("panicked")));

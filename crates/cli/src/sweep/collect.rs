@@ -15,6 +15,7 @@ use crate::exit::Outcome;
 use crate::output::Output;
 use crate::record::Record;
 use anyhow::Context;
+use augsim_data::printable;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -132,7 +133,7 @@ pub fn collect(
     let (collected, tasks) = gather(&plan)?;
     let (failed, missing) = (collected.count(State::Failed), collected.count(State::Missing));
     if failed + missing > 0 {
-        output.notice(without_result(&collected, partial));
+        output.notice(printable(&without_result(&collected, partial)));
         if !partial {
             return Ok(Outcome::CriterionNotMet);
         }
@@ -142,7 +143,8 @@ pub fn collect(
     let inputs: Vec<&Path> = read.iter().map(|path| path.as_path()).collect();
     // More results of the same tasks, or other scores of them, may take the place of what is there.
     let record = Record::new("sweep collect").setting("tasks", tasks);
-    let claim = Results { folder: out, files: &[RESULT, TABLE, REPORT], inputs: &inputs, record, force }.claim()?;
+    let claim =
+        Results { folder: out, files: &[RESULT, TABLE, REPORT], inputs: &inputs, record, force }.claim()?;
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&collected)?)?;
     claim.write(TABLE, &table)?;
@@ -175,7 +177,8 @@ fn gather(plan: &Plan) -> anyhow::Result<(Collected, String)> {
         for input in task.content.inputs.values() {
             inputs.entry(input.path.clone()).or_insert_with(|| input.sha256.clone());
         }
-        let row = row(index, &task, &store, &wishes).with_context(|| format!("task {index} ({})", task.id))?;
+        let row =
+            row(index, &task, &store, &wishes).with_context(|| format!("task {index} ({})", task.id))?;
         columns.extend(row.scores.keys().cloned());
         rows.push(row);
         Ok(true)
@@ -228,7 +231,9 @@ fn table(collected: &Collected) -> anyhow::Result<String> {
     )?;
     for row in &collected.tasks {
         let mut cells = vec![row.index.to_string(), row.id.clone(), row.state.name().to_owned()];
-        cells.extend(settings.iter().map(|name| row.settings.get(*name).map_or(String::new(), ToString::to_string)));
+        cells.extend(
+            settings.iter().map(|name| row.settings.get(*name).map_or(String::new(), ToString::to_string)),
+        );
         cells.extend(collected.scores.iter().map(|name| match row.scores.get(name) {
             Some(serde_json::Value::String(text)) => text.clone(),
             Some(value) => value.to_string(),

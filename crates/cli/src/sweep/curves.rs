@@ -82,8 +82,9 @@ impl Summary {
 /// (Abramowitz and Stegun 26.7.5) are off by less than 5e-4.
 fn student_975(degrees: usize) -> f64 {
     const TABLE: [f64; 20] = [
-        12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157, 2.228_139,
-        2.200_985, 2.178_813, 2.160_369, 2.144_787, 2.131_450, 2.119_905, 2.109_816, 2.100_922, 2.093_024, 2.085_963,
+        12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157,
+        2.228_139, 2.200_985, 2.178_813, 2.160_369, 2.144_787, 2.131_450, 2.119_905, 2.109_816, 2.100_922,
+        2.093_024, 2.085_963,
     ];
     let normal = 1.959_963_985_f64;
     match degrees.checked_sub(1).and_then(|k| TABLE.get(k)) {
@@ -114,18 +115,17 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
         return None;
     }
     let by = split(&numbers, crossed, over);
-    let mut series: BTreeMap<Vec<Key>, BTreeMap<Key, (Value, Vec<f64>)>> = BTreeMap::new();
+    let mut series: BTreeMap<Vec<Key>, BTreeMap<Key, Gathered>> = BTreeMap::new();
     for (row, number) in numbers {
         let Some(at) = row.settings.get(over) else { continue };
         let values: Vec<Key> = by.iter().filter_map(|name| row.settings.get(*name)).map(Key::of).collect();
         let place = series.entry(values).or_default().entry(Key::of(at));
-        place.or_insert_with(|| (at.clone(), Vec::new())).1.push(number);
+        place.or_insert_with(|| Gathered { at: at.clone(), scores: Vec::new() }).scores.push(number);
     }
+    let point = |g: Gathered| Summary::of(&g.scores).map(|summary| Point { at: g.at, summary });
     let series = series.into_iter().map(|(values, points)| Series {
         name: values.iter().map(|value| value.1.as_str()).collect::<Vec<_>>().join(", "),
-        points: (points.into_values())
-            .filter_map(|(at, values)| Summary::of(&values).map(|summary| Point { at, summary }))
-            .collect(),
+        points: points.into_values().filter_map(point).collect(),
     });
     let by = by.into_iter().cloned().collect();
     Some(Curve { score: score.to_owned(), over: over.to_owned(), by, series: series.collect() })
@@ -146,6 +146,12 @@ fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a
         }
     }
     by
+}
+
+/// Scores of the tasks that share a point.
+struct Gathered {
+    at: Value,
+    scores: Vec<f64>,
 }
 
 /// Order of the values of a setting: numbers by size, before words in their order.
@@ -219,15 +225,13 @@ mod tests {
         let all = curves(&rows, &names, &["mm".to_owned()]);
         let over_size = all.iter().find(|c| c.over == "size").unwrap();
         assert_eq!(over_size.by, ["net"]);
-        let told: Vec<(String, Vec<(String, usize, f64)>)> = (over_size.series.iter())
-            .map(|s| {
-                let point = |p: &Point| (p.at.to_string(), p.summary.tasks, p.summary.mean);
-                (s.name.clone(), s.points.iter().map(point).collect())
-            })
-            .collect();
-        let a = vec![("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)];
-        let b = vec![("250".to_owned(), 1, 9.0), ("1000".to_owned(), 1, 7.0)];
-        assert_eq!(told, [("a".to_owned(), a), ("b".to_owned(), b)]);
+        let told = |k: usize| -> Vec<(String, usize, f64)> {
+            let points = &over_size.series[k].points;
+            points.iter().map(|p| (p.at.to_string(), p.summary.tasks, p.summary.mean)).collect()
+        };
+        assert_eq!((over_size.series[0].name.as_str(), over_size.series[1].name.as_str()), ("a", "b"));
+        assert_eq!(told(0), [("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)]);
+        assert_eq!(told(1), [("250".to_owned(), 1, 9.0), ("1000".to_owned(), 1, 7.0)]);
         // Series that numbers name stand in the order of the numbers, not of their digits.
         let over_net = all.iter().find(|c| c.over == "net").unwrap();
         assert_eq!(over_net.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["250", "1000"]);

@@ -105,7 +105,9 @@ pub fn value(from: &toml::Value) -> Result<Value, String> {
         toml::Value::Float(v) if v.is_finite() => Ok(Value::Number(*v)),
         toml::Value::Float(v) => Err(format!("{v} is no number that a task can have")),
         toml::Value::String(v) => Ok(Value::Text(v.clone())),
-        toml::Value::Array(all) if all.is_empty() => Err("the list is empty; leave the option out".to_owned()),
+        toml::Value::Array(all) if all.is_empty() => {
+            Err("the list is empty; leave the option out".to_owned())
+        }
         toml::Value::Array(all) if all.iter().any(toml::Value::is_array) => {
             Err("lists within lists within lists mean nothing".to_owned())
         }

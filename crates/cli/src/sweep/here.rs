@@ -78,8 +78,9 @@ fn index_of_environment() -> Result<usize, Usage> {
     for variable in INDEX_VARIABLES {
         if let Some(value) = std::env::var_os(variable) {
             let number = value.to_str().and_then(|text| text.parse().ok());
-            return number
-                .ok_or_else(|| Usage(format!("{variable}={}: is no place of a task", value.to_string_lossy())));
+            return number.ok_or_else(|| {
+                Usage(format!("{variable}={}: is no place of a task", value.to_string_lossy()))
+            });
         }
     }
     let variables = INDEX_VARIABLES.join(" or ");
@@ -133,13 +134,8 @@ impl<'a> Work<'a> {
         steps.finish();
         let plan = self.runner.plan().folder.clone();
         let shared = self.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let mut run = Run {
-            tasks: self.tasks,
-            done: 0,
-            kept: 0,
-            criterion_not_met: 0,
-            failed: BTreeMap::new(),
-        };
+        let mut run =
+            Run { tasks: self.tasks, done: 0, kept: 0, criterion_not_met: 0, failed: BTreeMap::new() };
         for (index, ended) in shared.run {
             match ended {
                 Ended::Done { criterion_met, kept } => {

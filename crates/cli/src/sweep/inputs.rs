@@ -88,12 +88,15 @@ impl Hasher {
             return self.hash_folder(path);
         }
         if !found.is_file() {
-            let text = format!("{}: is a device, pipe or socket; a task needs a file or a folder", path.display());
+            let text =
+                format!("{}: is a device, pipe or socket; a task needs a file or a folder", path.display());
             return Err(Usage(text).into());
         }
         let (bytes, modified) = (found.len(), found.modified().ok());
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned();
-        if let Some(known) = known.filter(|k| k.bytes == bytes && k.modified == modified && modified.is_some()) {
+        if let Some(known) =
+            known.filter(|k| k.bytes == bytes && k.modified == modified && modified.is_some())
+        {
             return Ok(known.sha256);
         }
         let sha256 = hash_file(path).with_context(unreadable)?;

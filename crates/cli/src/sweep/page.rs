@@ -121,12 +121,15 @@ fn figure(curve: &Curve) -> Figure {
     let groups = match alone {
         // One series needs no legend: its bars are called by the values.
         true => {
-            let bars = names.iter().flat_map(|name| group(name).bars.into_iter().map(|b| Bar { name: name.clone(), ..b }));
+            let bars = names
+                .iter()
+                .flat_map(|name| group(name).bars.into_iter().map(|b| Bar { name: name.clone(), ..b }));
             vec![BarGroup { label: String::new(), bars: bars.collect() }]
         }
         false => names.iter().map(group).collect(),
     };
-    Bars { title: curve.score.clone(), value: Axis::linear(&curve.score, ""), groups, references: Vec::new() }.into()
+    Bars { title: curve.score.clone(), value: Axis::linear(&curve.score, ""), groups, references: Vec::new() }
+        .into()
 }
 
 fn line(curve: &Curve) -> Figure {
@@ -143,7 +146,8 @@ fn line(curve: &Curve) -> Figure {
         let mean: Vec<f64> = s.points.iter().map(|p| p.summary.mean).collect();
         let mut series = Series::line(&s.name, Tone::Series(tone), at(s), mean);
         if s.points.iter().any(|p| p.summary.ci95.is_some()) {
-            let end = |k: usize| s.points.iter().map(|p| p.summary.ci95.map_or(f64::NAN, |ci| ci[k])).collect();
+            let end =
+                |k: usize| s.points.iter().map(|p| p.summary.ci95.map_or(f64::NAN, |ci| ci[k])).collect();
             series = series.with_band(0.95, end(0), end(1));
         }
         // Seeds have no order that a line could follow.
@@ -206,7 +210,8 @@ fn tasks(c: &Collected, scores: &[String]) -> Vec<Block> {
     columns.extend(scores.iter().map(|name| Column::number(name, "")));
     let row = |row: &TaskRow| {
         let mut cells = vec![Cell::number(Some(row.index as f64))];
-        let setting = |name: &String| row.settings.get(name).map_or(Cell::Missing, |v| Cell::text(v.to_string()));
+        let setting =
+            |name: &String| row.settings.get(name).map_or(Cell::Missing, |v| Cell::text(v.to_string()));
         cells.extend(c.crossed.iter().map(setting));
         cells.extend(scores.iter().map(|name| Cell::number(row.number(name))));
         Row::from(cells)

@@ -66,10 +66,11 @@ pub fn make(sweep: &Path, out: &Path, force: bool, output: &Output) -> anyhow::R
         .and_then(std::fs::canonicalize)
         .with_context(|| format!("{}: cannot find its folder", sweep.display()))?;
     let named = |e: Usage| Usage(format!("{}: {e}", sweep.display()));
-    let Crossed { tasks, shared, inputs } = cross(&file, folder).map_err(|e| match e.downcast::<Usage>() {
-        Ok(e) => named(e).into(),
-        Err(e) => e,
-    })?;
+    let Crossed { tasks, shared, inputs } =
+        cross(&file, folder).map_err(|e| match e.downcast::<Usage>() {
+            Ok(e) => named(e).into(),
+            Err(e) => e,
+        })?;
     // The tasks decide the results; the scores are looked up when these are collected, and may be changed later.
     let record = Record::new("sweep plan").setting("tasks", sha256(tasks.as_bytes()));
     let claim = Results { folder: out, files: &[TASKS, SWEEP], inputs: &[sweep], record, force }.claim()?;
@@ -109,7 +110,9 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
     let axes = axes(file, &command, &folder)?;
     let count = axes.iter().try_fold(1, |n: usize, axis| n.checked_mul(axis.values.len()));
     let Some(count) = count.filter(|n| *n <= MOST_TASKS) else {
-        return Err(Usage(format!("the lists cross to more than {MOST_TASKS} tasks; make several sweeps")).into());
+        return Err(
+            Usage(format!("the lists cross to more than {MOST_TASKS} tasks; make several sweeps")).into()
+        );
     };
     let known: BTreeSet<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
     if let Some(column) = file.scores.keys().find(|column| known.contains(column.as_str())) {
@@ -137,8 +140,13 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
         }
     }
     let crossed = axes.iter().filter(|axis| axis.is_crossed).map(|axis| axis.name.clone()).collect();
-    let shared =
-        Shared { folder, command: command.words.join(" "), tasks: count, crossed, scores: file.scores.clone() };
+    let shared = Shared {
+        folder,
+        command: command.words.join(" "),
+        tasks: count,
+        crossed,
+        scores: file.scores.clone(),
+    };
     Ok(Crossed { tasks, shared, inputs: inputs.len() })
 }
 
@@ -170,7 +178,9 @@ fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<A
             (true, toml::Value::Array(all)) if all.is_empty() => {
                 return Err(bad("the list is empty, so there would be no task; leave it out".to_owned()));
             }
-            (true, toml::Value::Array(all)) => all.iter().map(value).collect::<Result<_, _>>().map_err(bad)?,
+            (true, toml::Value::Array(all)) => {
+                all.iter().map(value).collect::<Result<_, _>>().map_err(bad)?
+            }
             (true, toml::Value::Table(range)) => whole_numbers(range).map_err(bad)?,
             (true, _) => return Err(bad("give a list; a single value stands in [options]".to_owned())),
         };
@@ -251,11 +261,13 @@ impl Plan {
     /// There is none.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(SWEEP);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|e| Usage(format!("{}: cannot read it ({e}); give the folder of `sweep plan`", path.display())))?;
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            Usage(format!("{}: cannot read it ({e}); give the folder of `sweep plan`", path.display()))
+        })?;
         let shared = serde_json::from_str(&text)
             .map_err(|e| Usage(format!("{}: not of a plan of augsim: {e}", path.display())))?;
-        let folder = std::path::absolute(folder).with_context(|| format!("{}: cannot find it", folder.display()))?;
+        let folder =
+            std::path::absolute(folder).with_context(|| format!("{}: cannot find it", folder.display()))?;
         Ok(Plan { folder, shared })
     }
 
@@ -323,7 +335,11 @@ fn parsed(index: usize, line: &str, folder: &Path) -> anyhow::Result<Task> {
     match named.id == task.id {
         true => Ok(task),
         false => {
-            anyhow::bail!("{}: task {} was edited; its name follows from its content, so plan again", shown(), task.id)
+            anyhow::bail!(
+                "{}: task {} was edited; its name follows from its content, so plan again",
+                shown(),
+                task.id
+            )
         }
     }
 }

@@ -37,7 +37,12 @@ impl Score {
             }
             [one] => Ok(Some((*one).clone())),
             several => {
-                bail!("[scores] {}: {} leads to {} values; make it narrower", self.column, self.path, several.len())
+                bail!(
+                    "[scores] {}: {} leads to {} values; make it narrower",
+                    self.column,
+                    self.path,
+                    several.len()
+                )
             }
         }
     }

@@ -59,7 +59,9 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     if left.is_empty() {
         let submitted = Submitted { tasks: 0, jobs: 0, array_job: None, collecting_job: None };
         let folder = plan.folder.display();
-        output.result(&submitted, || format!("all tasks are done; put them together: augsim sweep collect {folder}"))?;
+        output.result(&submitted, || {
+            format!("all tasks are done; put them together: augsim sweep collect {folder}")
+        })?;
         return Ok(Outcome::Done);
     }
     let limit = slurm.then(largest_array).flatten().unwrap_or(ARRAY_SIZE);
