@@ -76,11 +76,6 @@ fn a_sweep_that_is_killed_again_and_again_ends_with_the_same_bytes() {
         kill("KILL", child.id());
         child.wait().expect("it ends");
     }
-    // Nobody goes on computing what nobody waits for.
-    let idle = || done(&["sweep", "status", "disturbed"], d).contains("; 0 run,").then_some(());
-    let killed = Instant::now();
-    wait_for(idle);
-    assert!(killed.elapsed() < Duration::from_secs(4), "tasks outlive their sweep by {:?}", killed.elapsed());
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "kills change the bytes");
 }
@@ -127,6 +122,24 @@ fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
     assert!(status.contains("; 0 run, 0 failed, "), "{status}");
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "a stop changes the bytes");
+}
+
+#[test]
+fn tasks_end_with_the_sweep_that_is_killed() {
+    let (dir, _) = workplace();
+    let d = dir.path();
+    let text = std::fs::read_to_string(d.join("sweep.toml")).expect("a sweep");
+    std::fs::write(d.join("sweep.toml"), text.replace("= 600", "= 10000000")).expect("a file");
+    done(&["sweep", "plan", "sweep.toml", "--out", "disturbed", "--force"], d);
+    let mut child = start(d);
+    wait_for(|| (checkpoints(d) > 1).then_some(()));
+    let running = || done(&["sweep", "status", "disturbed"], d);
+    assert!(running().contains("; 2 run,"), "{}", running());
+    kill("KILL", child.id());
+    let killed = Instant::now();
+    child.wait().expect("it ends");
+    wait_for(|| running().contains("; 0 run,").then_some(()));
+    assert!(killed.elapsed() < Duration::from_secs(4), "tasks outlive their sweep by {:?}", killed.elapsed());
 }
 
 #[test]
