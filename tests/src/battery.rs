@@ -4,8 +4,8 @@ use crate::gaps::Gaps;
 use crate::sealed::{Truth, draw, seal};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
-use augsim_physics::effects::ScatterPer;
 use augsim_physics::model::Model;
+use augsim_physics::system::ScatterPer;
 use std::fmt;
 use std::time::Instant;
 
@@ -198,7 +198,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         Battery::Single | Battery::Pair => {
             let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
             let shared = truth.effects.iter().any(|e| matches!(e, crate::sealed::Kind::ScatterTrajectory(_)));
-            let per = if shared { ScatterPer::Trajectory } else { ScatterPer::Impact };
+            let per = if shared { ScatterPer::Record } else { ScatterPer::Event };
             let told = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
             let oracle = match told(&names) {
                 Ok(o) => o,
@@ -220,7 +220,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
                 summary.visible += 1;
                 summary.exact += usize::from(exact);
                 summary.ambiguous += usize::from(ambiguous);
-                let ratio = d.error.augmented.rmse / oracle.rmse_m;
+                let ratio = d.error.augmented.rmse / oracle.rmse;
                 summary.ratios.push(ratio);
                 if exact {
                     for e in &truth.effects {

@@ -31,13 +31,18 @@ impl Linear {
             system: "linear".into(),
             record: ["record".into(), "records".into()],
             states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Free }],
-            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None }],
-            inputs: vec![],
+            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None }],
             covariates: vec![Quantity::new("x", "")],
             features: vec![Quantity::new("time", "s")],
-            targets: vec![],
             measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
-            event: Some(EventSchema { words: ["step".into(), "steps".into()], parameter: 0 }),
+            event: Some(EventSchema {
+                words: ["step".into(), "steps".into()],
+                parameter: 0,
+                scatter: scatter(),
+                declared: None,
+                strength: None,
+            }),
+            ..Schema::default()
         };
         let parameters = vec![bounds("slope_m_s"), bounds("sway_m")];
         Self { schema, parameters, library: (0..effects).map(effect).collect(), laws: vec![] }
@@ -75,9 +80,15 @@ fn effect(i: usize) -> Effect {
         parameters: vec![amount],
         formula: format!("y += k (1 + x/2) sin({} t)", 4 + i),
         source: "made for tests".into(),
-        stands_for: vec![],
-        excludes: vec![],
+        ..Effect::default()
     }
+}
+
+/// Scatter of the slope at its steps.
+fn scatter() -> Effect {
+    let (name, unit) = ("sd".into(), "m/s".into());
+    let sd = EffectParameter { name, unit, min: 0.0, max: 10.0, typical: 0.1, null: 0.0 };
+    Effect { kind: "slope-scatter".into(), place: "motion".into(), parameters: vec![sd], ..Effect::default() }
 }
 
 impl System for Linear {

@@ -63,12 +63,8 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
-            oracle = format!(
-                "oracle gain {:.1} ({:.1}) rmse {:.3} mm",
-                told.gain,
-                told.penalty,
-                1e3 * told.rmse_m
-            );
+            oracle =
+                format!("oracle gain {:.1} ({:.1}) rmse {:.3} mm", told.gain, told.penalty, 1e3 * told.rmse);
             if told.visible() {
                 summary.visible += 1;
                 let exact = found == [kind.name()];
@@ -85,7 +81,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                     let [low, high] = d.effects[0].parameters["sd_m"].ci95;
                     right &= low < sd && sd < high;
                 }
-                summary.ratios.push(d.error.augmented.rmse / told.rmse_m);
+                summary.ratios.push(d.error.augmented.rmse / told.rmse);
             } else if !found.is_empty() {
                 summary.false_alarms += 1;
                 right = false;

@@ -3,6 +3,7 @@
 use crate::DiscoveryError;
 use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
 use augsim_physics::model::ModelFile;
+use augsim_physics::system::NotReadable;
 use std::collections::BTreeMap;
 
 /// The result itself, if every number in it is finite and its model file reads back as `model`.
@@ -10,17 +11,27 @@ use std::collections::BTreeMap;
 /// # Errors
 /// [`DiscoveryError::NotFinite`] and [`DiscoveryError::NotReadable`].
 pub(crate) fn accepted(found: Discovery, model: &ModelFile, data: &str) -> Result<Discovery, DiscoveryError> {
-    if let Some((place, value)) = numbers(&found).into_iter().find(|(_, value)| !value.is_finite()) {
-        return Err(DiscoveryError::NotFinite { data: data.into(), place, value });
-    }
+    let found = all_finite(found, data)?;
     let file = match model {
         ModelFile::Ball(m) => &m.file,
         ModelFile::Push(m) => &m.file,
     };
+    let not = |source| NotReadable { model: file.clone(), source };
     match ModelFile::parse(&found.model_toml, file) {
         Ok(back) if back == *model => Ok(found),
-        Ok(_) => Err(DiscoveryError::NotReadable { model: file.clone(), source: None }),
-        Err(e) => Err(DiscoveryError::NotReadable { model: file.clone(), source: Some(Box::new(e)) }),
+        Ok(_) => Err(not(None).into()),
+        Err(e) => Err(not(Some(Box::new(e))).into()),
+    }
+}
+
+/// The result itself, if every number in it is finite.
+///
+/// # Errors
+/// [`DiscoveryError::NotFinite`].
+pub(crate) fn all_finite(found: Discovery, data: &str) -> Result<Discovery, DiscoveryError> {
+    match numbers(&found).into_iter().find(|(_, value)| !value.is_finite()) {
+        Some((place, value)) => Err(DiscoveryError::NotFinite { data: data.into(), place, value }),
+        None => Ok(found),
     }
 }
 

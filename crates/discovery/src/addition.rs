@@ -1,73 +1,143 @@
 //! What can be added to a declared model, and how sets of additions are named.
 
-use augsim_physics::effects::{
-    Against, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target, index_of, spec_of,
-};
 use augsim_physics::model::Per;
-use augsim_physics::system::{Law, Table as TableLaw};
+use augsim_physics::system::{Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target};
+use std::sync::Arc;
 
-/// Knots of a one-feature law.
-pub(crate) const KNOTS: usize = 8;
+/// Kind of a law that is not in the library.
+const TABLE_KIND: &str = "table";
+
+/// An effect with its place in the library.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Listed {
+    pub index: usize,
+    pub effect: Effect,
+}
+
+/// A scatter with the word for what one draw of it belongs to.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Scattered {
+    pub per: ScatterPer,
+    pub word: String,
+    pub effect: Effect,
+}
+
+/// A law of one feature with the words for both.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tabulated {
+    pub table: Table,
+    pub target: Target,
+    pub against: Quantity,
+}
 
 /// Something that a hypothesis adds to the declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Addition {
     /// An effect of the library, with one value for all or one for each group.
-    Kind(&'static str, Per),
-    /// Scatter of the restitution.
-    Scatter(ScatterPer),
+    Effect(Arc<Listed>, Per),
+    /// Scatter of the parameter of the schema's events.
+    Scatter(Arc<Scattered>),
     /// A law of one feature that is not in the library.
-    Law(Table),
+    Table(Arc<Tabulated>),
 }
 
 impl Addition {
+    /// The effect of index `index` in a system's library.
+    pub fn effect(system: &dyn System, index: usize, per: Per) -> Option<Self> {
+        let effect = system.library().get(index)?.clone();
+        Some(Addition::Effect(Arc::new(Listed { index, effect }), per))
+    }
+
+    /// The effect of a kind, one value for all.
+    pub fn of_kind(system: &dyn System, kind: &str) -> Option<Self> {
+        let index = system.library().iter().position(|e| e.kind == kind)?;
+        Self::effect(system, index, Per::All)
+    }
+
+    /// The scatter of a system's events; `None` for a system without events.
+    pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
+        let schema = system.schema();
+        let effect = schema.event.as_ref()?.scatter.clone();
+        Some(Addition::Scatter(Arc::new(Scattered { per, word: per.word(schema).to_string(), effect })))
+    }
+
+    /// A law of one feature.
+    pub fn table(system: &dyn System, table: Table) -> Option<Self> {
+        let schema = system.schema();
+        let (target, against) =
+            (schema.targets.get(table.target)?.clone(), schema.features.get(table.against)?.clone());
+        Some(Addition::Table(Arc::new(Tabulated { table, target, against })))
+    }
+
     /// Kind as results name it.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Addition::Kind(kind, _) => kind,
-            Addition::Scatter(_) => SCATTER_KIND,
-            Addition::Law(_) => TABLE_KIND,
+    pub fn kind(&self) -> &str {
+        match self.listed() {
+            Some(effect) => &effect.kind,
+            None => TABLE_KIND,
         }
     }
 
     /// Kind with what distinguishes its variants.
     pub fn label(&self) -> String {
         match self {
-            Addition::Kind(kind, Per::Group) => format!("{kind} per group"),
-            Addition::Kind(kind, _) => (*kind).to_string(),
-            Addition::Scatter(per) => format!("{SCATTER_KIND} per {}", per.name()),
-            Addition::Law(t) => format!("{} against {}", t.target.name(), t.against.name()),
+            Addition::Effect(listed, Per::Group) => format!("{} per group", listed.effect.kind),
+            Addition::Effect(listed, _) => listed.effect.kind.clone(),
+            Addition::Scatter(s) => format!("{} per {}", s.effect.kind, s.word),
+            Addition::Table(t) => format!("{} against {}", t.target.quantity.name, t.against.name),
+        }
+    }
+
+    /// Its description; none for a law that is not in the library.
+    pub fn listed(&self) -> Option<&Effect> {
+        match self {
+            Addition::Effect(listed, _) => Some(&listed.effect),
+            Addition::Scatter(s) => Some(&s.effect),
+            Addition::Table(_) => None,
+        }
+    }
+
+    /// Its parameters, as the library describes them; none for a law that is not in it.
+    pub fn parameters(&self) -> &[EffectParameter] {
+        self.listed().map_or(&[], |effect| &effect.parameters)
+    }
+
+    /// Number of its parameters in a system.
+    pub fn size(&self) -> usize {
+        match self {
+            Addition::Table(t) => t.table.knots,
+            _ => self.parameters().len(),
+        }
+    }
+
+    /// Whether it makes every simulation dearer.
+    pub fn is_costly(&self) -> bool {
+        match self {
+            Addition::Table(t) => t.target.costly,
+            _ => self.listed().is_some_and(|effect| effect.costly),
         }
     }
 
     /// The law that it adds to a system; none for scatter.
     pub fn law(&self) -> Option<Law> {
         match self {
-            Addition::Kind(kind, _) => index_of(kind).map(Law::Effect),
+            Addition::Effect(listed, _) => Some(Law::Effect(listed.index)),
             Addition::Scatter(_) => None,
-            Addition::Law(t) => Some(Law::Table(TableLaw {
-                target: Target::ALL.iter().position(|target| *target == t.target)?,
-                against: Against::ALL.iter().position(|against| *against == t.against)?,
-                first: t.first,
-                last: t.last,
-                knots: KNOTS,
-            })),
+            Addition::Table(t) => Some(Law::Table(t.table)),
         }
     }
 
     /// Whether this addition acts through the other and means nothing without it.
     pub fn acts_through(&self, other: &Addition) -> bool {
-        spec_of(self.kind()).and_then(|s| s.joins).is_some_and(|join| join.kind == other.kind())
+        let join = self.listed().and_then(|effect| effect.joins.as_ref());
+        join.is_some_and(|join| join.kind == other.kind())
     }
 
     /// Whether the two cannot stand in one model.
     pub fn excludes(&self, other: &Addition) -> bool {
-        let listed =
-            |a: &Addition, b: &Addition| spec_of(a.kind()).is_some_and(|s| s.excludes.contains(&b.kind()));
-        match (self, other) {
-            (Addition::Law(a), Addition::Law(b)) => a == b,
-            (Addition::Law(_), _) | (_, Addition::Law(_)) => false,
-            _ => self.kind() == other.kind() || listed(self, other),
+        match (self.listed(), other.listed()) {
+            (Some(one), Some(another)) => one.kind == another.kind || one.excludes.contains(&another.kind),
+            (None, None) => self == other,
+            _ => false,
         }
     }
 }
@@ -84,8 +154,8 @@ pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     let mut k: Vec<String> = additions
         .iter()
         .map(|a| match a {
-            Addition::Law(_) | Addition::Kind(_, Per::Group) => a.label(),
-            _ => a.kind().to_string(),
+            Addition::Scatter(_) => a.kind().to_string(),
+            _ => a.label(),
         })
         .collect();
     k.sort();

@@ -1,15 +1,16 @@
 //! Is the chosen model enough? Tests for what it leaves, each family with its own level.
 
+use crate::addition::Addition;
 use crate::candidates::laws;
 use crate::fit::{Fit, Sample};
 use crate::linear::Square;
 use crate::periodicity;
-use crate::residuals::residuals;
+use crate::residuals::left;
 use crate::result::Tests;
 use crate::score::{Score, heterogeneity, scores};
 use crate::search::{Judged, Search};
 use crate::statistics::chi2_tail;
-use augsim_physics::effects::ScatterPer;
+use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
 /// P-values of the families of tests, each multiplied by the number of tests in it.
@@ -25,7 +26,7 @@ pub(crate) struct Adequacy {
     pub heterogeneity: f64,
     /// Periodicity of the scatter on the clock.
     pub periodicity: f64,
-    /// Gain in -2 ln likelihood if the restitution may scatter.
+    /// Gain in -2 ln likelihood if the parameter of the events may scatter.
     pub scatter_gain: f64,
     /// The model has scatter, which can absorb a law that depends on a feature of the trajectory.
     pub scatters: bool,
@@ -71,7 +72,7 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
             list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
         (worst * list.len() as f64).min(1.0)
     };
-    let candidates = laws(search.model, sample.data, &fit.events);
+    let candidates = laws(sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);
     let library = search.library_scores(fit);
     let varied = heterogeneity(sample, fit);
@@ -80,9 +81,9 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         varied.iter().filter(|(_, df)| *df > 0.0).map(|(q, df)| chi2_tail(*q, *df)).fold(1.0, f64::min)
             * tested;
     let scatter = fit.hypothesis.scatter.is_some();
-    let scatter_gain = if !scatter && search.restitution_varies(fit, 0.01) {
+    let scatter_gain = if !scatter && search.events_vary(fit, 0.01) {
         let mut with = fit.hypothesis.additions.clone();
-        with.push(crate::addition::Addition::Scatter(ScatterPer::Impact));
+        with.extend(Addition::scatter(&*sample.data.system, ScatterPer::Event));
         2.0 * (search.refit(fit, &with, &[]).fit.ll - fit.ll)
     } else {
         0.0
@@ -107,21 +108,21 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
     const TERMS: usize = 4;
     let rho = sample.correlation;
     let innovation = 1.0 / (1.0 - rho * rho).sqrt();
-    let parts: Vec<(f64, f64)> = (0..sample.chosen.len())
+    let parts: Vec<(f64, f64)> = left(sample, fit)
         .into_par_iter()
-        .map(|i| {
-            let record = &sample.data.records[sample.chosen[i]];
-            let left = residuals(sample, fit, i);
+        .zip(sample.chosen)
+        .map(|(left, &j)| {
+            let record = &sample.data.records[j];
             let (mut sum, mut count) = (0.0, 0.0);
-            for arc in &record.arcs {
-                for (c, r) in left.iter().enumerate() {
-                    let used: Vec<usize> = arc.clone().filter(|&k| record.weight[c][k] > 0.0).collect();
+            for arc in &record.seen.pieces {
+                for (c, r) in left.residuals.iter().enumerate() {
+                    let used: Vec<usize> = arc.clone().filter(|&k| r[k].is_finite()).collect();
                     if used.len() < 2 * TERMS {
                         continue;
                     }
-                    let (a, b) = (record.times[used[0]], record.times[used[used.len() - 1]]);
+                    let (a, b) = (record.seen.times[used[0]], record.seen.times[used[used.len() - 1]]);
                     let row = |k: usize| {
-                        let u = 2.0 * (record.times[k] - a) / (b - a) - 1.0;
+                        let u = 2.0 * (record.seen.times[k] - a) / (b - a) - 1.0;
                         let w = record.weight[c][k];
                         [w, w * u, w * (1.5 * u * u - 0.5), w * (2.5 * u * u - 1.5) * u, w * r[k]]
                     };
@@ -129,7 +130,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
                     let mut g = [0.0; TERMS];
                     for (n, &k) in used.iter().enumerate() {
                         let mut x = row(k);
-                        if rho != 0.0 && n > 0 && record.follows(used[n - 1], k) {
+                        if rho != 0.0 && n > 0 && record.seen.follows(used[n - 1], k) {
                             let before = row(used[n - 1]);
                             (0..=TERMS).for_each(|m| x[m] = (x[m] - rho * before[m]) * innovation);
                         }
@@ -143,7 +144,7 @@ fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
                     count += TERMS as f64;
                 }
             }
-            (sum, count - fit.nuisance[i].len() as f64)
+            (sum, count - left.nuisances as f64)
         })
         .collect();
     let (sum, freedom) = parts.iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));

@@ -1,10 +1,9 @@
-//! Where residuals live: against time, height, speed and bounce, their autocorrelation and their quantiles.
+//! Where residuals live: against time and what else the system shows them against, their autocorrelation and quantiles.
 
 use crate::fit::{Fit, Sample};
-use crate::residuals::residuals;
+use crate::residuals::left;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 const BINS: usize = 20;
@@ -13,7 +12,7 @@ pub(crate) const LAGS: usize = 12;
 /// Residuals of one fit in units of the noise, as they come.
 #[derive(Default)]
 pub(crate) struct Collector {
-    points: BTreeMap<&'static str, Vec<(f64, f64)>>,
+    points: BTreeMap<String, Vec<(f64, f64)>>,
     values: Vec<f64>,
     products: [f64; LAGS],
     counts: [f64; LAGS],
@@ -21,8 +20,13 @@ pub(crate) struct Collector {
 
 impl Collector {
     /// A residual `z` at the value `x` of a feature.
-    pub fn against(&mut self, feature: &'static str, x: f64, z: f64) {
-        self.points.entry(feature).or_default().push((x, z));
+    pub fn against(&mut self, feature: &str, x: f64, z: f64) {
+        match self.points.get_mut(feature) {
+            Some(points) => points.push((x, z)),
+            None => {
+                self.points.insert(feature.into(), vec![(x, z)]);
+            }
+        }
     }
 
     /// A residual for the quantiles.
@@ -43,7 +47,7 @@ impl Collector {
         let power = self.products[0] / self.counts[0].max(1.0);
         let lags = self.products.iter().zip(&self.counts);
         (
-            self.points.into_iter().map(|(name, p)| (name.to_string(), binned(p))).collect(),
+            self.points.into_iter().map(|(name, p)| (name, binned(p))).collect(),
             lags.map(|(p, n)| p / n.max(1.0) / power.max(1e-300)).collect(),
             [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99].iter().map(|&q| quantile(&self.values, q)).collect(),
         )
@@ -70,31 +74,16 @@ pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy
 }
 
 fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
-    let vertical = sample.data.axes.count() - 1;
-    let all: Vec<Vec<Vec<f64>>> =
-        (0..sample.chosen.len()).into_par_iter().map(|i| residuals(sample, fit, i)).collect();
     let mut out = Collector::default();
-    for (i, (record, channels)) in sample.records().zip(&all).enumerate() {
-        for (c, r) in channels.iter().enumerate() {
-            for k in 0..r.len() {
-                let w = record.weight[c][k];
-                if w == 0.0 {
-                    continue;
-                }
-                let z = r[k] * w;
+    for (record, left) in sample.records().zip(left(sample, fit)) {
+        let features = sample.data.system.shown_against(&record.seen, &left.events);
+        for (c, r) in left.residuals.iter().enumerate() {
+            for k in (0..r.len()).filter(|&k| r[k].is_finite()) {
+                let z = r[k] * record.weight[c][k];
                 out.value(z);
-                out.against("time_s", record.times[k], z);
-                out.against("height_m", record.y[vertical][k], z);
-                if k > 0 && record.follows(k - 1, k) {
-                    let dt = record.times[k] - record.times[k - 1];
-                    let rate = (0..record.y.len())
-                        .map(|c| (record.y[c][k] - record.y[c][k - 1]).powi(2))
-                        .sum::<f64>()
-                        .sqrt();
-                    out.against("speed_m_s", rate / dt, z);
+                for (name, values) in &features {
+                    out.against(name, values[k], z);
                 }
-                let bounce = fit.events[i].iter().filter(|m| m.time < record.times[k]).count();
-                out.against("bounce", bounce as f64, z);
                 for lag in 0..LAGS.min(k + 1) {
                     let other = r[k - lag] * record.weight[c][k - lag];
                     if other.is_finite() {

@@ -5,11 +5,11 @@ use crate::fit::Fit;
 use crate::noise::Noise;
 use crate::result::{Anatomy, ErrorTable, Verdict};
 use crate::search::{Found, Judged, Search};
-use augsim_physics::model::Model;
+use augsim_physics::system::Declaration;
 
 /// Everything that the result is made of.
 pub(crate) struct Parts<'a> {
-    pub model: &'a Model,
+    pub model: &'a dyn Declaration,
     pub search: &'a Search<'a>,
     pub noise: &'a Noise,
     pub found: &'a Found,

@@ -6,8 +6,7 @@ use crate::prepare::prepare;
 use crate::search::Search;
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
-use augsim_physics::effects::{SCATTER_KIND, ScatterPer, spec_of};
-use augsim_physics::model::{Model, Per};
+use augsim_physics::system::{Declaration, ScatterPer, System};
 
 /// A set of effects compared with the calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,8 +15,8 @@ pub struct Assessment {
     pub gain: f64,
     /// The penalty of the set.
     pub penalty: f64,
-    /// Forecast error on held-out trajectories with the set, m.
-    pub rmse_m: f64,
+    /// Forecast error on held-out records with the set, in the unit of their channels.
+    pub rmse: f64,
 }
 
 impl Assessment {
@@ -33,21 +32,21 @@ impl Assessment {
 /// # Errors
 /// As [`discover`](crate::discover).
 pub fn assess(
-    model: &Model,
+    model: &dyn Declaration,
     data: &Dataset,
     kinds: &[&str],
     per: ScatterPer,
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let search = Search::new(model, prepared.sample(&prepared.train), prepared.sample(&prepared.test));
-    let base = calibrate(model, &search.train);
+    let search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test));
+    let base = calibrate(&search.train);
+    let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds
         .iter()
-        .filter_map(|k| match spec_of(k) {
-            Some(_) if *k == SCATTER_KIND => Some(Addition::Scatter(per)),
-            Some(spec) => Some(Addition::Kind(spec.kind, Per::All)),
-            None => None,
+        .filter_map(|kind| {
+            let scatter = Addition::scatter(system, per).filter(|scatter| scatter.kind() == *kind);
+            scatter.or_else(|| Addition::of_kind(system, kind))
         })
         .collect();
     let signs = 1usize << additions.len();
@@ -56,7 +55,7 @@ pub fn assess(
             .iter()
             .enumerate()
             .filter_map(|(i, a)| {
-                let p = spec_of(a.kind())?.parameters.first()?;
+                let p = a.parameters().first()?;
                 let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
                 Some((a.clone(), vec![0.5 * sign * p.typical]))
             })
@@ -73,6 +72,6 @@ pub fn assess(
     Ok(Assessment {
         gain: 2.0 * (best.fit.ll - base.ll),
         penalty: additions.iter().map(|a| search.penalty(a)).sum(),
-        rmse_m: forecast::rmse(&forecast::errors(&search.test, &best.fit, &best.fit.theta)),
+        rmse: forecast::rmse(&forecast::errors(&search.test, &best.fit, &best.fit.theta)),
     })
 }

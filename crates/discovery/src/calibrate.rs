@@ -3,27 +3,26 @@
 use crate::fit::{Fit, Sample, fit};
 use crate::hypothesis::Hypothesis;
 use crate::statistics::median;
-use augsim_physics::ball::RESTITUTION;
-use augsim_physics::model::Model;
 
 /// The declared model fitted.
-pub(crate) fn calibrate(model: &Model, train: &Sample<'_>) -> Fit {
-    let h = Hypothesis::new(model, train.data, &[]);
+pub(crate) fn calibrate(train: &Sample<'_>) -> Fit {
+    let h = Hypothesis::new(train.data, &[]);
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
-/// Nominal values, with the restitution (of each group, where it has its own) at the median of the rough speed ratios.
+/// Nominal values, with the parameter of the events (of each group, where it has its own) at the median of its rough values.
 pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
+    let Some(event) = h.system.schema().event.as_ref().map(|e| e.parameter) else { return theta };
     let rough = |group: Option<usize>| {
-        let chosen = train.records().filter(|r| group.is_none_or(|g| r.group == g));
-        median(&mut chosen.flat_map(|r| r.ratios.iter().copied()).collect::<Vec<_>>())
+        let chosen = train.records().map(|r| &r.seen).filter(|r| group.is_none_or(|g| r.group == g));
+        median(&mut chosen.flat_map(|r| r.events.iter().map(|e| e.value)).collect::<Vec<_>>())
     };
     let all = rough(None);
     let mut at = 0;
     for f in &h.free {
         let width = h.width(f);
-        if f.index == RESTITUTION && all > 0.0 {
+        if f.index == event && all > 0.0 {
             for (group, value) in theta[at..at + width].iter_mut().enumerate() {
                 let own = if width > 1 { rough(Some(group)) } else { all };
                 *value = if own > 0.0 { own } else { all }.clamp(f.min, f.max);

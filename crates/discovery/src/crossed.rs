@@ -9,12 +9,11 @@ use crate::calibrate::calibrate;
 use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
-use crate::fit::fit;
+use crate::fit::{fit, merged};
 use crate::folds::{FOLDS, open};
 use crate::prepare::{Prepared, split};
 use crate::result::ErrorTable;
 use crate::search::{Judged, Search};
-use augsim_physics::model::Model;
 use rayon::prelude::*;
 
 /// Fewest trajectories a fold.
@@ -30,12 +29,12 @@ pub(crate) struct Crossed {
 /// Whether one split leaves the gain of an answer open: an effect was added that can lower a forecast's error (a scatter alone
 /// cannot; tables are not looked for in folds), there is error to remove, and the interval includes no change.
 pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
-    let lawful = best.additions().iter().any(|a| matches!(a, Addition::Kind(..)));
+    let lawful = best.additions().iter().any(|a| matches!(a, Addition::Effect(..)));
     lawful && open(error)
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories.
-pub(crate) fn crossed(model: &Model, prepared: &Prepared, options: &Options) -> Option<Crossed> {
+pub(crate) fn crossed(prepared: &Prepared, options: &Options) -> Option<Crossed> {
     let data = &prepared.data;
     if data.records.len() < FOLDS * FEWEST {
         return None;
@@ -46,20 +45,17 @@ pub(crate) fn crossed(model: &Model, prepared: &Prepared, options: &Options) -> 
         .map(|fold| {
             let rest: Vec<usize> = (0..data.records.len()).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(data, &rest, options);
-            let mut search = Search::new(model, prepared.sample(&train), prepared.sample(&test));
-            let base = calibrate(model, &search.train);
+            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test));
+            let base = calibrate(&search.train);
             let decided = decide(&mut search, base, false, &mut |_| {})?;
             // What was decided is fitted to all that the fold leaves.
             let all = prepared.sample(&rest);
             let [base, best] = [&decided.base, &decided.best].map(|j| {
                 let held = search.heldout(&j.fit);
-                let mut seen: Vec<(&usize, &Vec<f64>)> = train.iter().zip(&j.fit.nuisance).collect();
-                seen.extend(test.iter().zip(&held.nuisance));
-                seen.sort_by_key(|(record, _)| **record);
-                let nuisance: Vec<Vec<f64>> = seen.into_iter().map(|(_, n)| n.clone()).collect();
+                let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
                 fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
             });
-            let lists = Lists::of(model, &prepared.sample(fold), [&base, &best], options.seed);
+            let lists = Lists::of(&prepared.sample(fold), [&base, &best], options.seed);
             Some((lists, kinds(decided.best.additions())))
         })
         .collect::<Option<_>>()?;

@@ -72,7 +72,7 @@ pub(crate) fn decide(
         if tables && let Some(wider) = widen(search, &base, &best) {
             let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
             if better {
-                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Law(_)));
+                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Table(_)));
                 verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
                 tests = adequacy(search, &wider);
                 best = wider;

@@ -1,6 +1,7 @@
 //! Why a discovery cannot be made.
 
-use augsim_physics::model::{ModelError, UnknownGroup};
+use augsim_physics::model::UnknownGroup;
+use augsim_physics::system::{NotReadable, Objection};
 use std::fmt;
 use thiserror::Error;
 
@@ -21,13 +22,15 @@ impl fmt::Display for Groups {
 /// Data or a model with which the loop cannot be closed. Every message says what to do.
 #[derive(Debug, Error)]
 pub enum DiscoveryError {
-    /// None of the known position columns.
-    #[error(
-        "{data}: no position columns; 1-D data need `height_m`, 2-D `x_m` and `z_m`, 3-D `x_m`, `y_m` and `z_m`"
-    )]
-    NoPosition {
+    /// What the system itself has against the data.
+    #[error("{data}, for {model}: {objection}")]
+    Objection {
         /// The data.
         data: String,
+        /// The model.
+        model: String,
+        /// Why no answer can come of them.
+        objection: Objection,
     },
     /// Too few trajectories to hold some out.
     #[error(
@@ -39,40 +42,15 @@ pub enum DiscoveryError {
         /// How many there are.
         found: usize,
     },
-    /// A position that never changes.
+    /// A channel that never changes.
     #[error(
-        "{data}: the column `{column}` never changes, so the ball is not moving in it; check the column or remove it"
+        "{data}: the column `{column}` never changes, so nothing moves in it; check the column or remove it"
     )]
     Constant {
         /// The data.
         data: String,
         /// The column.
         column: String,
-    },
-    /// Restitution is to be calibrated without impacts.
-    #[error(
-        "{data}: no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from {model}, or give data with bounces"
-    )]
-    NoImpacts {
-        /// The data.
-        data: String,
-        /// The model.
-        model: String,
-    },
-    /// The declared model cannot be brought near the data.
-    #[error(
-        "{model} cannot be calibrated to {data}: gravity with a free start leaves {rmse_m:.3} m in the first flights, {:.0} times the sensor's noise of {sd_m:.2e} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)",
-        rmse_m / sd_m
-    )]
-    NotCalibrated {
-        /// The model.
-        model: String,
-        /// The data.
-        data: String,
-        /// Root mean square residual, m.
-        rmse_m: f64,
-        /// Noise, m.
-        sd_m: f64,
     },
     /// Columns of a push are missing.
     #[error(
@@ -136,16 +114,8 @@ pub enum DiscoveryError {
         value: f64,
     },
     /// The augmented model file does not say what was found.
-    #[error(
-        "the model that augments {model} cannot be written so that it reads back the same{}; please report it with model and data",
-        source.as_ref().map_or(String::new(), |e| format!(" ({e})"))
-    )]
-    NotReadable {
-        /// The model.
-        model: String,
-        /// Why it is refused, if it is.
-        source: Option<Box<ModelError>>,
-    },
+    #[error(transparent)]
+    NotReadable(#[from] NotReadable),
     /// Velocities or positions that cannot be compared.
     #[error("{0}")]
     Data(#[from] augsim_data::DataError),
@@ -154,7 +124,7 @@ pub enum DiscoveryError {
 impl DiscoveryError {
     /// Whether numbers failed, and not the data or the model.
     pub fn is_numerical(&self) -> bool {
-        matches!(self, Self::NotFinite { .. } | Self::NotReadable { .. })
+        matches!(self, Self::NotFinite { .. } | Self::NotReadable(_))
     }
 
     pub(crate) fn unknown_group(model: &str, data: &str, unknown: UnknownGroup, known: &[String]) -> Self {

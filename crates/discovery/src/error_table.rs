@@ -4,7 +4,7 @@ use crate::fit::{Fit, Sample, fit_nuisance};
 use crate::forecast::{self, Errors};
 use crate::hypothesis::Hypothesis;
 use crate::result::{ErrorTable, Rmse};
-use augsim_physics::model::Model;
+use augsim_physics::system::Schema;
 
 /// Forecast errors of the same trajectories: as declared, calibrated, augmented, and what noise and scatter leave.
 #[derive(Clone, Debug, Default)]
@@ -17,8 +17,8 @@ pub(crate) struct Lists {
 
 impl Lists {
     /// On `test`, which the fits (calibrated, augmented) have not seen.
-    pub fn of(model: &Model, test: &Sample<'_>, [base, best]: [&Fit; 2], seed: u64) -> Self {
-        let nominal = Hypothesis::new(model, test.data, &[]).theta_start(0.0);
+    pub fn of(test: &Sample<'_>, [base, best]: [&Fit; 2], seed: u64) -> Self {
+        let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
         let held = fit_nuisance(test, &best.hypothesis, &best.theta, &[]);
         Self {
             declared: forecast::errors(test, base, &nominal),
@@ -36,12 +36,13 @@ impl Lists {
         self.floor.extend(other.floor);
     }
 
-    pub fn table(&self, seed: u64, heldout_gain: f64) -> ErrorTable {
+    /// The table, in `unit`.
+    pub fn table(&self, unit: &str, seed: u64, heldout_gain: f64) -> ErrorTable {
         let row =
             |e: &Errors| Rmse { rmse: forecast::rmse(e), ci95: forecast::bootstrap(&[e], seed, |r| r[0]) };
         let [calibrated, augmented, noise_floor] = [&self.calibrated, &self.augmented, &self.floor].map(row);
         ErrorTable {
-            unit: "m".into(),
+            unit: unit.into(),
             heldout_trajectories: self.declared.len(),
             folds: None,
             declared: row(&self.declared),
@@ -56,4 +57,11 @@ impl Lists {
             heldout_gain,
         }
     }
+}
+
+/// Unit and channels of the measure that decides: the first of the schema.
+pub(crate) fn measured_in(schema: &Schema) -> (String, Vec<usize>) {
+    let channels = schema.measures.first().map_or(Vec::new(), |m| m.channels.clone());
+    let first = channels.first().and_then(|&c| schema.channels.get(c));
+    (first.map_or(String::new(), |c| c.unit.clone()), channels)
 }

@@ -2,10 +2,10 @@
 
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
-use crate::record::Record;
-use augsim_physics::effects::{Against, ScatterPer};
+use crate::record::{Excerpt, Record};
+use crate::statistics::median;
 use augsim_physics::model::Per;
-use augsim_physics::system::{Begin, Offsets, Seed, Simulated, System, Task};
+use augsim_physics::system::{Begin, Event, Offsets, ScatterPer, Seed, Simulated, System, Task};
 
 /// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
 #[derive(Clone, Debug)]
@@ -24,22 +24,23 @@ pub(crate) struct Lanes {
 }
 
 impl Lanes {
-    pub fn new(h: &Hypothesis, record: &Record, extras: &[usize]) -> Self {
+    pub fn new(h: &Hypothesis, at: Excerpt<'_>, extras: &[usize]) -> Self {
+        let record = at.record;
         let (mut theta, mut own) = (Vec::new(), Vec::new());
         let mut at = 0;
         for f in &h.free {
             match f.per {
                 Per::Trajectory => own.push(f.index),
                 Per::All => theta.push((f.index, at)),
-                Per::Group => theta.push((f.index, at + record.group)),
+                Per::Group => theta.push((f.index, at + record.seen.group)),
             }
             at += h.width(f);
         }
         let start: Vec<usize> = h.system.schema().free_states().collect();
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
-            Some(ScatterPer::Trajectory) => usize::from(!record.impacts.is_empty()),
-            Some(ScatterPer::Impact) => record.impacts.len(),
+            Some(ScatterPer::Record) => usize::from(!record.seen.events.is_empty()),
+            Some(ScatterPer::Event) => record.seen.events.len(),
         };
         let parameters = theta.iter().map(|(index, _)| index).chain(extras).map(|&i| Seed::Parameter(i));
         let nuisances = start.iter().map(|&i| Seed::Start(i)).chain(own.iter().map(|&i| Seed::Parameter(i)));
@@ -64,12 +65,12 @@ impl Lanes {
     }
 
     /// Nuisance values to begin with: the rough start, nominal own parameters, no offsets.
-    pub fn nuisance_start(&self, h: &Hypothesis, record: &Record) -> Vec<f64> {
-        let rough = record.rough_start(h.system.schema().channels.len());
-        let mut n: Vec<f64> = self.start.iter().map(|&i| rough[i]).collect();
+    pub fn nuisance_start(&self, h: &Hypothesis, at: Excerpt<'_>) -> Vec<f64> {
+        let (record, rough) = (at.record, &at.window.start);
+        let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
         n.extend(self.own.iter().map(|&i| {
-            let rough = crate::statistics::median(&mut record.ratios.clone());
+            let rough = rough_event_value(record);
             if event == Some(i) && rough > 0.0 { rough } else { h.values[i] }
         }));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
@@ -80,6 +81,11 @@ impl Lanes {
     pub fn fixed_nuisances(&self) -> usize {
         self.start.len() + self.own.len()
     }
+}
+
+/// Median of the rough values of the events' parameter in a record; 0 without events.
+pub(crate) fn rough_event_value(record: &Record) -> f64 {
+    median(&mut record.seen.events.iter().map(|e| e.value).collect::<Vec<_>>())
 }
 
 /// The point at which a trajectory is simulated.
@@ -108,13 +114,13 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values_of(record.group);
+        let mut values = h.values_of(record.seen.group);
         values.extend(system.parameters().iter().skip(values.len()).map(|p| p.nominal));
         let mut at = 0;
         for f in &h.free {
             match f.per {
                 Per::All => values[f.index] = theta[at],
-                Per::Group => values[f.index] = theta[at + record.group],
+                Per::Group => values[f.index] = theta[at + record.seen.group],
                 Per::Trajectory => {}
             }
             at += h.width(f);
@@ -135,35 +141,35 @@ impl<'a> Point<'a> {
             start,
             nuisance,
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
-            shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory),
+            shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Record),
             own_prior: own.map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2)))).collect(),
         }
     }
 
     /// Simulates the record with the derivatives of `seeds`. A trajectory that cannot be simulated has values that are no
     /// numbers: no fit goes there.
-    fn simulate(&self, lanes: &Lanes, record: &Record, seeds: &[Seed]) -> Simulated {
+    fn simulate(&self, lanes: &Lanes, at: Excerpt<'_>, seeds: &[Seed]) -> Simulated {
         let offsets = match self.nuisance.get(lanes.fixed_nuisances()..) {
             Some(&[xi, ..]) if self.shared && lanes.offsets > 0 => Offsets::Shared(xi),
             Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
             _ => Offsets::None,
         };
-        let (record, window) = (&record.seen(), 0..record.times.len());
+        let (record, window) = (&at.record.seen, at.window.samples.clone());
         let (parameters, start) = (&self.values, &self.start);
         let task = Task { parameters, record, window, start, offsets, seeds };
         let mut out = Simulated::default();
         if self.system.simulate(&task, &mut out).is_err() {
             let schema = self.system.schema();
-            let (samples, channels) = (record.times.len(), schema.channels.len());
+            let (samples, channels) = (at.window.samples.len(), schema.channels.len());
             out.reset(samples, channels, seeds.len(), schema.features.len());
             (0..samples).for_each(|k| (0..channels).for_each(|c| out.set(k, c, f64::NAN)));
         }
         out
     }
 
-    /// The plain simulation at the record's times.
-    pub fn plain(&self, lanes: &Lanes, record: &Record) -> Simulated {
-        self.simulate(lanes, record, &[])
+    /// The plain simulation at the times of a window.
+    pub fn plain(&self, lanes: &Lanes, at: Excerpt<'_>) -> Simulated {
+        self.simulate(lanes, at, &[])
     }
 }
 
@@ -176,23 +182,6 @@ const SCALE_FREEDOM: f64 = 8.0;
 fn robust(q: f64, m: f64) -> (f64, f64) {
     let n = SCALE_FREEDOM + m;
     (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
-}
-
-/// An event that a simulation passed.
-#[derive(Clone, Debug)]
-pub(crate) struct Event {
-    /// When, s.
-    pub time: f64,
-    /// Features, in the order of the schema.
-    features: Vec<f64>,
-}
-
-impl Event {
-    /// A feature of the event; not a number where it has none of this kind.
-    pub fn feature(&self, feature: Against) -> f64 {
-        let place = Against::ALL.iter().position(|f| *f == feature);
-        place.and_then(|i| self.features.get(i).copied()).unwrap_or(f64::NAN)
-    }
 }
 
 /// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
@@ -210,27 +199,25 @@ pub(crate) struct Normal {
     pub events: Vec<Event>,
 }
 
-/// Simulates a trajectory with derivatives in all lanes and forms its normal equations.
-pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, record: &Record, correlation: f64) -> Normal {
-    let run = point.simulate(lanes, record, &lanes.seeds);
+/// Simulates a window with derivatives in all lanes and forms its normal equations.
+pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, correlation: f64) -> Normal {
+    let run = point.simulate(lanes, at, &lanes.seeds);
     // Rows of derivatives are as long as the next multiple of four lanes: a kernel for each length is twice as fast as one
     // for any.
     let sums = match run.width() {
-        4 => sums::<4>(&run, record, correlation),
-        8 => sums::<8>(&run, record, correlation),
-        12 => sums::<12>(&run, record, correlation),
-        16 => sums::<16>(&run, record, correlation),
-        20 => sums::<20>(&run, record, correlation),
-        24 => sums::<24>(&run, record, correlation),
-        28 => sums::<28>(&run, record, correlation),
-        32 => sums::<32>(&run, record, correlation),
-        36 => sums::<36>(&run, record, correlation),
-        40 => sums::<40>(&run, record, correlation),
-        _ => sums_of_any_width(&run, record, correlation),
+        4 => sums::<4>(&run, at, correlation),
+        8 => sums::<8>(&run, at, correlation),
+        12 => sums::<12>(&run, at, correlation),
+        16 => sums::<16>(&run, at, correlation),
+        20 => sums::<20>(&run, at, correlation),
+        24 => sums::<24>(&run, at, correlation),
+        28 => sums::<28>(&run, at, correlation),
+        32 => sums::<32>(&run, at, correlation),
+        36 => sums::<36>(&run, at, correlation),
+        40 => sums::<40>(&run, at, correlation),
+        _ => sums_of_any_width(&run, at, correlation),
     };
-    let events = run.event_times().iter().enumerate();
-    let events = events.map(|(i, &time)| Event { time, features: run.event(i).to_vec() }).collect();
-    finish(point, lanes, sums, events)
+    finish(point, lanes, sums, run.events())
 }
 
 /// `J'J` and `J'r` of whitened residuals r and their derivatives J, their sum of squares and how many there are.
@@ -242,16 +229,17 @@ struct Sums {
 }
 
 /// The sums of a simulation whose rows of derivatives have the length `N`.
-fn sums<const N: usize>(run: &Simulated, record: &Record, correlation: f64) -> Sums {
+fn sums<const N: usize>(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> Sums {
+    let (record, first) = (at.record, at.window.samples.start);
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
     for c in 0..run.channels() {
         let residual = |k: usize, d: &mut [f64; N]| {
             let w = record.weight[c][k];
-            d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.y[c][k] - run.value(k, c))
+            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
+            w * (record.seen.values[c][k] - run.value(k - first, c))
         };
-        whitened(record, c, correlation, [0.0; N], residual, |r, d| {
+        whitened(at, c, correlation, [0.0; N], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for i in 0..count {
@@ -273,16 +261,17 @@ fn sums<const N: usize>(run: &Simulated, record: &Record, correlation: f64) -> S
 }
 
 /// The sums of a simulation with so many derivatives that no kernel is made for their number.
-fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums {
+fn sums_of_any_width(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> Sums {
+    let (record, first) = (at.record, at.window.samples.start);
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
     for c in 0..run.channels() {
         let residual = |k: usize, d: &mut Vec<f64>| {
             let w = record.weight[c][k];
-            d.iter_mut().zip(run.slopes(k, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.y[c][k] - run.value(k, c))
+            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
+            w * (record.seen.values[c][k] - run.value(k - first, c))
         };
-        whitened(record, c, correlation, vec![0.0; count], residual, |r, d| {
+        whitened(at, c, correlation, vec![0.0; count], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for (i, di) in d.iter().enumerate() {
@@ -300,21 +289,22 @@ fn sums_of_any_width(run: &Simulated, record: &Record, correlation: f64) -> Sums
 /// that the sample before foretells: noise that is correlated from sample to sample is that of an autoregression. `residual`
 /// writes a sample's derivatives and gives its residual; `blank` is a row of derivatives of the right length.
 fn whitened<D: AsMut<[f64]> + Clone>(
-    record: &Record,
+    at: Excerpt<'_>,
     c: usize,
     correlation: f64,
     blank: D,
     residual: impl Fn(usize, &mut D) -> f64,
     mut each: impl FnMut(f64, &D),
 ) {
+    let record = at.record;
     let innovation = 1.0 / (1.0 - correlation * correlation).sqrt();
     // Rows change places instead of being copied: they are long beside the arithmetic on them.
     let (mut row, mut row_before, mut white) = (&mut blank.clone(), &mut blank.clone(), blank);
     // The measured sample before: its place and residual.
     let mut previous: Option<(usize, f64)> = None;
-    for k in (0..record.times.len()).filter(|&k| record.weight[c][k] != 0.0) {
+    for k in at.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
         let plain = residual(k, row);
-        match previous.filter(|p| correlation != 0.0 && record.follows(p.0, k)) {
+        match previous.filter(|p| correlation != 0.0 && record.seen.follows(p.0, k)) {
             None => each(plain, row),
             Some((_, before)) => {
                 let rows = row.as_mut().iter().zip(row_before.as_mut().iter());

@@ -1,14 +1,15 @@
 //! Which measurement would help most.
 
-use crate::addition::kinds;
+use crate::addition::{Addition, kinds};
 use crate::answer::Parts;
 use crate::result::{Unexplained, Verdict};
 use crate::search::Judged;
 use crate::separate::separation;
-use augsim_physics::effects::{EffectSpec, known_separation, spec_of};
+use augsim_physics::model::Per;
+use augsim_physics::system::{Effect, Schema, known_separation};
 
 /// Records beyond which an experiment is no proposal.
-const MOST_TRAJECTORIES: f64 = 300.0;
+const MOST_RECORDS: f64 = 300.0;
 
 /// The next experiment in words, from what could not be told apart or explained.
 pub(crate) fn next_experiment(
@@ -16,23 +17,26 @@ pub(crate) fn next_experiment(
     alternative: Option<&(&Judged, Vec<String>)>,
     unexplained: &Option<Unexplained>,
 ) -> String {
+    let schema = parts.search.train.data.system.schema();
     let mine = kinds(parts.best.additions());
     if let Some((judged, other)) = alternative {
-        let rule = separate(&mine, other);
+        let rule = separate(schema, parts.best.additions(), judged.additions());
         let scattered = [parts.best, judged].iter().any(|j| j.fit.hypothesis.scatter.is_some());
-        let by_design = separation(&parts.search.train, &parts.noise.sd_m, &parts.best.fit, &judged.fit);
+        let by_design = separation(&parts.search.train, &parts.noise.sd, &parts.best.fit, &judged.fit);
         return match by_design {
             // A scatter is told from a law by many repeats, not by one throw.
             _ if scattered => rule,
-            s if s.trajectories <= MOST_TRAJECTORIES => format!(
+            s if s.records <= MOST_RECORDS => format!(
                 "{}; records needed with this camera to tell {} from {} with odds of 1000 to 1: {:.0}. In general: {rule}",
                 s.design,
                 mine.join(" + "),
                 other.join(" + "),
-                s.trajectories.ceil()
+                s.records.ceil()
             ),
-            _ => format!(
-                "no throw from a twentieth to twice the heights of these data tells {} from {} in fewer than {MOST_TRAJECTORIES:.0} records with this camera; {rule}",
+            s if s.among.is_empty() => rule,
+            s => format!(
+                "no {} tells {} from {} in fewer than {MOST_RECORDS:.0} records with this camera; {rule}",
+                s.among,
                 mine.join(" + "),
                 other.join(" + ")
             ),
@@ -44,30 +48,57 @@ pub(crate) fn next_experiment(
             u.against
         );
     }
-    let mut kinds = parts.best.additions().iter().map(|a| a.kind());
-    match (parts.verdict, kinds.find_map(|kind| spec_of(kind)?.confirmed_by)) {
-        (_, Some(text)) => text.into(),
-        (Verdict::NothingToAdd, _) => {
-            "none needed for these data; a wider range of heights would narrow the limits on small effects"
-                .into()
-        }
-        _ => "repeat under other conditions (heights, speeds) to see whether the added effect carries over"
-            .into(),
+    let mut found = parts.best.additions().iter().filter_map(|a| a.listed());
+    let conditions = |most: usize| schema.conditions.iter().take(most).cloned().collect::<Vec<_>>();
+    match (parts.verdict, found.find_map(|effect| effect.confirmed_by.clone())) {
+        (_, Some(text)) => text,
+        (Verdict::NothingToAdd, _) => format!(
+            "none needed for these data; a wider range of {} would narrow the limits on small effects",
+            words(&conditions(1))
+        ),
+        _ => format!(
+            "repeat under other conditions ({}) to see whether the added effect carries over",
+            conditions(2).join(", ")
+        ),
+    }
+}
+
+/// A list in words: `heights, speeds and spins`.
+fn words(list: &[String]) -> String {
+    match list {
+        [] => "starts and inputs".into(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }
 
 /// The experiment for two explanations, by the kinds in which they differ.
-fn separate(mine: &[String], other: &[String]) -> String {
-    let only = |a: &[String], b: &[String]| -> Vec<String> {
-        a.iter().filter(|k| !b.contains(k)).cloned().collect()
-    };
+fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
     let (mine, other) = (only(mine, other), only(other, mine));
-    let specs = |kinds: &[String]| -> Vec<&EffectSpec> { kinds.iter().filter_map(|k| spec_of(k)).collect() };
-    match known_separation(&specs(&mine), &specs(&other)) {
+    match known_separation(&listed(&mine), &listed(&other)) {
         Some(text) => text.into(),
-        None => format!(
-            "repeat over a wider range of heights, speeds and spins, in random order: {} then separate",
-            [mine, other].concat().join(" and ")
-        ),
+        None => {
+            let names: Vec<String> = mine.into_iter().chain(other).map(|(name, _)| name).collect();
+            format!(
+                "repeat over a wider range of {}, in random order: {} then separate",
+                words(&schema.conditions),
+                names.join(" and ")
+            )
+        }
     }
+}
+
+/// The additions of `a` whose kind `b` does not have, by name.
+fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
+    let theirs = kinds(b);
+    let named = a.iter().map(|x| (kinds(std::slice::from_ref(x)).concat(), x));
+    let mut out: Vec<_> = named.filter(|(name, _)| !theirs.contains(name)).collect();
+    out.sort_by(|x, y| x.0.cmp(&y.0));
+    out
+}
+
+/// Their descriptions. What has one value a group is another explanation than its kind, and no experiment is known for it.
+fn listed<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
+    let single = set.iter().filter(|(_, a)| !matches!(a, Addition::Effect(_, Per::Group)));
+    single.filter_map(|(_, a)| a.listed()).collect()
 }

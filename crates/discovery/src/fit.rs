@@ -1,10 +1,13 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Event, Lanes, Normal, Point, normal};
+use crate::evaluate::{Lanes, Normal, Point, normal};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
-use crate::record::{Measured, Record};
+use crate::record::{Excerpt, Measured, Record};
+use augsim_physics::system::{Event, Scatter};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
 /// a valley whose floor is flat to the precision that matters.
@@ -17,9 +20,8 @@ const LOST: f64 = 0.2;
 /// Most steps of a record's own nuisances after a step of theta.
 const MOST_FOLLOWING: usize = 8;
 
-/// Bounds of the scatter of the restitution.
-const LEAST_SCATTER: f64 = 1e-5;
-const MOST_SCATTER: f64 = 0.5;
+/// Least standard deviation of a scatter, in units of its typical size: at 0 it could not grow.
+const LEAST_SCATTER: f64 = 5e-4;
 /// Most steps of the scatter, and the relative step below which it stands still.
 const MOST_SCATTER_STEPS: usize = 12;
 const SCATTER_TOLERANCE: f64 = 0.01;
@@ -38,6 +40,21 @@ impl Sample<'_> {
     pub fn records(&self) -> impl Iterator<Item = &Record> {
         self.chosen.iter().map(|&j| &self.data.records[j])
     }
+
+    /// The windows of its records, in order.
+    pub fn excerpts(&self) -> Vec<Excerpt<'_>> {
+        self.records().flat_map(Record::excerpts).collect()
+    }
+
+    /// Which of the windows are those of each record, in order.
+    pub fn of_records(&self) -> Vec<Range<usize>> {
+        let mut first = 0;
+        let range = |record: &Record| {
+            let last = first + record.seen.windows.len();
+            std::mem::replace(&mut first, last)..last
+        };
+        self.records().map(range).collect()
+    }
 }
 
 /// A fitted hypothesis.
@@ -45,7 +62,7 @@ impl Sample<'_> {
 pub(crate) struct Fit {
     pub hypothesis: Hypothesis,
     pub theta: Vec<f64>,
-    /// Nuisances of each chosen record.
+    /// Nuisances of each window of the chosen records.
     pub nuisance: Vec<Vec<f64>>,
     /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
     pub ll: f64,
@@ -53,7 +70,7 @@ pub(crate) struct Fit {
     pub information: Square,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
-    /// Simulated events of each chosen record.
+    /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
 }
 
@@ -76,6 +93,16 @@ impl Fit {
     }
 }
 
+/// Nuisances of the windows of several samples, in the order of all their records.
+pub(crate) fn merged(parts: &[(&Sample<'_>, &Fit)]) -> Vec<Vec<f64>> {
+    let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
+    for (sample, fit) in parts {
+        let windows = sample.of_records().into_iter().map(|range| &fit.nuisance[range]);
+        by_record.extend(sample.chosen.iter().copied().zip(windows));
+    }
+    by_record.into_values().flatten().cloned().collect()
+}
+
 struct State {
     theta: Vec<f64>,
     nuisance: Vec<Vec<f64>>,
@@ -91,14 +118,13 @@ fn assemble(
     nuisance: Vec<Vec<f64>>,
 ) -> State {
     let normals: Vec<Normal> = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(lanes)
         .zip(&nuisance)
-        .map(|((&j, lanes), n)| {
-            let record = &sample.data.records[j];
+        .map(|((&at, lanes), n)| {
             sample.data.tally.simulation();
-            normal(&Point::new(h, &*h.system, lanes, record, &theta, n), lanes, record, sample.correlation)
+            normal(&Point::new(h, &*h.system, lanes, at.record, &theta, n), lanes, at, sample.correlation)
         })
         .collect();
     let q = normals.iter().map(|n| n.q).sum();
@@ -170,19 +196,20 @@ fn fit_with(
 ) -> Fit {
     sample.data.tally.fit();
     let mut h = hypothesis.clone();
-    let lanes: Vec<Lanes> = sample.records().map(|r| Lanes::new(&h, r, &[])).collect();
+    let excerpts = sample.excerpts();
+    let lanes: Vec<Lanes> = excerpts.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
     let nuisance: Vec<Vec<f64>> = lanes
         .iter()
-        .zip(sample.records())
+        .zip(&excerpts)
         .enumerate()
-        .map(|(i, (l, r))| match nuisance.get(i) {
+        .map(|(i, (l, &at))| match nuisance.get(i) {
             Some(n) => {
                 // A start from another hypothesis: offsets may be new or gone.
                 let mut n = n.clone();
                 n.resize(l.nuisances().max(l.fixed_nuisances()), 0.0);
                 n
             }
-            None => l.nuisance_start(&h, r),
+            None => l.nuisance_start(&h, at),
         })
         .collect();
     let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
@@ -193,10 +220,11 @@ fn fit_with(
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
-        let change = (scatter_sd(&lanes, &state, scatter.sd).0 / scatter.sd).ln();
+        let change = (scatter_sd(&h, &lanes, &state, scatter.sd).0 / scatter.sd).ln();
         changes.push(change);
-        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(LEAST_SCATTER, MOST_SCATTER);
-        h.scatter = Some(crate::hypothesis::Scatter { sd, ..scatter });
+        let (least, most) = scatter_bounds(&h);
+        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(least, most);
+        h.scatter = Some(Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
         state = assemble(sample, &h, &lanes, theta, nuisance);
         if change.abs() < SCATTER_TOLERANCE {
@@ -210,7 +238,7 @@ fn fit_with(
         ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
-    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&lanes, &state, s.sd).1);
+    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&h, &lanes, &state, s.sd).1);
     Fit {
         hypothesis: h,
         draws,
@@ -236,7 +264,7 @@ fn extrapolated(changes: &[f64]) -> f64 {
 
 /// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992), and to how many draws
 /// the offsets amount: the information on ln sd, halved.
-fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
+fn scatter_sd(h: &Hypothesis, lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
     let (mut sum, mut freedom, mut draws) = (0.0, 0.0, 0.0);
     for ((l, normal), n) in lanes.iter().zip(&state.normals).zip(&state.nuisance) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -251,7 +279,15 @@ fn scatter_sd(lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
             draws += weight * seen * seen;
         }
     }
-    ((sum / freedom.max(1e-6)).sqrt().clamp(LEAST_SCATTER, MOST_SCATTER), draws)
+    let (least, most) = scatter_bounds(h);
+    ((sum / freedom.max(1e-6)).sqrt().clamp(least, most), draws)
+}
+
+/// Bounds of the standard deviation of the scatter, in the unit of the parameter that scatters.
+fn scatter_bounds(h: &Hypothesis) -> (f64, f64) {
+    let event = h.system.schema().event.as_ref();
+    let sd = event.and_then(|e| e.scatter.parameters.first());
+    sd.map_or((0.0, f64::INFINITY), |p| (LEAST_SCATTER * p.typical, p.max))
 }
 
 fn minimise(
@@ -309,19 +345,19 @@ fn advance(
 ) -> State {
     let theta: Vec<f64> = state.theta.iter().zip(step).map(|(t, d)| t + d).collect();
     let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(lanes)
         .zip(&state.normals)
         .zip(&state.nuisance)
-        .map(|(((&j, lanes), before), now)| {
-            let record = &sample.data.records[j];
+        .map(|(((&window, lanes), before), now)| {
+            let record = window.record;
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
                 normal(
                     &Point::new(h, &*h.system, lanes, record, &theta, n),
                     lanes,
-                    record,
+                    window,
                     sample.correlation,
                 )
             };
@@ -379,26 +415,26 @@ fn settle(
 fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
     let State { theta, nuisance, normals, .. } = state;
     let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(lanes)
         .zip(normals)
         .zip(nuisance)
-        .map(|(((&j, lanes), normal_now), now)| {
+        .map(|(((&window, lanes), normal_now), now)| {
             if normal_now.weight > LOST {
                 return (normal_now, now);
             }
-            let record = &sample.data.records[j];
+            let record = window.record;
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
                 normal(
                     &Point::new(h, &*h.system, lanes, record, &theta, n),
                     lanes,
-                    record,
+                    window,
                     sample.correlation,
                 )
             };
-            let rough = lanes.nuisance_start(h, record);
+            let rough = lanes.nuisance_start(h, window);
             let fresh = settle(&at, lanes, (at(&rough), rough), 0.0);
             if fresh.0.q < normal_now.q { fresh } else { (normal_now, now) }
         })

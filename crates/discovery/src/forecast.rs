@@ -1,16 +1,16 @@
 //! Errors before and after, on trajectories that no fit has seen.
 //!
-//! The initial state is fitted on the first arc alone, each model with its own; what follows the first impact is predicted.
+//! The initial state is fitted to the first samples alone, each model with its own; the rest is predicted.
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample, fit_nuisance};
 use crate::hypothesis::Hypothesis;
-use crate::record::{Measured, Record};
+use crate::record::{Excerpt, Measured, Record};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
-use augsim_physics::effects::ScatterPer;
 use augsim_physics::model::Per;
-use rand::RngExt;
+use augsim_physics::system::{ScatterPer, Window};
+use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
@@ -68,19 +68,13 @@ fn predictor(training: &Fit) -> Hypothesis {
     h
 }
 
-/// Samples from which the start is found: the first arc, or the first part of a flight without impacts.
-fn known_part(record: &Record) -> usize {
-    match (record.impacts.first(), record.arcs.first()) {
-        (Some(_), Some(arc)) => arc.end,
-        _ => (record.times.len() * 2 / 5).max(6).min(record.times.len()),
-    }
-}
-
 fn truncated(record: &Record, n: usize) -> Record {
     let mut r = record.clone();
-    r.times.truncate(n);
-    r.y.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
-    r.impacts.clear();
+    r.seen.times.truncate(n);
+    r.seen.values.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
+    r.seen.events.clear();
+    let start = r.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+    r.seen.windows = vec![Window { samples: 0..n, start }];
     r
 }
 
@@ -91,18 +85,20 @@ fn one_error(
     theta: &[f64],
     correlation: f64,
 ) -> (f64, f64) {
-    let known = known_part(record);
-    let single = Measured { records: vec![truncated(record, known)], ..data.without_records() };
+    let known = record.seen.known;
+    let single = data.with_records(vec![truncated(record, known)]);
     let sample = Sample { data: &single, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
-    let lanes = Lanes::new(h, &single.records[0], &[]);
+    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
+    let forecast = Excerpt { record, window: &whole };
+    let lanes = Lanes::new(h, Excerpt { record: &single.records[0], window: &whole }, &[]);
     let point = Point::new(h, &*h.system, &lanes, record, theta, &start.nuisance[0]);
-    let run = point.plain(&lanes, record);
+    let run = point.plain(&lanes, forecast);
     let (mut s, mut n) = (0.0, 0.0);
     for c in 0..run.channels() {
-        for k in known..record.times.len() {
+        for k in known..record.seen.times.len() {
             if record.weight[c][k] > 0.0 {
-                s += (record.y[c][k] - run.value(k, c)).powi(2);
+                s += (record.seen.values[c][k] - run.value(k, c)).powi(2);
                 n += 1.0;
             }
         }
@@ -124,43 +120,16 @@ pub(crate) fn errors(sample: &Sample<'_>, training: &Fit, theta: &[f64]) -> Erro
 /// that any model can reach. `fit` holds the nuisances of the sample.
 pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -> Errors {
     let h = predictor(training);
-    (0..sample.chosen.len())
+    let windows = sample.of_records();
+    windows
         .into_par_iter()
-        .map(|i| {
+        .enumerate()
+        .map(|(i, windows)| {
             let record = &sample.data.records[sample.chosen[i]];
             let (mut s, mut n) = (0.0, 0.0);
             for replicate in 0..REPLICATES {
-                let mut rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);
-                let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-                let lanes = Lanes::new(&fit.hypothesis, record, &[]);
-                let mut nuisance = fit.nuisance[i].clone();
-                if let Some(scatter) = fit.hypothesis.scatter {
-                    let first = lanes.fixed_nuisances();
-                    let shared = scatter.per == ScatterPer::Trajectory;
-                    let draw = normal();
-                    for x in &mut nuisance[first..] {
-                        *x = scatter.sd * if shared { draw } else { normal() };
-                    }
-                }
-                let full = &fit.hypothesis;
-                let point = Point::new(full, &*full.system, &lanes, record, &fit.theta, &nuisance);
-                let run = point.plain(&lanes, record);
-                let mut copy = record.clone();
-                for c in 0..run.channels() {
-                    // The noise of the measured sample before, and its place.
-                    let (mut last, mut before) = (0.0, None);
-                    for k in 0..run.samples() {
-                        let w = record.weight[c][k];
-                        if w == 0.0 {
-                            continue;
-                        }
-                        let linked = before.is_some_and(|b| record.follows(b, k));
-                        let rho = if linked { sample.correlation } else { 0.0 };
-                        last = rho * last + (1.0 - rho * rho).sqrt() * normal();
-                        before = Some(k);
-                        copy.y[c][k] = run.value(k, c) + last / w;
-                    }
-                }
+                let rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);
+                let copy = replicated(sample, fit, record, &fit.nuisance[windows.clone()], rng);
                 let (a, b) = one_error(sample.data, &copy, &h, &fit.theta, sample.correlation);
                 s += a;
                 n += b;
@@ -168,4 +137,46 @@ pub(crate) fn floor(sample: &Sample<'_>, training: &Fit, fit: &Fit, seed: u64) -
             (s, n)
         })
         .collect()
+}
+
+/// The record as the fit's own model would have made it from the start of its first window, with noise and scatter.
+fn replicated(
+    sample: &Sample<'_>,
+    fit: &Fit,
+    record: &Record,
+    nuisance: &[Vec<f64>],
+    mut rng: impl Rng,
+) -> Record {
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut copy = record.clone();
+    let (Some(first), Some(start)) = (record.excerpts().next(), nuisance.first()) else { return copy };
+    let lanes = Lanes::new(&fit.hypothesis, first, &[]);
+    let mut nuisance = start.clone();
+    if let Some(scatter) = fit.hypothesis.scatter {
+        let shared = scatter.per == ScatterPer::Record;
+        let draw = normal();
+        for x in &mut nuisance[lanes.fixed_nuisances()..] {
+            *x = scatter.sd * if shared { draw } else { normal() };
+        }
+    }
+    let h = &fit.hypothesis;
+    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
+    let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &nuisance);
+    let run = point.plain(&lanes, Excerpt { record, window: &whole });
+    for c in 0..run.channels() {
+        // The noise of the measured sample before, and its place.
+        let (mut last, mut before) = (0.0, None);
+        for k in 0..run.samples() {
+            let w = record.weight[c][k];
+            if w == 0.0 {
+                continue;
+            }
+            let linked = before.is_some_and(|b| record.seen.follows(b, k));
+            let rho = if linked { sample.correlation } else { 0.0 };
+            last = rho * last + (1.0 - rho * rho).sqrt() * normal();
+            before = Some(k);
+            copy.seen.values[c][k] = run.value(k, c) + last / w;
+        }
+    }
+    copy
 }

@@ -1,10 +1,9 @@
 //! A model that may explain the data: the declared one with additions.
 
-use crate::addition::{Addition, KNOTS};
+use crate::addition::Addition;
 use crate::record::Measured;
-use augsim_physics::effects::{ScatterPer, spec_of};
-use augsim_physics::model::{EffectBlock, Model, Parameter, Per, Release};
-use augsim_physics::system::{Law, System};
+use augsim_physics::model::{Parameter, Per};
+use augsim_physics::system::{Addition as Added, Augmentation, Fitted, FittedValues, Law, Scatter, System};
 use std::sync::Arc;
 
 /// A parameter that is fitted.
@@ -23,13 +22,6 @@ pub(crate) struct Free {
     pub prior: Option<(f64, f64)>,
 }
 
-/// The scatter of a hypothesis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Scatter {
-    pub per: ScatterPer,
-    pub sd: f64,
-}
-
 /// A system, nominal values and what is free in them. The values by group stand beside them.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
@@ -40,21 +32,19 @@ pub(crate) struct Hypothesis {
     pub free: Vec<Free>,
     pub scatter: Option<Scatter>,
     pub additions: Vec<Addition>,
-    pub release: Release,
     /// Number of groups in the data.
     pub groups: usize,
 }
 
 impl Hypothesis {
     /// The declared model with additions; all of its free parameters are free.
-    pub fn new(model: &Model, data: &Measured, additions: &[Addition]) -> Self {
+    pub fn new(data: &Measured, additions: &[Addition]) -> Self {
         let laws: Vec<Law> = additions.iter().filter_map(Addition::law).collect();
         // Kinds and tables come from this very system: there is none that it refuses.
         let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
         let values = system.parameters().iter().map(|p| p.nominal).collect();
         let mut places = system.places().into_iter();
-        let blocks = model.effects.iter().filter(|b| b.scatter.is_none());
-        let declared = model.parameters.iter().chain(blocks.flat_map(|b| &b.parameters));
+        let declared = data.system.parameters().iter().take(data.system.declared());
         let declared: Vec<(usize, &Parameter)> = declared.enumerate().collect();
         let grouped = declared.iter().filter(|(_, p)| !p.groups.is_empty());
         let by_group = grouped.map(|(index, p)| (*index, p.values_of(&data.groups))).collect();
@@ -71,16 +61,16 @@ impl Hypothesis {
                 prior: None,
             })
             .collect();
-        let mut scatter = model.effects.iter().find_map(|b| {
-            let per = b.scatter?;
-            Some(Scatter { per, sd: b.parameters.first()?.nominal.max(1e-4) })
-        });
+        let mut scatter = data.system.schema().event.as_ref().and_then(|e| e.declared);
         for (number, addition) in additions.iter().enumerate() {
             match addition {
-                Addition::Scatter(per) => scatter = Some(Scatter { per: *per, sd: 0.02 }),
-                Addition::Kind(kind, per) => {
-                    if let (Some(place), Some(spec)) = (places.next(), spec_of(kind)) {
-                        for (index, p) in place.zip(spec.parameters) {
+                Addition::Scatter(s) => {
+                    let sd = s.effect.parameters.first().map_or(0.0, |p| p.typical);
+                    scatter = Some(Scatter { per: s.per, sd });
+                }
+                Addition::Effect(listed, per) => {
+                    if let Some(place) = places.next() {
+                        for (index, p) in place.zip(&listed.effect.parameters) {
                             free.push(Free {
                                 index,
                                 per: *per,
@@ -93,13 +83,14 @@ impl Hypothesis {
                         }
                     }
                 }
-                Addition::Law(_) => {
+                Addition::Table(_) => {
                     for index in places.next().unwrap_or_default() {
+                        let knot = &system.parameters()[index];
                         free.push(Free {
                             index,
                             per: Per::All,
-                            min: -100.0,
-                            max: 100.0,
+                            min: knot.min,
+                            max: knot.max,
                             typical: 1.0,
                             addition: Some(number),
                             prior: None,
@@ -115,7 +106,6 @@ impl Hypothesis {
             free,
             scatter,
             additions: additions.to_vec(),
-            release: model.release,
             groups: data.groups.len(),
         }
     }
@@ -198,82 +188,40 @@ impl Hypothesis {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
-    /// The model file of this hypothesis at `theta` with 95 % intervals `ci95`.
-    pub fn to_model(&self, model: &Model, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Model {
-        let mut out = model.clone();
-        if data.has_start_time {
-            out.clock_reference_s = Some(data.clock_reference_s);
-        }
+    /// What is written into the model file: the values `theta` with 95 % intervals `ci95`, and the additions.
+    pub fn augmentation(&self, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Augmentation {
+        let mut out = Augmentation {
+            clock_reference_s: data.clock_reference_s,
+            scatter_sd: self.scatter.map(|s| s.sd),
+            ..Augmentation::default()
+        };
+        let mut added: Vec<Vec<Fitted>> = vec![Vec::new(); self.additions.len()];
         let mut at = 0;
-        let mut put = |f: &Free, p: &mut Parameter| {
-            match f.per {
-                Per::All => {
-                    p.nominal = theta[at];
-                    p.ci95 = ci95.get(at).copied();
-                }
+        for f in &self.free {
+            let values = match f.per {
+                Per::All => Some(FittedValues::One(theta[at])),
                 Per::Group => {
-                    p.per = Per::Group;
-                    p.groups = data.groups.iter().cloned().zip(theta[at..].iter().copied()).collect();
-                    let mean = theta[at..at + self.groups].iter().sum::<f64>() / self.groups as f64;
-                    // Rounding must not carry the mean of values at a bound beyond it.
-                    p.nominal = mean.clamp(p.min, p.max);
+                    let each = data.groups.iter().cloned().zip(theta[at..].iter().copied());
+                    Some(FittedValues::ByGroup(each.collect()))
                 }
-                Per::Trajectory => {}
+                Per::Trajectory => None,
+            };
+            if let Some(values) = values {
+                let fitted = Fitted { values, ci95: ci95.get(at).copied() };
+                match f.addition {
+                    None => out.declared.push((f.index, fitted)),
+                    Some(number) => added[number].push(fitted),
+                }
             }
             at += self.width(f);
-        };
-        let declared = out.parameters.len();
-        for f in self.free.iter().filter(|f| f.addition.is_none()) {
-            if f.index < declared {
-                put(f, &mut out.parameters[f.index]);
-            } else {
-                let flat =
-                    out.effects.iter_mut().filter(|b| b.scatter.is_none()).flat_map(|b| &mut b.parameters);
-                if let Some(p) = flat.into_iter().nth(f.index - declared) {
-                    put(f, p);
-                }
-            }
         }
-        for (number, addition) in self.additions.iter().enumerate() {
-            let specs = spec_of(addition.kind()).map_or(&[][..], |s| s.parameters);
-            let blank = |name: String, min: f64, max: f64| Parameter {
-                name,
-                nominal: 0.0,
-                min,
-                max,
-                frozen: false,
-                per: Per::All,
-                ci95: None,
-                groups: Vec::new(),
-            };
-            let mut block = EffectBlock {
-                kind: addition.kind().into(),
-                scatter: None,
-                table: None,
-                parameters: specs.iter().map(|s| blank(s.name.into(), s.min, s.max)).collect(),
-            };
-            match addition {
-                Addition::Scatter(per) => {
-                    block.scatter = Some(*per);
-                    block.parameters[0].nominal = self.scatter.map_or(0.0, |s| s.sd);
-                }
-                Addition::Law(table) => {
-                    block.table = Some(table.clone());
-                    block.parameters = (0..KNOTS).map(|i| blank(format!("knot{i}"), -100.0, 100.0)).collect();
-                }
-                Addition::Kind(..) => {}
-            }
-            for (f, p) in self.free.iter().filter(|f| f.addition == Some(number)).zip(&mut block.parameters) {
-                put(f, p);
-            }
-            out.effects.push(block);
+        for (addition, values) in self.additions.iter().zip(added) {
+            out.additions.extend(match (addition, addition.law()) {
+                (Addition::Scatter(s), _) => Some(Added::Scatter(s.per, self.scatter.map_or(0.0, |s| s.sd))),
+                (_, Some(law)) => Some(Added::Law(law, values)),
+                (_, None) => None,
+            });
         }
-        if let (Some(s), Some(b)) = (self.scatter, out.effects.iter_mut().find(|b| b.scatter.is_some())) {
-            b.parameters[0].nominal = s.sd;
-        }
-        // A table in a model file is a list of values, without intervals.
-        let tables = out.effects.iter_mut().filter(|b| b.table.is_some());
-        tables.flat_map(|b| &mut b.parameters).for_each(|p| p.ci95 = None);
         out
     }
 }

@@ -1,6 +1,6 @@
 //! What the sensor adds, estimated from the data alone.
 //!
-//! Between impacts every mechanical effect is smooth: it lies in the space of polynomials of low degree over an arc, and the
+//! Between events every effect of the motion is smooth: it lies in the space of polynomials of low degree over an arc, and the
 //! orthogonal complement is pure noise. Its scale, its autocorrelation and its growth with speed (jitter of the time stamps)
 //! are found by restricted maximum likelihood (Patterson and Thompson 1971).
 
@@ -28,8 +28,8 @@ const MOST_SAMPLES: usize = 8000;
 /// The noise of a data set.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Noise {
-    /// Standard deviation by channel, m.
-    pub sd_m: Vec<f64>,
+    /// Standard deviation by channel, in the unit of each.
+    pub sd: Vec<f64>,
     /// Correlation of neighbouring samples.
     pub correlation: f64,
     /// Standard deviation of the time stamps, s.
@@ -65,7 +65,7 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 
 impl Arc {
     fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
-        let (times, y) = (&data.times, &data.y[channel]);
+        let (times, y) = (&data.seen.times, &data.seen.values[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
         if samples.len() < p + 3 {
             return None;
@@ -81,7 +81,7 @@ impl Arc {
             linked: samples
                 .iter()
                 .enumerate()
-                .map(|(i, &k)| i > 0 && data.follows(samples[i - 1], k))
+                .map(|(i, &k)| i > 0 && data.seen.follows(samples[i - 1], k))
                 .collect(),
             place: (record, samples),
         };
@@ -194,12 +194,13 @@ fn golden(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, rounds: us
 }
 
 /// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample.
-pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise {
-    let channels = data.axes.count();
+pub(crate) fn estimate(data: &mut Measured) -> Noise {
+    let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
+    let channels = declared.len();
     let mut masked: Vec<Vec<Vec<bool>>> = data
         .records
         .iter()
-        .map(|r| r.y.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
+        .map(|r| r.seen.values.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
         .collect();
     let mut sd = vec![0.0; channels];
     let mut outliers = 0;
@@ -280,20 +281,22 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
             f += free;
         }
         freedom += f;
-        *sd = if f > 0.0 { (rss / f).sqrt() } else { declared_sd_m.unwrap_or(1e-3) };
+        *sd = if f > 0.0 { (rss / f).sqrt() } else { declared[channel].unwrap_or(1e-3) };
         // Data without noise: six printed digits of metres are the finest that anything is judged by.
         *sd = sd.max(1e-6);
     }
     // Data made by a program have next to no noise. A declared deviation far above what they show is a tolerance: how
     // closely the model is asked to agree.
-    let tolerance = declared_sd_m.filter(|d| sd.iter().all(|s| s * TOLERANCE < *d));
+    let declared: Option<Vec<f64>> = declared.into_iter().collect();
+    let tolerance = declared.as_ref().filter(|d| sd.iter().zip(*d).all(|(s, d)| s * TOLERANCE < *d));
     if let Some(declared) = tolerance {
-        sd.fill(declared);
+        sd.copy_from_slice(declared);
         (rho, growth) = (0.0, 0.0);
     }
     let mut findings = Vec::new();
-    if let Some(declared) = declared_sd_m.filter(|_| tolerance.is_none()) {
-        let ratio = (sd.iter().map(|s| s * s).sum::<f64>() / channels as f64).sqrt() / declared;
+    if let Some(declared) = declared.as_ref().filter(|_| tolerance.is_none()) {
+        let squares = sd.iter().zip(declared).map(|(s, d)| (s / d).powi(2));
+        let ratio = (squares.sum::<f64>() / channels as f64).sqrt();
         // Wrong samples that are too small to be told from right ones raise the estimate a little.
         let blurred = outliers > 0 && (0.9..1.3).contains(&ratio);
         if !blurred && ratio.ln().abs() > 0.03 && ratio.ln().abs() * (2.0 * freedom).sqrt() > 4.0 {
@@ -320,10 +323,10 @@ pub(crate) fn estimate(data: &mut Measured, declared_sd_m: Option<f64>) -> Noise
             r.weight.iter_mut().flatten().for_each(|w| *w /= ratio);
         }
     }
-    Noise { sd_m: sd, correlation: rho, jitter_s, findings, outliers, freedom }
+    Noise { sd, correlation: rho, jitter_s, findings, outliers, freedom }
 }
 
-/// Arcs without those whose misfit is far beyond that of the others: there was a hand on the ball, or an impact in the arc.
+/// Arcs without those whose misfit is far beyond that of the others: there was a hand in the way, or an event in the arc.
 /// They tell nothing about the sensor.
 fn smooth_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     let level =
@@ -362,7 +365,7 @@ fn spread(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growth: f64) -> Op
 fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();
     for (j, r) in data.records.iter().enumerate() {
-        for range in &r.arcs {
+        for range in &r.seen.pieces {
             for (channel, masked) in masked[j].iter().enumerate() {
                 let samples: Vec<usize> = range.clone().filter(|&k| !masked[k]).collect();
                 arcs.extend(Arc::new(r, samples, channel, j));
@@ -373,20 +376,23 @@ fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
 }
 
 fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
-    let mut speeds: Vec<Vec<Vec<f64>>> =
-        data.records.iter().map(|r| r.y.iter().map(|c| vec![f64::NAN; c.len()]).collect()).collect();
+    let mut speeds: Vec<Vec<Vec<f64>>> = data
+        .records
+        .iter()
+        .map(|r| r.seen.values.iter().map(|c| vec![f64::NAN; c.len()]).collect())
+        .collect();
     for arc in arcs {
         for (&k, v) in arc.place.1.iter().zip(&arc.speed) {
             speeds[arc.place.0][arc.channel][k] = *v;
         }
     }
     for (j, r) in data.records.iter_mut().enumerate() {
-        r.weight = (0..r.y.len())
+        r.weight = (0..r.seen.values.len())
             .map(|c| {
                 let known = &speeds[j][c];
-                // Samples near impacts have the speed of the nearest sample of an arc.
+                // Samples near events have the speed of the nearest sample of an arc.
                 let mut last = known.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-                (0..r.times.len())
+                (0..r.seen.times.len())
                     .map(|k| {
                         if known[k].is_finite() {
                             last = known[k];

@@ -22,7 +22,7 @@ impl Default for Options {
 /// How far a discovery is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Noise and impacts.
+    /// Noise and events.
     Noise,
     /// Calibration of the declared parameters.
     Calibration,
@@ -42,7 +42,7 @@ impl Progress {
     /// The step in words.
     pub fn describe(self) -> &'static str {
         match self {
-            Progress::Noise => "finding impacts and estimating the noise",
+            Progress::Noise => "finding events and estimating the noise",
             Progress::Calibration => "calibrating the declared parameters",
             Progress::Search => "fitting candidate effects",
             Progress::Adequacy => "testing what the best model leaves",

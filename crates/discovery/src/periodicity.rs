@@ -2,7 +2,7 @@
 
 use crate::evaluate::Lanes;
 use crate::fit::{Fit, Sample};
-use augsim_physics::effects::{Against, ScatterPer};
+use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
 /// Slow frequencies: multiples of the inverse of twice the time that the clock spans.
@@ -12,15 +12,15 @@ const FAST: (f64, f64, u32) = (0.05, 30.0, 20_000);
 /// Fewest offsets that a rhythm can be seen in.
 const FEWEST: usize = 16;
 
-/// An offset of the restitution at its time on the clock.
+/// An offset of the events' parameter at its time on the clock.
 struct Point {
     time: f64,
-    /// The offset, and the offset times the speed of impact (which a moving floor makes the rhythm's size).
+    /// The offset, and the offset times the strength of the event (what a rhythm of the surroundings is in proportion to).
     y: [f64; 2],
 }
 
 /// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of the offsets, and
-/// of the offsets times speed. Slow frequencies are as many as there are offsets (Horne and Baliunas 1986), fast ones are
+/// of the offsets times the strength of their events. Slow frequencies are as many as there are offsets (Horne and Baliunas 1986), fast ones are
 /// counted one by one.
 pub(crate) fn p_value(sample: &Sample<'_>, fit: &Fit) -> f64 {
     let points = points(sample, fit);
@@ -45,16 +45,20 @@ pub(crate) fn p_value(sample: &Sample<'_>, fit: &Fit) -> f64 {
 }
 
 fn points(sample: &Sample<'_>, fit: &Fit) -> Vec<Point> {
-    let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Trajectory);
+    let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Record);
+    let schema = fit.hypothesis.system.schema();
+    let strength = schema.event.as_ref().and_then(|e| e.strength);
     let mut points = Vec::new();
-    for (i, record) in sample.records().enumerate() {
-        let lanes = Lanes::new(&fit.hypothesis, record, &[]);
+    for (i, at) in sample.excerpts().into_iter().enumerate() {
+        let record = at.record;
+        let lanes = Lanes::new(&fit.hypothesis, at, &[]);
         let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
         // An offset that a whole trajectory shares counts once.
-        let impacts = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });
-        points.extend(xi.iter().zip(impacts).map(|(&x, impact)| Point {
-            time: impact.time + record.covariates.clock_s,
-            y: [x, x * impact.feature(Against::NormalSpeed)],
+        let events = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });
+        let clock_s = schema.clock.and_then(|c| record.seen.covariate(c)).unwrap_or(0.0);
+        points.extend(xi.iter().zip(events).map(|(&x, event)| Point {
+            time: event.time_s + clock_s,
+            y: [x, x * strength.map_or(1.0, |s| event.feature(s))],
         }));
     }
     points

@@ -1,17 +1,17 @@
-//! From a data set to records with impacts, noise and a split.
+//! From a data set to records with events, noise and a split.
 
 use crate::calibrate::calibrate;
 use crate::deal;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
-use crate::record::{Measured, Record};
-use crate::segment::{rough_noise, segment};
+use crate::record::Measured;
+use crate::rough_noise::rough_noise;
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
-use augsim_physics::ball::{GRAVITY, RESTITUTION};
-use augsim_physics::model::Model;
+use augsim_physics::model::unknown_group;
+use augsim_physics::system::{Declaration, Record as Seen};
 
 /// Data ready for fits.
 pub(crate) struct Prepared {
@@ -30,46 +30,56 @@ impl Prepared {
 
 /// Held-out trajectories below which half of all is held out.
 const FEWEST_HELD_OUT: f64 = 8.0;
-/// Fewest measured heights of a trajectory that is used.
-const FEWEST: usize = 8;
 
 pub(crate) fn prepare(
-    model: &Model,
+    model: &dyn Declaration,
     dataset: &Dataset,
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
     let mut data = Measured::from_dataset(dataset, model)?;
-    if let Some(unknown) = model.unknown_group(&data.groups.iter().map(String::as_str).collect::<Vec<_>>()) {
-        return Err(DiscoveryError::unknown_group(&model.file, &data.name, unknown, &data.groups));
+    let names: Vec<&str> = data.groups.iter().map(String::as_str).collect();
+    if let Some(unknown) = unknown_group(data.system.parameters().iter(), &names) {
+        return Err(DiscoveryError::unknown_group(model.file(), &data.name, unknown, &data.groups));
     }
-    let vertical = data.axes.count() - 1;
-    let mut rough: Vec<f64> = data.records.iter().map(|r| rough_noise(&r.times, &r.y[vertical])).collect();
-    let sigma = median(&mut rough);
-    let g = model.parameters[GRAVITY].nominal.max(0.1);
-    // A model that declares no restitution is one of flight.
-    let bounces = model.declared.iter().any(|p| p == "restitution");
-    data.records.iter_mut().for_each(|r| segment(r, vertical, g, sigma, bounces));
-    let heights = |r: &Record| r.y[vertical].iter().filter(|y| y.is_finite()).count();
-    data.records.retain(|r| heights(r) >= FEWEST && !r.arcs.is_empty());
+    let channels = 0..data.system.schema().channels.len();
+    let rough: Vec<f64> = channels
+        .map(|c| {
+            let each = data.records.iter().map(|r| rough_noise(&r.seen.times, &r.seen.values[c]));
+            median(&mut each.collect::<Vec<_>>())
+        })
+        .collect();
+    let system = data.system.clone();
+    data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
-    let calibrates = !model.parameters[RESTITUTION].frozen;
-    if calibrates && !data.has_impacts() {
-        return Err(DiscoveryError::NoImpacts { data: data.name, model: model.file.clone() });
+    let mut noise = estimate(&mut data);
+    if let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
+        let (data, model) = (data.name, model.file().into());
+        return Err(DiscoveryError::Objection { data, model, objection });
     }
-    let mut noise = estimate(&mut data, model.position_sd_m);
     let everything: Vec<usize> = (0..data.records.len()).collect();
     if noise.findings.contains(&"outliers") {
         let sample = Sample { data: &data, chosen: &everything, correlation: noise.correlation };
-        let found = spikes(&sample, &calibrate(model, &sample));
+        let found = spikes(&sample, &calibrate(&sample));
         noise.outliers += found.len();
         mask(&mut data, &found);
     }
     let (train, test) = split(&data, &everything, options);
     Ok(Prepared { data, noise, train, test })
+}
+
+/// The records as the system sees them; samples that were masked are not measured.
+fn without_outliers(data: &Measured) -> Vec<Seen> {
+    let mut records: Vec<Seen> = data.records.iter().map(|r| r.seen.clone()).collect();
+    for (seen, record) in records.iter_mut().zip(&data.records) {
+        for (values, weights) in seen.values.iter_mut().zip(&record.weight) {
+            values.iter_mut().zip(weights).filter(|(_, w)| **w == 0.0).for_each(|(v, _)| *v = f64::NAN);
+        }
+    }
+    records
 }
 
 /// Deals the trajectories `among` out to training and test.

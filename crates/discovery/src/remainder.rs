@@ -1,17 +1,16 @@
 //! What is left that the library does not know: where, against what, and the closed term that is nearest.
 
-use crate::addition::{Addition, KNOTS};
+use crate::addition::{Addition, Tabulated};
 use crate::answer::Parts;
 use crate::result::Unexplained;
-use augsim_physics::effects::Table;
 
 /// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
-fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
-    let n = values.len();
+fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
+    let (n, table) = (values.len(), &law.table);
     let x: Vec<f64> =
         (0..n).map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64).collect();
     let weight: Vec<f64> = sd.iter().map(|s| 1.0 / (s * s).max(1e-18)).collect();
-    let name = table.against.name();
+    let name = &law.against.name;
     type Shape<'s> = (String, Box<dyn Fn(f64) -> f64 + 's>);
     let mut shapes: Vec<Shape<'_>> = vec![
         (name.to_string(), Box::new(|v| v)),
@@ -40,11 +39,26 @@ fn closed_term(table: &Table, values: &[f64], sd: &[f64]) -> String {
         let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
         let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
         if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
-            best =
-                Some((misfit, format!("{} {} {offset:+.4} {slope:+.4} {label}", table.target.name(), "+=")));
+            best = Some((
+                misfit,
+                format!("{} {} {offset:+.4} {slope:+.4} {label}", law.target.quantity.name, "+="),
+            ));
         }
     }
     best.map_or_else(String::new, |b| b.1)
+}
+
+/// A law as the result has it, from the values at its knots and their standard deviations.
+fn tabulated(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
+    let table = &law.table;
+    let step = (table.last - table.first) / (table.knots - 1) as f64;
+    Unexplained {
+        place: law.target.place.clone(),
+        target: law.target.quantity.name.clone(),
+        against: law.against.name.clone(),
+        term: closed_term(law, values, sd),
+        table: (0..table.knots).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect(),
+    }
 }
 
 /// The law that the library lacks, from the tables of the last model or, where nothing describes what is left, from the score
@@ -54,19 +68,10 @@ pub(crate) fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
     let h = &fit.hypothesis;
     let (covariance, theta) = (fit.covariance(), &fit.theta);
     for (n, a) in h.additions.iter().enumerate() {
-        if let Addition::Law(table) = a {
+        if let Addition::Table(law) = a {
             let range = h.range_of(n);
-            let values = &theta[range.clone()];
-            let sd: Vec<f64> = range.map(|i| covariance.at(i, i).max(0.0).sqrt()).collect();
-            let step = (table.last - table.first) / (KNOTS - 1) as f64;
-            let rows = (0..KNOTS).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect();
-            return Some(Unexplained {
-                place: table.target.location().name().into(),
-                target: table.target.name().into(),
-                against: table.against.name().into(),
-                term: closed_term(table, values, &sd),
-                table: rows,
-            });
+            let sd: Vec<f64> = range.clone().map(|i| covariance.at(i, i).max(0.0).sqrt()).collect();
+            return Some(tabulated(law, &theta[range], &sd));
         }
     }
     if !parts.severe {
@@ -77,15 +82,8 @@ pub(crate) fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
         .law_scores
         .iter()
         .max_by(|a, b| (a.statistic - a.rank).total_cmp(&(b.statistic - b.rank)))?;
-    let Addition::Law(table) = &worst.addition else {
-        return None;
-    };
-    let step = (table.last - table.first) / (KNOTS - 1) as f64;
-    Some(Unexplained {
-        place: table.target.location().name().into(),
-        target: table.target.name().into(),
-        against: table.against.name().into(),
-        term: closed_term(table, &worst.estimate, &worst.sd),
-        table: (0..KNOTS).map(|i| [table.first + step * i as f64, worst.estimate[i], worst.sd[i]]).collect(),
-    })
+    match &worst.addition {
+        Addition::Table(law) => Some(tabulated(law, &worst.estimate, &worst.sd)),
+        _ => None,
+    }
 }

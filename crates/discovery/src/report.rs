@@ -1,9 +1,10 @@
 //! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
 
 use crate::DiscoveryError;
-use crate::accept::accepted;
+use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
 use crate::answer::Parts;
+use crate::error_table::measured_in;
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
 use crate::folds::again;
@@ -11,9 +12,7 @@ use crate::hypothesis::Hypothesis;
 use crate::remainder::unexplained;
 use crate::result::*;
 use crate::search::Judged;
-use augsim_physics::ball::BASE_PARAMETERS;
-use augsim_physics::effects::spec_of;
-use augsim_physics::model::{Model, ModelFile, Per};
+use augsim_physics::model::Per;
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
@@ -21,40 +20,21 @@ const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// The same on the training part alone.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
 
-/// Name and unit of each free parameter, and of which addition.
-fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
-    let declared_effects: Vec<_> = model.effects.iter().filter(|b| b.scatter.is_none()).collect();
+/// Name and unit of each free parameter; those of additions without their kind.
+fn names(h: &Hypothesis) -> Vec<(String, String)> {
     h.free
         .iter()
-        .map(|f| match f.addition.map(|n| (n, &h.additions[n])) {
-            None if f.index < BASE_PARAMETERS.len() => {
-                let name = BASE_PARAMETERS[f.index];
-                let unit = match name {
-                    "gravity_m_s2" => "m/s²",
-                    "radius_m" => "m",
-                    _ => "",
-                };
-                (name.to_string(), unit.to_string())
-            }
-            None => {
-                let flat = declared_effects.iter().flat_map(|b| b.parameters.iter().map(move |p| (b, p)));
-                let (block, p) = match flat.into_iter().nth(f.index - BASE_PARAMETERS.len()) {
-                    Some(found) => found,
-                    None => return (String::new(), String::new()),
-                };
-                let unit = spec_of(&block.kind)
-                    .and_then(|s| s.parameters.iter().find(|q| q.name == p.name))
-                    .map_or("", |q| q.unit);
-                (format!("{}.{}", block.kind, p.name), unit.into())
-            }
-            Some((number, addition)) => {
-                let first = h.free.iter().position(|g| g.addition == Some(number)).unwrap_or(0);
-                let k = f.index - h.free[first].index;
-                match (addition, spec_of(addition.kind()).and_then(|s| s.parameters.get(k))) {
-                    (Addition::Law(t), _) => (format!("knot{k}"), t.target.unit().into()),
-                    (_, Some(p)) => (p.name.into(), p.unit.into()),
-                    _ => (String::new(), String::new()),
-                }
+        .map(|f| {
+            let Some((number, addition)) = f.addition.map(|n| (n, &h.additions[n])) else {
+                let quantity = h.system.quantity(f.index);
+                return (quantity.name, quantity.unit);
+            };
+            let first = h.free.iter().position(|g| g.addition == Some(number)).unwrap_or(0);
+            let k = f.index - h.free[first].index;
+            match (addition, addition.parameters().get(k)) {
+                (Addition::Table(t), _) => (format!("knot{k}"), t.target.quantity.unit.clone()),
+                (_, Some(p)) => (p.name.clone(), p.unit.clone()),
+                _ => (String::new(), String::new()),
             }
         })
         .collect()
@@ -63,7 +43,7 @@ fn names(model: &Model, h: &Hypothesis) -> Vec<(String, String)> {
 /// Estimates of the free parameters of one addition, or of the declared model.
 fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let h = &fit.hypothesis;
-    let (ci, all) = (fit.ci95(), names(parts.model, h));
+    let (ci, all) = (fit.ci95(), names(h));
     let covariance = fit.covariance();
     let mut out = BTreeMap::new();
     let mut at = 0;
@@ -114,7 +94,7 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
 
 /// Other sets that explain the data as well, best first, with their kinds.
 fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
-    let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Law(_)));
+    let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
     if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
     }
@@ -204,8 +184,9 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
         if out.iter().any(|c| c.kinds == label) {
             continue;
         }
-        let specs = spec_of(s.addition.kind()).map_or(&[][..], |s| s.parameters);
-        let parameters = specs
+        let parameters = s
+            .addition
+            .parameters()
             .iter()
             .zip(s.estimate.iter().zip(&s.sd))
             .filter(|_| s.rank > 0.0)
@@ -213,7 +194,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
                 let e = Estimate {
                     value: *v,
                     ci95: [v - 1.96 * sd, v + 1.96 * sd],
-                    unit: p.unit.into(),
+                    unit: p.unit.clone(),
                     groups: BTreeMap::new(),
                 };
                 (format!("{}.{}", s.addition.kind(), p.name), e)
@@ -244,7 +225,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
     let additions = best.additions();
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in additions.iter().enumerate() {
-        if matches!(a, Addition::Law(_)) {
+        if matches!(a, Addition::Table(_)) {
             continue;
         }
         let mut rest = additions.to_vec();
@@ -253,10 +234,9 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             Some(j) => j.fit.ll,
             None => parts.search.refit(&best.fit, &rest, &[]).fit.ll,
         };
-        let spec = spec_of(a.kind());
         out.push(FoundEffect {
             kind: a.kind().into(),
-            stands_for: spec.map_or(Vec::new(), |s| s.stands_for.iter().map(|s| s.to_string()).collect()),
+            stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
             parameters: estimates(parts, parts.full, Some(n)),
             folds: (!parts.folds.is_empty()).then(|| {
                 let label = kinds(std::slice::from_ref(a));
@@ -264,7 +244,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             }),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
             per: match a {
-                Addition::Scatter(per) => Some(per.name().into()),
+                Addition::Scatter(s) => Some(s.word.clone()),
                 _ => None,
             },
         });
@@ -290,11 +270,14 @@ fn sentence(
         words.join(" and ")
     };
     let error = &parts.error;
+    let schema = parts.search.train.data.system.schema();
+    let (unit, scale) = schema.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1));
     let gain = format!(
-        "error on held-out trajectories {:.2} mm after calibration, {:.2} mm with it, noise floor {:.2} mm",
-        1e3 * error.calibrated.rmse,
-        1e3 * error.augmented.rmse,
-        1e3 * error.noise_floor.rmse
+        "error on held-out {} {:.2} {unit} after calibration, {:.2} {unit} with it, noise floor {:.2} {unit}",
+        schema.record[1],
+        scale * error.calibrated.rmse,
+        scale * error.augmented.rmse,
+        scale * error.noise_floor.rmse
     );
     let law = unexplained.as_ref().map_or_else(
         || "the residual has structure that no law of one feature describes".to_string(),
@@ -327,7 +310,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let data = parts.search.train.data;
     let covariance = fit.covariance();
     let mut axis: Vec<String> = Vec::new();
-    for (f, (name, _)) in h.free.iter().zip(names(parts.model, h)) {
+    for (f, (name, _)) in h.free.iter().zip(names(h)) {
         let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
         axis.extend((0..h.width(f)).map(|g| {
             if h.width(f) > 1 { format!("{of}{name}[{}]", data.groups[g]) } else { format!("{of}{name}") }
@@ -337,8 +320,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
     let noise = parts.noise;
-    let channels = noise.sd_m.len() as f64;
-    let augmented = h.to_model(parts.model, data, &fit.theta, &fit.ci95());
+    let schema = data.system.schema();
+    let (unit, decides) = measured_in(schema);
+    let decisive: Vec<f64> = decides.iter().map(|&c| noise.sd[c]).collect();
+    let model_toml = parts.model.augmented(&h.augmentation(data, &fit.theta, &fit.ci95()))?;
     let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
@@ -348,9 +333,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),
         noise: NoiseFound {
-            sd: (noise.sd_m.iter().map(|s| s * s).sum::<f64>() / channels).sqrt(),
-            unit: "m".into(),
-            by_channel: noise.sd_m.clone(),
+            sd: (decisive.iter().map(|s| s * s).sum::<f64>() / decisive.len() as f64).sqrt(),
+            unit,
+            by_channel: noise.sd.clone(),
             correlation: Some(noise.correlation),
             jitter_s: Some(noise.jitter_s),
             outliers: Some(noise.outliers),
@@ -364,9 +349,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         tests: parts.tests.tests(),
         correlations: (axis, matrix),
         push: None,
-        model_toml: augmented.to_toml(),
+        model_toml,
         error: parts.error,
         work: data.tally.work(),
     };
-    accepted(found, &ModelFile::Ball(augmented), &data.name)
+    all_finite(found, &data.name)
 }

@@ -2,22 +2,42 @@
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample};
+use augsim_physics::system::Event;
 
-/// Whitened residuals of one record at a fit, with the whitened position in time of each, channel by channel, arc by arc.
-pub(crate) fn residuals(sample: &Sample<'_>, fit: &Fit, i: usize) -> Vec<Vec<f64>> {
+/// What a fit leaves in one record.
+pub(crate) struct Left {
+    /// `[channel][sample]`, in the unit of the channel; not a number where a sample is not used or lies in no window.
+    pub residuals: Vec<Vec<f64>>,
+    /// The events that the simulated windows passed, in order.
+    pub events: Vec<Event>,
+    /// How many nuisances were fitted to the record.
+    pub nuisances: usize,
+}
+
+/// What a fit leaves in each record of its sample.
+pub(crate) fn left(sample: &Sample<'_>, fit: &Fit) -> Vec<Left> {
+    use rayon::prelude::*;
+    let ranges = sample.of_records();
+    ranges.into_par_iter().enumerate().map(|(i, windows)| one(sample, fit, i, windows)).collect()
+}
+
+fn one(sample: &Sample<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> Left {
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
-    let lanes = Lanes::new(h, record, &[]);
-    let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[i]);
-    let run = point.plain(&lanes, record);
-    (0..record.y.len())
-        .map(|c| {
-            (0..run.samples())
-                .map(|k| match record.weight[c][k] {
-                    0.0 => f64::NAN,
-                    _ => record.y[c][k] - run.value(k, c),
-                })
-                .collect()
-        })
-        .collect()
+    let blank = vec![f64::NAN; record.seen.times.len()];
+    let mut out = Left { residuals: vec![blank; record.seen.values.len()], events: Vec::new(), nuisances: 0 };
+    for (at, w) in record.excerpts().zip(windows) {
+        let lanes = Lanes::new(h, at, &[]);
+        let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[w]);
+        let run = point.plain(&lanes, at);
+        let first = at.window.samples.start;
+        for (c, residuals) in out.residuals.iter_mut().enumerate() {
+            for k in at.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
+                residuals[k] = record.seen.values[c][k] - run.value(k - first, c);
+            }
+        }
+        out.events.extend(fit.events[w].iter().cloned());
+        out.nuisances += fit.nuisance[w].len();
+    }
+    out
 }

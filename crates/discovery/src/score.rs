@@ -1,13 +1,13 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
-use crate::addition::{Addition, KNOTS};
+use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point, normal};
 use crate::fit::{Fit, Sample};
 use crate::linear::{Square, eliminate};
-use augsim_physics::effects::{Location, spec_of};
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Eigenvalues of the scaled information below this are directions that the data do not see.
 const RANK_CUT: f64 = 1e-4;
@@ -28,31 +28,20 @@ pub(crate) struct Score {
     pub sd: Vec<f64>,
 }
 
-/// Whether a candidate turns flight into an integration: such candidates are tested apart from the cheap ones.
-fn integrates(addition: &Addition) -> bool {
-    match addition {
-        Addition::Law(t) => t.target.location() == Location::Flight,
-        other => spec_of(other.kind()).is_some_and(|s| s.costly),
-    }
-}
-
 /// Score tests of candidates (no scatter) at a fit, in the order given.
 pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
-    let parameters = |a: &Addition| match a {
-        Addition::Law(_) => KNOTS,
-        a => spec_of(a.kind()).map_or(0, |s| s.parameters.len()),
-    };
-    for flying in [false, true] {
+    // What makes every simulation dearer is tested apart from what does not.
+    for costly in [false, true] {
         let mut batch: Vec<usize> = Vec::new();
         let mut width = 0;
-        for (i, c) in candidates.iter().enumerate().filter(|(_, c)| integrates(c) == flying) {
-            if width + parameters(c) > 16 {
+        for (i, c) in candidates.iter().enumerate().filter(|(_, c)| c.is_costly() == costly) {
+            if width + c.size() > 16 {
                 batches.push(std::mem::take(&mut batch));
                 width = 0;
             }
             batch.push(i);
-            width += parameters(c);
+            width += c.size();
         }
         batches.push(batch);
     }
@@ -85,7 +74,7 @@ fn batch_scores(
     let mut width = theta_len;
     for &i in batch {
         let Some(law) = candidates[i].law() else { continue };
-        let grouped = matches!(candidates[i], Addition::Kind(_, Per::Group));
+        let grouped = matches!(candidates[i], Addition::Effect(_, Per::Group));
         let begin = width;
         for _ in 0..law.size(h.system.library()) {
             extras.push(parameters);
@@ -98,22 +87,23 @@ fn batch_scores(
     }
     let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
     let parts: Vec<_> = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(&fit.nuisance)
-        .map(|(&j, nuisance)| {
-            let record = &sample.data.records[j];
+        .map(|(&at, nuisance)| {
+            let record = at.record;
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, record, &extras);
+            let lanes = Lanes::new(h, at, &extras);
             let n = normal(
                 &Point::new(h, &*system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
-                record,
+                at,
                 sample.correlation,
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             let mut places = lanes.theta.clone();
-            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.group } else { c }));
+            places
+                .extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.seen.group } else { c }));
             (s, u, places)
         })
         .collect();
@@ -148,7 +138,7 @@ fn one_score(
         estimate: vec![0.0; keep],
         sd: vec![f64::INFINITY; keep],
     };
-    let positive = spec_of(addition.kind()).is_some_and(|s| s.parameters.iter().all(|p| p.min >= 0.0));
+    let positive = addition.listed().is_some_and(|e| e.parameters.iter().all(|p| p.min >= 0.0));
     if keep == 1 {
         let information = c.at(0, 0);
         if information < OBSERVABLE || information < RANK_CUT * RANK_CUT * raw[0] || !information.is_finite()
@@ -191,17 +181,17 @@ fn one_score(
 pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     let h = &fit.hypothesis;
     let parts: Vec<Vec<(usize, f64, f64)>> = sample
-        .chosen
+        .excerpts()
         .par_iter()
         .zip(&fit.nuisance)
-        .map(|(&j, nuisance)| {
-            let record = &sample.data.records[j];
+        .map(|(&at, nuisance)| {
+            let record = at.record;
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, record, &[]);
+            let lanes = Lanes::new(h, at, &[]);
             let n = normal(
                 &Point::new(h, &*h.system, &lanes, record, &fit.theta, nuisance),
                 &lanes,
-                record,
+                at,
                 sample.correlation,
             );
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
@@ -210,8 +200,14 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
         .collect();
     let n = h.theta_len();
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    for (t, s, u) in parts.into_iter().flatten() {
-        if s > OBSERVABLE {
+    for windows in sample.of_records() {
+        // What the windows of a record say of each entry, together.
+        let mut record: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for &(t, s, u) in parts[windows].iter().flatten() {
+            let sums = record.entry(t).or_default();
+            *sums = (sums.0 + s, sums.1 + u);
+        }
+        for (t, (s, u)) in record.into_iter().filter(|(_, (s, _))| *s > OBSERVABLE) {
             q[t] += u * u / s;
             sum_u[t] += u;
             sum_s[t] += s;

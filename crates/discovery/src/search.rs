@@ -3,13 +3,13 @@
 use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
 use crate::candidates::{library, may_join};
+use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::score::{Score, heterogeneity, scores};
 use crate::statistics::{chi2_quantile, chi2_tail};
-use augsim_physics::ball::RESTITUTION;
-use augsim_physics::effects::{ScatterPer, Start, spec_of};
-use augsim_physics::model::{Model, Per};
+use augsim_physics::model::Per;
+use augsim_physics::system::{ScatterPer, Start, System};
 use rayon::prelude::*;
 
 /// Probability of a false step.
@@ -18,6 +18,8 @@ const ALPHA: f64 = 0.01;
 const BEAM: usize = 3;
 /// Most effects in a hypothesis.
 pub(crate) const MOST_EFFECTS: usize = 4;
+/// Largest rough offset of the events' parameter that a fit begins with, in units of the largest scatter.
+const MOST_OF_AN_OFFSET: f64 = 0.6;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -26,11 +28,10 @@ type Move = Vec<(Addition, Vec<f64>)>;
 
 /// What a search needs to know.
 pub(crate) struct Search<'a> {
-    pub model: &'a Model,
     pub train: Sample<'a>,
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
-    /// Whether the restitution may scatter.
+    /// Whether the parameter of the events may scatter.
     pub scatter: bool,
 }
 
@@ -66,18 +67,27 @@ pub(crate) struct Found {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(model: &'a Model, train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self { model, train, test, library: library(model, train.data), scatter: true }
+    pub fn new(train: Sample<'a>, test: Sample<'a>) -> Self {
+        Self { train, test, library: library(train.data), scatter: true }
+    }
+
+    fn system(&self) -> &dyn System {
+        &*self.train.data.system
+    }
+
+    /// Index of the parameter of the events, where the system has events.
+    fn event_parameter(&self) -> Option<usize> {
+        self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
     /// Penalty of an addition on -2 ln likelihood.
     pub fn penalty(&self, addition: &Addition) -> f64 {
         let m = self.library.len().max(1) as f64 + 2.0;
         let count = match addition {
-            Addition::Law(_) => return chi2_quantile(ALPHA / 24.0, 8.0) + 4.0,
+            Addition::Table(_) => return chi2_quantile(ALPHA / 24.0, 8.0) + 4.0,
             Addition::Scatter(_) => 1.0,
-            Addition::Kind(kind, per) => {
-                let n = spec_of(kind).map_or(1, |s| s.parameters.len()) as f64;
+            Addition::Effect(listed, per) => {
+                let n = listed.effect.parameters.len() as f64;
                 if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
             }
         };
@@ -91,7 +101,7 @@ impl<'a> Search<'a> {
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
     pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &[(Addition, Vec<f64>)]) -> Judged {
-        let h = Hypothesis::new(self.model, self.train.data, additions);
+        let h = Hypothesis::new(self.train.data, additions);
         let old = &from.hypothesis;
         let base = old.range_of_declared();
         let mut theta = h.theta_start(0.2);
@@ -124,33 +134,35 @@ impl<'a> Search<'a> {
         self.judge(fit(&self.train, &h, &theta, &nuisance))
     }
 
-    /// Nuisances of a fit for another hypothesis: offsets of restitution are cut, or begin at the rough speed ratios.
+    /// Nuisances of a fit for another hypothesis: offsets of the events' parameter are cut, or begin at its rough values.
     fn warm_nuisance(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
         let same = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         if same {
             return from.nuisance.clone();
         }
-        let place = h.entries_of(RESTITUTION);
+        let Some(event) = self.event_parameter() else { return from.nuisance.clone() };
+        let place = h.entries_of(event);
+        let bound = MOST_OF_AN_OFFSET * self.most_scatter();
         self.train
-            .records()
+            .excerpts()
+            .into_iter()
             .zip(&from.nuisance)
-            .map(|(record, n)| {
+            .map(|(at, n)| {
+                let record = at.record;
                 // A fit without scatter bends the starts to make up for it: they begin anew.
-                let plain = crate::evaluate::Lanes::new(h, record, &[]);
-                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, record) } else { n.clone() };
+                let plain = Lanes::new(h, at, &[]);
+                let mut n = if h.scatter.is_some() { plain.nuisance_start(h, at) } else { n.clone() };
                 n.truncate(plain.fixed_nuisances());
-                let restitution = match &place {
-                    None => h.values[RESTITUTION],
-                    Some(p) => theta[p.start + if p.len() > 1 { record.group } else { 0 }],
+                let common = match &place {
+                    None => h.values[event],
+                    Some(p) => theta[p.start + if p.len() > 1 { record.seen.group } else { 0 }],
                 };
-                let rough = |r: f64| (r - restitution).clamp(-0.3, 0.3);
+                let rough = |r: f64| (r - common).clamp(-bound, bound);
                 match h.scatter.map(|s| s.per) {
                     None => {}
-                    Some(ScatterPer::Impact) => n.extend(record.ratios.iter().map(|&r| rough(r))),
-                    Some(ScatterPer::Trajectory) if record.impacts.is_empty() => {}
-                    Some(ScatterPer::Trajectory) => {
-                        n.push(rough(crate::statistics::median(&mut record.ratios.clone())));
-                    }
+                    Some(ScatterPer::Event) => n.extend(record.seen.events.iter().map(|e| rough(e.value))),
+                    Some(ScatterPer::Record) if record.seen.events.is_empty() => {}
+                    Some(ScatterPer::Record) => n.push(rough(rough_event_value(record))),
                 }
                 n
             })
@@ -163,9 +175,21 @@ impl<'a> Search<'a> {
         self.refit(from, &additions, extra)
     }
 
-    /// Whether the restitution differs from trajectory to trajectory by more than noise.
-    pub fn restitution_varies(&self, fit: &Fit, p: f64) -> bool {
-        let Some(place) = fit.hypothesis.entries_of(RESTITUTION) else {
+    /// Largest standard deviation of the scatter of the events' parameter, in its unit.
+    fn most_scatter(&self) -> f64 {
+        let event = self.system().schema().event.as_ref();
+        event.and_then(|e| e.scatter.parameters.first()).map_or(f64::INFINITY, |p| p.max)
+    }
+
+    /// The two ways in which the events' parameter may scatter; none for a system without events.
+    fn scatters(&self) -> impl Iterator<Item = Addition> + '_ {
+        let ways = [ScatterPer::Event, ScatterPer::Record];
+        ways.into_iter().filter_map(|per| Addition::scatter(self.system(), per))
+    }
+
+    /// Whether the parameter of the events differs from record to record by more than noise.
+    pub fn events_vary(&self, fit: &Fit, p: f64) -> bool {
+        let Some(place) = self.event_parameter().and_then(|i| fit.hypothesis.entries_of(i)) else {
             return false;
         };
         let entries = &heterogeneity(&self.train, fit)[place];
@@ -190,8 +214,8 @@ impl<'a> Search<'a> {
             .filter(|s| s.statistic > least)
             .take(most)
             .map(|s| {
-                let start = match spec_of(s.addition.kind()).map(|spec| spec.start) {
-                    Some(Start::At(values)) => values.to_vec(),
+                let start = match s.addition.listed().map(|effect| &effect.start) {
+                    Some(Start::At(values)) => values.clone(),
                     Some(Start::Within(bounds)) => {
                         s.estimate.iter().zip(bounds).map(|(v, [low, high])| v.clamp(*low, *high)).collect()
                     }
@@ -200,17 +224,15 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
-        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.restitution_varies(fit, 1e-3) {
-            moves.push(vec![(Addition::Scatter(ScatterPer::Impact), vec![])]);
-            moves.push(vec![(Addition::Scatter(ScatterPer::Trajectory), vec![])]);
+        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
+            moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
         }
         for addition in self.library.iter().filter(|_| best && strong > 9.0) {
-            let Some(join) = spec_of(addition.kind()).and_then(|s| s.joins) else { continue };
-            let first = Addition::Kind(join.kind, Per::All);
+            let Some(join) = addition.listed().and_then(|effect| effect.joins.as_ref()) else { continue };
+            let Some(first) = Addition::of_kind(self.system(), &join.kind) else { continue };
             if may_join(&first, &fit.hypothesis) {
-                let both = |own: &[f64]| {
-                    vec![(first.clone(), join.start.to_vec()), (addition.clone(), own.to_vec())]
-                };
+                let both =
+                    |own: &[f64]| vec![(first.clone(), join.start.clone()), (addition.clone(), own.to_vec())];
                 moves.extend(join.own.iter().map(|own| both(own)));
             }
         }
@@ -329,12 +351,12 @@ impl<'a> Search<'a> {
                     set.push((s.addition, s.estimate));
                     sets.push(set);
                 }
-                if let Addition::Scatter(per) = gone {
-                    let other =
-                        if per == ScatterPer::Impact { ScatterPer::Trajectory } else { ScatterPer::Impact };
-                    let mut set = keep.clone();
-                    set.push((Addition::Scatter(other), vec![]));
-                    sets.push(set);
+                if matches!(gone, Addition::Scatter(_)) {
+                    for other in self.scatters().filter(|other| *other != gone) {
+                        let mut set = keep.clone();
+                        set.push((other, vec![]));
+                        sets.push(set);
+                    }
                 }
             }
             if now.len() < MOST_EFFECTS {

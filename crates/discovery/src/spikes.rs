@@ -5,7 +5,7 @@
 
 use crate::fit::{Fit, Sample};
 use crate::record::Measured;
-use crate::residuals::residuals;
+use crate::residuals::left;
 
 /// Distance from the mean of the neighbours, in standard deviations of that difference, beyond which a sample is an outlier.
 const SPIKE: f64 = 4.5;
@@ -13,16 +13,16 @@ const SPIKE: f64 = 4.5;
 /// Samples `(record, channel, index)` that stand alone against `fit`, which is on all records of the sample.
 pub(crate) fn spikes(sample: &Sample<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
-    for (i, &j) in sample.chosen.iter().enumerate() {
+    for (&j, left) in sample.chosen.iter().zip(left(sample, fit)) {
         let record = &sample.data.records[j];
-        for (channel, left) in residuals(sample, fit, i).iter().enumerate() {
+        for (channel, left) in left.residuals.iter().enumerate() {
             let weight = &record.weight[channel];
             let used: Vec<usize> = (0..left.len()).filter(|&k| weight[k] > 0.0).collect();
             for triple in used.windows(3) {
                 let &[before, k, after] = triple else { continue };
                 // Residuals in units of the noise.
                 let [a, x, b] = [before, k, after].map(|k| left[k] * weight[k]);
-                let linked = record.follows(before, k) && record.follows(k, after);
+                let linked = record.seen.follows(before, k) && record.seen.follows(k, after);
                 let alone = (x - 0.5 * (a + b)).abs() > SPIKE * 1.5f64.sqrt();
                 let agree = (a - b).abs() < SPIKE * 2f64.sqrt();
                 if linked && alone && agree {

@@ -1,5 +1,7 @@
 //! Distribution functions that the thresholds need.
 
+pub(crate) use augsim_physics::statistics::{median, quantile};
+
 /// Logarithm of the gamma function (Lanczos, g = 7).
 fn ln_gamma(x: f64) -> f64 {
     const C: [f64; 9] = [
@@ -64,27 +66,6 @@ pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Median of a slice, 0 if it is empty; the slice is reordered.
-pub(crate) fn median(x: &mut [f64]) -> f64 {
-    if x.is_empty() {
-        return 0.0;
-    }
-    x.sort_by(f64::total_cmp);
-    let n = x.len();
-    if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
-}
-
-/// Quantile `p` of sorted values by linear interpolation.
-pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
-    let Some(top) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let u = p.clamp(0.0, 1.0) * top as f64;
-    let i = (u as usize).min(top.saturating_sub(1));
-    let next = sorted[(i + 1).min(top)];
-    sorted[i] + (next - sorted[i]) * (u - i as f64)
-}
-
 #[cfg(test)]
 mod tests {
     //! Contract: tails as in printed tables, three to four digits.
@@ -102,11 +83,5 @@ mod tests {
             assert!((chi2_tail(x, df) / p - 1.0).abs() < 2e-3, "{x} {df} {}", chi2_tail(x, df));
             assert!((chi2_quantile(p, df) / x - 1.0).abs() < 1e-3);
         }
-    }
-
-    #[test]
-    fn middle_of_values() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(quantile(&[0.0, 1.0, 2.0], 0.25), 0.5);
     }
 }

@@ -21,7 +21,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
     let mut now = start.clone();
     let mut added = false;
     for _ in 0..MOST_LAWS {
-        let mut candidates = laws(search.model, search.train.data, &now.fit.events);
+        let mut candidates = laws(search.train.data, &now.fit.events);
         candidates.extend(search.library.iter().cloned());
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
@@ -50,7 +50,7 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
         now = next;
         added = true;
     }
-    if !now.additions().iter().any(|a| matches!(a, Addition::Law(_))) {
+    if !now.additions().iter().any(|a| matches!(a, Addition::Table(_))) {
         return None;
     }
     // Drop what is no longer needed.
@@ -70,5 +70,5 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
             _ => break,
         }
     }
-    now.additions().iter().any(|a| matches!(a, Addition::Law(_))).then_some(now)
+    now.additions().iter().any(|a| matches!(a, Addition::Table(_))).then_some(now)
 }

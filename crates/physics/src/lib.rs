@@ -7,6 +7,7 @@ pub mod model;
 pub mod ode;
 pub mod push;
 pub mod scalar;
+pub mod statistics;
 pub mod system;
 
 pub use dual::Dual;

@@ -19,13 +19,10 @@ fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
         system: system.into(),
         record: ["record".into(), "records".into()],
         states: (0..states).map(state).collect(),
-        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None }],
+        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None }],
         inputs: inputs.iter().map(|&between| Input { columns: vec!["u".into()], between }).collect(),
-        covariates: vec![],
-        features: vec![],
-        targets: vec![],
         measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
-        event: None,
+        ..Schema::default()
     }
 }
 
@@ -87,9 +84,7 @@ impl Oscillator {
             place: "motion".into(),
             parameters: vec![friction],
             formula: "v' = -b v".into(),
-            source: String::new(),
-            stands_for: vec![],
-            excludes: vec![],
+            ..Effect::default()
         };
         Self(schema("oscillator", 2, &[]), vec![parameter("w_rad_s", 3.0)], vec![effect])
     }
@@ -130,6 +125,30 @@ fn an_oscillator_and_its_derivatives_are_the_closed_form() {
         for (found, slope) in out.slopes(k, 0).iter().zip(slopes) {
             assert!((found - slope).abs() < 1e-7, "{k}: {found} {slope}");
         }
+    }
+}
+
+#[test]
+fn many_windows_are_simulated_as_each_by_itself_and_refused_one_by_one() {
+    let system = Ode::new(Oscillator::new());
+    let good =
+        Scene { parameters: &[3.0], start: &[0.7, -0.4], record: times(20, 0.1), offsets: Offsets::None };
+    let bad = Scene { start: &[0.7], record: times(20, 0.1), parameters: &[3.0], offsets: Offsets::None };
+    let seeds = [Seed::Parameter(0)];
+    let tasks = [good.task(&seeds), bad.task(&seeds), good.task(&[]), good.task(&seeds)];
+    let mut out = vec![Simulated::default(); 3];
+    let done = system.simulate_all(&tasks, &mut out);
+    assert!(done[0].is_ok() && done[2].is_ok());
+    assert!(matches!(
+        done[1],
+        Err(SimulationError::Task { part: "start states", expected: 2, found: 1, .. })
+    ));
+    assert!(matches!(&done[3], Err(SimulationError::Task { part: "places for results", .. })));
+    let alone = good.run(&system, &seeds);
+    let values = good.run(&system, &[]);
+    for k in 0..20 {
+        assert_eq!((alone.value(k, 0), alone.slopes(k, 0)), (out[0].value(k, 0), out[0].slopes(k, 0)));
+        assert_eq!((values.value(k, 0), out[2].lanes()), (out[2].value(k, 0), 0));
     }
 }
 
@@ -175,7 +194,13 @@ struct Bouncing(Schema, Vec<Parameter>, bool);
 
 impl Bouncing {
     fn new(rests: bool) -> Self {
-        let event = EventSchema { words: ["bounce".into(), "bounces".into()], parameter: 1 };
+        let event = EventSchema {
+            words: ["bounce".into(), "bounces".into()],
+            parameter: 1,
+            scatter: Effect::default(),
+            declared: None,
+            strength: None,
+        };
         let schema = Schema { event: Some(event), ..schema("bouncing", 2, &[]) };
         Self(schema, vec![parameter("g_m_s2", 9.81), parameter("e", 0.9)], rests)
     }

@@ -2,7 +2,7 @@
 //! seeds; laws that are added to it are those of its library. The loop fits through the trait: a last place that differs
 //! would move every answer that the sealed batteries have seen.
 
-use augsim_physics::ball::{Axes, Ball, COVARIATES, Covariates, Run, State, Throw};
+use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
 use augsim_physics::effects::{Against, Target};
 use augsim_physics::model::Model;
 use augsim_physics::system::{
@@ -34,7 +34,7 @@ fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 
 }
 
 fn record(radius: f64) -> Record {
-    let mut covariates = vec![0.0; COVARIATES.len()];
+    let mut covariates = vec![0.0; 6];
     (covariates[0], covariates[2], covariates[5]) = (7.0, 30.0, radius);
     Record { times: (0..200).map(|k| f64::from(k) / 100.0).collect(), covariates, ..Record::default() }
 }

@@ -7,7 +7,8 @@ use crate::run_dir::DataSource;
 use augsim_discovery::Discovery;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
-use augsim_physics::effects::{SCATTER_KIND, ScatterPer};
+use augsim_physics::effects::SCATTER_KIND;
+use augsim_physics::system::ScatterPer;
 use augsim_trainer::models::{Physics, ScatteredBall, Zero};
 use augsim_trainer::{EngineSpec, Forecaster, Protocol, evaluate_forecast};
 use std::path::Path;
@@ -67,8 +68,8 @@ impl Chain<'_> {
         let ball = self.with(|name| self.found.parameters.get(name).map(|e| e.value));
         let scatter = self.found.effects.iter().find(|e| e.kind == SCATTER_KIND);
         let per = match scatter.and_then(|e| e.per.as_deref()) {
-            Some("impact") => ScatterPer::Impact,
-            _ => ScatterPer::Trajectory,
+            Some("impact") => ScatterPer::Event,
+            _ => ScatterPer::Record,
         };
         let sd = scatter.and_then(|e| e.parameters.get("sd")).map_or(0.0, |e| e.value);
         ScatteredBall { ball, sd, per, seed: self.runs.seed }

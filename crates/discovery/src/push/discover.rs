@@ -122,5 +122,5 @@ pub fn assess_push(
     let gain = search.base().fit.cost(&search.train) - now.cost(&search.train);
     let judged = search.judged(now);
     let own = if scatters { scatter::promise(&search, &judged.fit) } else { [0.0; 2] };
-    Ok(Assessment { gain: gain + own[0], penalty: judged.penalty + own[1], rmse_m })
+    Ok(Assessment { gain: gain + own[0], penalty: judged.penalty + own[1], rmse: rmse_m })
 }

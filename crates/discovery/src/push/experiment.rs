@@ -1,7 +1,7 @@
 //! The experiment that tells two explanations of pushes apart, or confirms one.
 
-use augsim_physics::effects::{EffectSpec, known_separation};
 use augsim_physics::push::effects::spec_of;
+use augsim_physics::system::{Effect, known_separation};
 
 /// Causes that poses cannot tell from a declared parameter that differs between groups.
 pub(crate) fn stands_for(kind: &str) -> &'static [&'static str] {
@@ -18,8 +18,12 @@ pub(crate) fn stands_for(kind: &str) -> &'static [&'static str] {
 pub(crate) fn separate(a: &[&str], b: &[String]) -> String {
     let only_a: Vec<&str> = a.iter().copied().filter(|k| !b.iter().any(|o| o == k)).collect();
     let only_b: Vec<&str> = b.iter().map(String::as_str).filter(|k| !a.contains(k)).collect();
-    let specs = |kinds: &[&str]| -> Vec<&EffectSpec> { kinds.iter().filter_map(|k| spec_of(k)).collect() };
-    if let Some(text) = known_separation(&specs(&only_a), &specs(&only_b)) {
+    let specs = |kinds: &[&str]| -> Vec<Effect> {
+        kinds.iter().filter_map(|k| spec_of(k)).map(Effect::from).collect()
+    };
+    let (mine, theirs) = (specs(&only_a), specs(&only_b));
+    let (mine, theirs): (Vec<_>, Vec<_>) = (mine.iter().collect(), theirs.iter().collect());
+    if let Some(text) = known_separation(&mine, &theirs) {
         return text.into();
     }
     let names: Vec<&str> = only_a.into_iter().chain(only_b).collect();

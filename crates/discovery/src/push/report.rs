@@ -11,9 +11,10 @@ use crate::result::{
     Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
     Verdict,
 };
-use augsim_physics::effects::{EffectSpec, ScatterPer};
+use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::{EffectBlock, ModelFile, Parameter, Per, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, SCATTER_SPEC, spec_of};
+use augsim_physics::system::ScatterPer;
 use std::collections::BTreeMap;
 
 /// What the answer is made of.
@@ -134,7 +135,7 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
     }
     if let Some(sd_m) = &parts.sd_m {
         if !model.effects.iter().any(|b| b.kind == SCATTER_KIND) {
-            model.effects.push(block(&SCATTER_SPEC, Some(ScatterPer::Trajectory)));
+            model.effects.push(block(&SCATTER_SPEC, Some(ScatterPer::Record)));
         }
         let blocks = model.effects.iter_mut().filter(|b| b.kind == SCATTER_KIND);
         for p in blocks.flat_map(|b| &mut b.parameters).filter(|p| !p.frozen) {

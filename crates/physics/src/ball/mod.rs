@@ -3,20 +3,27 @@
 
 pub mod bullet;
 mod contact;
+mod covariates;
+mod designs;
 mod engine;
 mod ensemble;
 mod flight;
 pub mod floor;
 mod impact;
+mod objection;
 mod order_statistics;
 pub mod paper_law;
+mod possible;
 pub mod score;
+mod segment;
+mod shown;
 mod state;
 mod system;
+mod tables;
 mod world;
 
 pub use engine::{Offsets, Run, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
 pub use state::{Axes, Covariates, State};
-pub use system::{Ball, COVARIATES};
+pub use system::{Ball, Declares};
 pub use world::{BASE_PARAMETERS, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

@@ -1,29 +1,25 @@
 //! The ball behind [`System`]: its schema, and one throw as a task.
 
-use super::{Axes, Covariates, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
+use super::covariates;
+use super::designs::designs;
+use super::objection::{objection, too_few_heights};
+use super::possible::Possible;
+use super::segment::segment;
+use super::shown::shown_against;
+use super::tables::tables;
+use super::{Axes, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use crate::Scalar;
-use crate::effects::{self, Against, Table as TableLaw, Target as TableTarget};
+use crate::effects::{self, Against, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use crate::model::{Parameter, Release};
 use crate::system::{
-    Begin, Channel, Effect, EventSchema, Law, Measure, Quantity, Schema, Seed, Simulated, SimulationError,
-    State as StateSchema, System, SystemError, Target, Task, in_blocks, seeded, with_lanes,
+    Begin, Channel, Designs, Effect, Event, EventSchema, Law, Measure, Objection, Quantity, Record, Scatter,
+    Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError, Table, Target, Task,
+    in_blocks, seeded, with_lanes,
 };
 use std::sync::Arc;
 
 /// Most derivatives of one simulation: more run in blocks.
 const WIDEST: usize = 40;
-
-/// Covariates of a ball's record, in their order: name and unit.
-pub const COVARIATES: [(&str, &str); 6] = [
-    ("clock", "s"),
-    ("spin_x", "rad/s"),
-    ("spin_y", "rad/s"),
-    ("spin_z", "rad/s"),
-    ("area_per_mass", "m²/kg"),
-    ("radius", "m"),
-];
-/// Place of the radius among the covariates.
-const RADIUS_COVARIATE: usize = 5;
 
 /// A ball that falls, flies and bounces, as a [`System`].
 ///
@@ -37,22 +33,44 @@ pub struct Ball {
     parameters: Vec<Parameter>,
     laws: Vec<Law>,
     held: bool,
+    declares: Declares,
+    /// The model has a radius.
+    radius_declared: bool,
 }
+
+/// What a model file says beside its world and parameters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Declares {
+    /// It names the restitution: a model that does not is one of flight.
+    pub bounces: bool,
+    /// Kinds of its effects, scatter included.
+    pub kinds: Vec<String>,
+    /// Standard deviation of the position sensor, m.
+    pub position_sd_m: Option<f64>,
+    /// Scatter of the restitution.
+    pub scatter: Option<Scatter>,
+    /// Column of the height, where it is alone and has another name than `height_m`.
+    pub height_column: Option<String>,
+}
+
+/// Fewest measured heights of a record that is used.
+const FEWEST_HEIGHTS: usize = 8;
 
 impl Ball {
     /// The ball of a declared world with these parameters, one for each place of the world's vector.
     ///
     /// A radius of 0 becomes 1 m: without spin only ratios to it enter, so that any will do.
-    pub fn new(world: World, mut parameters: Vec<Parameter>, release: Release) -> Self {
+    pub fn new(world: World, mut parameters: Vec<Parameter>, release: Release, declares: Declares) -> Self {
+        let radius_declared = parameters.get(RADIUS).is_some_and(|radius| radius.nominal > 0.0);
         if let Some(radius) = parameters.get_mut(RADIUS)
-            && radius.nominal <= 0.0
+            && !radius_declared
         {
             radius.nominal = 1.0;
         }
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let held = release == Release::Rest;
-        let schema = Arc::new(schema(world.axes, held));
-        Self { schema, library, world, parameters, laws: Vec::new(), held }
+        let schema = Arc::new(schema(world.axes, held, &declares));
+        Self { schema, library, world, parameters, laws: Vec::new(), held, declares, radius_declared }
     }
 
     /// Simulates in the scalar whose lanes are the seeds of the task.
@@ -60,14 +78,14 @@ impl Ball {
         let axes = self.world.axes.indices();
         let (record, times) = (task.record, task.times());
         let mut values = task.parameters.to_vec();
-        if let Some(radius) = record.covariate(RADIUS_COVARIATE) {
+        if let Some(radius) = covariates::radius_m(record) {
             values[RADIUS] = radius;
         }
         let parameters: Vec<S> =
             seeded(&values, task.seeds, |s| if let Seed::Parameter(i) = s { Some(i) } else { None });
         let start: Vec<S> =
             seeded(task.start, task.seeds, |s| if let Seed::Start(i) = s { Some(i) } else { None });
-        let covariates = covariates(&record.covariates);
+        let covariates = covariates::known(record);
         // A ball that is held is let go at time 0, whether that is a sample or not.
         let held = self.held && task.window.start == 0;
         let begin = if held { 0.0 } else { times.first().copied().unwrap_or(0.0) };
@@ -176,17 +194,77 @@ impl System for Ball {
             Ok(())
         })
     }
+
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
+        match self.world.owner(parameter) {
+            Some(kind) => {
+                let spec =
+                    effects::spec_of(kind).and_then(|s| s.parameters.iter().find(|q| q.name == p.name));
+                Quantity::new(&format!("{kind}.{}", p.name), spec.map_or("", |q| q.unit))
+            }
+            None => {
+                let unit = match p.name.as_str() {
+                    "gravity_m_s2" => "m/s²",
+                    "radius_m" => "m",
+                    _ => "",
+                };
+                Quantity::new(&p.name, unit)
+            }
+        }
+    }
+
+    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        covariates::read(constant)
+    }
+
+    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
+        let (Some(heights), Some(&sigma)) = (record.values.last(), sd.last()) else {
+            return Err(too_few_heights());
+        };
+        if heights.iter().filter(|z| z.is_finite()).count() == 0 {
+            return Err(too_few_heights());
+        }
+        segment(record, self.parameters[GRAVITY].nominal.max(0.1), sigma, self.declares.bounces);
+        let left = record.values.last().map_or(0, |z| z.iter().filter(|z| z.is_finite()).count());
+        if left < FEWEST_HEIGHTS || record.pieces.is_empty() {
+            return Err(too_few_heights());
+        }
+        Ok(())
+    }
+
+    fn objection(&self, records: &[Record], sd: &[f64]) -> Option<Objection> {
+        objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
+    }
+
+    fn possible(&self, effect: usize, records: &[&Record]) -> bool {
+        let possible = Possible {
+            axes: self.world.axes,
+            held: self.held,
+            radius_declared: self.radius_declared,
+            parameters: &self.parameters,
+            kinds: &self.declares.kinds,
+        };
+        possible.holds(effect, records)
+    }
+
+    fn tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
+        tables(self.world.axes, !self.parameters[RESTITUTION].frozen, records, events)
+    }
+
+    fn shown_against(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        shown_against(record, events)
+    }
+
+    fn designs(&self, records: &[&Record], step_s: f64) -> Designs {
+        designs(self.schema.channels.len(), self.held, records, step_s)
+    }
 }
 
-/// The covariates of a record, 0 where one was not recorded.
-fn covariates(values: &[f64]) -> Covariates {
-    let at = |i: usize| values.get(i).copied().filter(|v| v.is_finite()).unwrap_or(0.0);
-    Covariates { clock_s: at(0), spin_rad_s: [at(1), at(2), at(3)], area_per_mass_m2_kg: at(4) }
-}
-
-fn schema(axes: Axes, held: bool) -> Schema {
+fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
+    let height = declares.height_column.as_deref().unwrap_or("height_m");
     let columns: &[&str] = match axes {
-        Axes::Vertical => &["height_m"],
+        Axes::Vertical => &[height],
         Axes::Plane => &["x_m", "z_m"],
         Axes::Space => &["x_m", "y_m", "z_m"],
     };
@@ -199,19 +277,27 @@ fn schema(axes: Axes, held: bool) -> Schema {
         begin: if held { Begin::Fixed(0.0) } else { Begin::Free },
     });
     let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
-    let targets = TableTarget::ALL
-        .iter()
-        .map(|t| Target { quantity: Quantity::new(t.name(), t.unit()), place: t.location().name().into() });
+    let targets = TableTarget::ALL.iter().map(|t| Target {
+        quantity: Quantity::new(t.name(), t.unit()),
+        place: t.location().name().into(),
+        costly: t.location() == Location::Flight,
+    });
     Schema {
         system: "ball".into(),
         record: ["trajectory".into(), "trajectories".into()],
         states: positions.chain(velocities).collect(),
         channels: columns
             .iter()
-            .map(|c| Channel { column: c.to_string(), unit: "m".into(), period: None })
+            .map(|c| Channel {
+                column: c.to_string(),
+                unit: "m".into(),
+                period: None,
+                sd: declares.position_sd_m,
+            })
             .collect(),
         inputs: Vec::new(),
-        covariates: COVARIATES.iter().map(|(name, unit)| Quantity::new(name, unit)).collect(),
+        covariates: covariates::quantities(),
+        clock: Some(covariates::CLOCK),
         features: features.collect(),
         targets: targets.collect(),
         measures: vec![Measure {
@@ -219,6 +305,14 @@ fn schema(axes: Axes, held: bool) -> Schema {
             channels: (0..columns.len()).collect(),
             unit: ("mm".into(), 1e3),
         }],
-        event: Some(EventSchema { words: ["impact".into(), "impacts".into()], parameter: RESTITUTION }),
+        event: Some(EventSchema {
+            words: ["impact".into(), "impacts".into()],
+            parameter: RESTITUTION,
+            scatter: Effect::from(&SCATTER_SPEC),
+            declared: declares.scatter,
+            // A floor that moves changes the rebound by its velocity: by a share that falls with the speed of impact.
+            strength: Against::ALL.iter().position(|a| *a == Against::NormalSpeed),
+        }),
+        conditions: ["heights", "speeds", "spins"].map(String::from).to_vec(),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Axes;
 use crate::Scalar;
-use crate::effects::{self, Law, Table};
+use crate::effects::{self, Law, TABLE_KIND, Table};
 
 /// The parameters that every ball world has, in the order of the parameter vector; those of the terms follow.
 pub const BASE_PARAMETERS: [&str; 4] = ["gravity_m_s2", "restitution", "radius_m", "inertia_ratio"];
@@ -79,6 +79,15 @@ impl World {
     /// The terms in the order in which they act.
     pub fn terms(&self) -> &[Term] {
         &self.terms
+    }
+
+    /// Kind of the law that owns the parameter of this index; `None` for a base parameter.
+    pub(super) fn owner(&self, parameter: usize) -> Option<&'static str> {
+        let term = self.terms.iter().find(|t| (t.first..t.first + t.count).contains(&parameter))?;
+        match term.law {
+            LawRef::Listed(i) => effects::all::<f64>().get(i).map(|e| e.spec().kind),
+            LawRef::Table(_) => Some(TABLE_KIND),
+        }
     }
 
     /// The laws with their slices of `parameters`, in the order in which they act.

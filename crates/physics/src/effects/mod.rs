@@ -32,8 +32,8 @@ mod vertical_acceleration;
 mod wind;
 
 pub use law::{Effect, Flight, Law, Sight};
-pub use scatter::{SCATTER_KIND, SCATTER_SPEC, ScatterPer};
-pub use spec::{EffectSpec, Join, Location, Needs, ParameterSpec, Polar, Rival, Start, known_separation};
+pub use scatter::{SCATTER_KIND, SCATTER_SPEC, scatter_word};
+pub use spec::{EffectSpec, Join, Location, Needs, ParameterSpec, Polar, Rival, Start};
 pub use table::{Against, TABLE_KIND, Table, Target};
 
 // Laws of restitution act in this order: additive ones first, then multiplicative ones; scatter is added last by the engine.

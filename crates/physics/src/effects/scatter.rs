@@ -4,6 +4,7 @@
 //! (the offsets `xi`), because a likelihood needs the numbers themselves.
 
 use super::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::system::ScatterPer;
 
 /// Kind of the scatter of restitution.
 pub const SCATTER_KIND: &str = "restitution-scatter";
@@ -21,21 +22,10 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::PLAIN
 };
 
-/// What one random number belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ScatterPer {
-    /// A new draw at every impact.
-    Impact,
-    /// One draw for all impacts of a trajectory.
-    Trajectory,
-}
-
-impl ScatterPer {
-    /// The word in model files: `per = "impact"`.
-    pub fn name(self) -> &'static str {
-        match self {
-            ScatterPer::Impact => "impact",
-            ScatterPer::Trajectory => "trajectory",
-        }
+/// The word in model files for what one draw of the restitution belongs to: `per = "impact"`.
+pub fn scatter_word(per: ScatterPer) -> &'static str {
+    match per {
+        ScatterPer::Event => "impact",
+        ScatterPer::Record => "trajectory",
     }
 }

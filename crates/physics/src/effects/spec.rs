@@ -224,18 +224,3 @@ impl EffectSpec {
         confirmed_by: None,
     };
 }
-
-/// The experiment that tells two explanations apart, by the effects that one has and the other has not: what is known of two
-/// kinds before what is known of a kind and a place, and that before what tells a kind from any other.
-pub fn known_separation(one: &[&EffectSpec], other: &[&EffectSpec]) -> Option<&'static str> {
-    let sides = [(one, other), (other, one)];
-    let known = |applies: &dyn Fn(&Rival, &[&EffectSpec]) -> bool| {
-        sides.iter().find_map(|(mine, theirs)| {
-            let all = mine.iter().flat_map(|spec| spec.separated_by);
-            all.filter(|(rival, _)| applies(rival, theirs)).map(|(_, text)| *text).next()
-        })
-    };
-    known(&|rival, theirs| theirs.iter().any(|spec| *rival == Rival::Kind(spec.kind)))
-        .or_else(|| known(&|rival, theirs| theirs.iter().any(|spec| *rival == Rival::At(spec.location))))
-        .or_else(|| known(&|rival, _| *rival == Rival::Any))
-}

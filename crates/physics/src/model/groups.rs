@@ -19,7 +19,11 @@ impl Parameter {
     }
 }
 
-fn unknown<'p>(mut parameters: impl Iterator<Item = &'p Parameter>, groups: &[&str]) -> Option<UnknownGroup> {
+/// The first value by group of these parameters whose group is none of `groups`.
+pub fn unknown_group<'p>(
+    mut parameters: impl Iterator<Item = &'p Parameter>,
+    groups: &[&str],
+) -> Option<UnknownGroup> {
     parameters.find_map(|p| {
         let (group, _) = p.groups.iter().find(|(name, _)| !groups.contains(&name.as_str()))?;
         Some(UnknownGroup { parameter: p.name.clone(), group: group.clone() })
@@ -29,7 +33,7 @@ fn unknown<'p>(mut parameters: impl Iterator<Item = &'p Parameter>, groups: &[&s
 impl Model {
     /// The first value by group whose group is none of `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
-        unknown(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
+        unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 
@@ -51,7 +55,7 @@ impl Model {
 impl PushModel {
     /// The first value by group whose group is none of `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
-        unknown(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
+        unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Model files: what is declared about a system, and what `discover` adds to it.
 
+mod augment;
 mod error;
 mod expected;
 mod groups;
@@ -11,11 +12,12 @@ mod scenario;
 mod write;
 
 use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
-use crate::effects::{ScatterPer, Table, index_of};
+use crate::effects::{Table, index_of};
+use crate::system::ScatterPer;
 use std::path::Path;
 
 pub use error::ModelError;
-pub use groups::UnknownGroup;
+pub use groups::{UnknownGroup, unknown_group};
 pub use parameter::{Parameter, Per};
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;

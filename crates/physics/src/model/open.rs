@@ -1,18 +1,43 @@
 //! From a model file to the system that it declares.
 
 use super::{EffectBlock, Model, Parameter, PushModel};
-use crate::ball::{Axes, Ball};
+use crate::ball::{Axes, Ball, Declares};
 use crate::push::Pushing;
 use crate::push::effects::index_of;
+use crate::system::Scatter;
 
 impl Model {
     /// The declared ball, observed along `axes`. Scatter is no law and has no place in the system's parameters.
     pub fn open(&self, axes: Axes) -> Ball {
         let (world, _) = self.world(axes);
         let blocks = self.effects.iter().filter(|b| b.scatter.is_none());
-        Ball::new(world, with_effects(&self.parameters, blocks), self.release)
+        Ball::new(world, with_effects(&self.parameters, blocks), self.release, self.declares())
+    }
+
+    /// The declared ball in data whose only column of position is `height_column`.
+    pub fn open_height(&self, height_column: &str) -> Ball {
+        let (world, _) = self.world(Axes::Vertical);
+        let blocks = self.effects.iter().filter(|b| b.scatter.is_none());
+        let declares = Declares { height_column: Some(height_column.into()), ..self.declares() };
+        Ball::new(world, with_effects(&self.parameters, blocks), self.release, declares)
+    }
+
+    fn declares(&self) -> Declares {
+        Declares {
+            bounces: self.declared.iter().any(|p| p == "restitution"),
+            kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
+            position_sd_m: self.position_sd_m,
+            scatter: self.effects.iter().find_map(|b| {
+                let sd = b.parameters.first()?.nominal.max(LEAST_SCATTER);
+                Some(Scatter { per: b.scatter?, sd })
+            }),
+            height_column: None,
+        }
     }
 }
+
+/// A scatter that a file declares begins at no less: at 0 it could not grow.
+const LEAST_SCATTER: f64 = 1e-4;
 
 impl PushModel {
     /// The declared object and rod. Scatter is no law and has no place in the system's parameters.

@@ -2,9 +2,8 @@
 
 use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
 use crate::ball::BASE_PARAMETERS;
-use crate::effects::{
-    self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, ScatterPer, TABLE_KIND, Table, Target,
-};
+use crate::effects::{self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::system::ScatterPer;
 use augsim_data::shown_cause;
 use std::ops::Range;
 use toml::Spanned;
@@ -317,9 +316,9 @@ impl<'t> Reader<'t> {
         let block = self.listed(value, earlier, &BALL, if scatters { &["per"] } else { &[] })?;
         let scatter = match table.get("per") {
             Some(v) if self.word("per", v, &["impact", "trajectory"])? == "trajectory" => {
-                Some(ScatterPer::Trajectory)
+                Some(ScatterPer::Record)
             }
-            _ => scatters.then_some(ScatterPer::Impact),
+            _ => scatters.then_some(ScatterPer::Event),
         };
         Ok(EffectBlock { scatter, ..block })
     }

@@ -2,9 +2,9 @@
 
 use super::parse::{Library, Reader, Value};
 use super::{EffectBlock, ModelError, Parameter, Per, read, write};
-use crate::effects::ScatterPer;
 use crate::push::effects::{self, SCATTER_KIND, index_of};
 use crate::push::{BASE_PARAMETERS, OBJECTS, Object, World};
+use crate::system::ScatterPer;
 use std::fmt::Write as _;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
@@ -137,7 +137,7 @@ impl PushModel {
                     "\"all\" in [[effect]] blocks: effects on pushes have one value for all groups";
                 return Err(reader.wrong(&format!("{}.per", p.name), value, expected));
             }
-            let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Trajectory);
+            let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Record);
             Ok(EffectBlock { scatter, ..block })
         })?;
         let [position_sd_m, angle_sd_rad] = sd;

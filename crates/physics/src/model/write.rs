@@ -1,6 +1,7 @@
 //! Model files out: the layout is ours, every value and every name that a user chose is written by the `toml` crate.
 
 use super::{Model, Parameter, Per, Release};
+use crate::effects::scatter_word;
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
@@ -74,7 +75,7 @@ pub(super) fn to_toml(model: &Model) -> String {
     for block in &model.effects {
         let _ = write!(s, "\n[[effect]]\nkind = {}\n", value(&block.kind));
         if let Some(per) = block.scatter {
-            let _ = writeln!(s, "per = {}", value(per.name()));
+            let _ = writeln!(s, "per = {}", value(scatter_word(per)));
         }
         if let Some(t) = &block.table {
             let knots: Vec<f64> = block.parameters.iter().map(|p| p.nominal).collect();

@@ -132,6 +132,7 @@ fn schema() -> Schema {
         column: format!("{name}_{unit}"),
         unit: unit.into(),
         period: (unit == "rad").then_some(TAU),
+        sd: None,
     };
     let measure = |name: &str, channels: &[usize], unit: &str, factor: f64| Measure {
         name: name.into(),
@@ -151,17 +152,15 @@ fn schema() -> Schema {
             columns: vec!["pusher_x_m".into(), "pusher_y_m".into()],
             between: Between::Linear,
         }],
-        covariates: Vec::new(),
         features: vec![
             Quantity::new("time", "s"),
             Quantity::new("heading", "rad"),
             Quantity::new("speed", "m/s"),
         ],
-        targets: Vec::new(),
         measures: vec![
             measure("position", &[0, 1], "mm", 1e3),
             measure("rotation", &[2], "degrees", 180.0 / PI),
         ],
-        event: None,
+        ..Schema::default()
     }
 }

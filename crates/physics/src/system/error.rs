@@ -1,5 +1,6 @@
 //! Why a system cannot do what it is asked.
 
+use super::Schema;
 use std::error::Error as StdError;
 use thiserror::Error;
 
@@ -56,6 +57,14 @@ pub enum SimulationError {
     /// What the engine of a system says itself.
     #[error(transparent)]
     Engine(Box<dyn StdError + Send + Sync>),
+}
+
+impl SimulationError {
+    /// The refusal of a task without a place in the results of `simulate_all`, which got so many tasks and places.
+    pub fn no_place(schema: &Schema, tasks: usize, places: usize) -> Self {
+        let system = schema.system.clone();
+        Self::Task { system, part: "places for results", expected: tasks, found: places }
+    }
 }
 
 /// A law that a system does not have.

@@ -9,11 +9,14 @@
 //! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
 //! dual numbers. Adding one from Rust by its equations: see `Equations` in the `ode` module.
 
+mod declaration;
+mod design;
 pub(crate) mod effect;
 mod error;
 mod lanes;
 mod law;
 mod record;
+mod scatter;
 mod schema;
 mod simulated;
 mod task;
@@ -23,14 +26,17 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use effect::{Effect, EffectParameter};
+pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, NotReadable};
+pub use design::{Design, Designs};
+pub use effect::{Effect, EffectParameter, Join, Rival, Start, known_separation};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
-pub use record::{Record, SeenEvent, Stream, Window};
+pub use record::{MEMORY, Record, SeenEvent, Stream, Window, typical_step};
+pub use scatter::{Scatter, ScatterPer};
 pub use schema::{Begin, Between, Channel, EventSchema, Input, Measure, Quantity, Schema, State, Target};
-pub use simulated::Simulated;
+pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 
 /// A system that moves, is measured, and has a model that may be wrong.
@@ -60,6 +66,59 @@ pub trait System: Debug + Send + Sync {
     /// [`SimulationError`]: the window cannot be simulated at these values; `out` is then undefined.
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError>;
 
+    /// Name and unit of a declared parameter in results.
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
+        Quantity::new(name, "")
+    }
+
+    /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
+    ///
+    /// The default takes the column of the covariate's own name.
+    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Simulates many windows: result and place of `out` number `i` are those of task `i`, to the last bit those of
+    /// [`simulate`](System::simulate), whatever else stands in the list. Runs on the calling thread: a caller with several
+    /// hands out parts of its list, best in multiples of [`side_by_side`](System::side_by_side).
+    ///
+    /// The default simulates one after the other. A system that carries several windows in one pass overrides it.
+    ///
+    /// # Errors
+    /// Of each task its own [`SimulationError`], which concerns no other; its place of `out` is then undefined. A task
+    /// without a place in `out` is refused.
+    fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
+        let places = out.len();
+        let mut places_left = out.iter_mut();
+        let simulate = |task| match places_left.next() {
+            Some(out) => self.simulate(task, out),
+            None => Err(SimulationError::no_place(self.schema(), tasks.len(), places)),
+        };
+        tasks.iter().map(simulate).collect()
+    }
+
+    /// How many windows with the same seeds [`simulate_all`](System::simulate_all) carries in one pass.
+    fn side_by_side(&self) -> usize {
+        1
+    }
+
+    /// Values of an effect's parameters at which it vanishes, each a place to score it at and to fit it from. An inner
+    /// parameter, such as a width or a threshold, has no null of its own and stands on a grid there; its derivative is 0
+    /// at every one of these points.
+    ///
+    /// The default is one point, that of the nulls; none for an effect that the library does not have.
+    fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
+        let nulls = |effect: &Effect| effect.parameters.iter().map(|p| p.null).collect();
+        self.library().get(effect).map(nulls).into_iter().collect()
+    }
+
+    /// Values of an effect's parameters from which it is fitted without being scored: thresholds of laws that have no slope
+    /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
+    fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
     /// starts. `sd` is a rough noise of each channel, in its unit.
     ///
@@ -74,9 +133,33 @@ pub trait System: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Why no answer can come of these prepared records, in one sentence that says what to do.
-    fn objection(&self, _records: &[Record]) -> Option<Objection> {
+    /// Why no answer can come of these prepared records, in one sentence that says what to do. Wrong samples are no numbers;
+    /// `sd` is the noise of each channel, in its unit.
+    fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
         None
+    }
+
+    /// Whether these records can speak about an effect of the library, and the declared model does not have it already.
+    fn possible(&self, _effect: usize, _records: &[&Record]) -> bool {
+        true
+    }
+
+    /// Laws of one feature that these records can speak about; `events` are those that a simulation of each record passed.
+    fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+        Vec::new()
+    }
+
+    /// Quantities that residuals are shown against, by name, with their values sample by sample (NaN where there is none);
+    /// `events` are those that the simulation passed.
+    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        let channels = self.schema().channels.iter().zip(&record.values);
+        let time = ("time_s".to_string(), record.times.clone());
+        std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
+    }
+
+    /// Experiments that could be made, sampled every `step_s` seconds.
+    fn designs(&self, _records: &[&Record], _step_s: f64) -> Designs {
+        Designs::default()
     }
 
     /// Deviation of a channel, in its unit, to which the engine is accurate; smaller effects are none.

@@ -1,6 +1,7 @@
 //! One measured record, as a system sees it.
 
 use super::schema::{Begin, Schema};
+use crate::statistics::median;
 use std::ops::Range;
 
 /// An input as it was recorded, on its own clock.
@@ -51,9 +52,24 @@ pub struct Record {
     pub pieces: Vec<Range<usize>>,
     /// Events that the data show.
     pub events: Vec<SeenEvent>,
+    /// Time between two measured samples of a channel from which their noise is independent, s.
+    pub memory_s: f64,
+    /// How many samples, from the first, a forecast may begin from.
+    pub known: usize,
 }
 
 impl Record {
+    /// Whether the noise of sample `k` of a channel is correlated with that of `before`, the measured one before it: at most
+    /// one sample was lost in between. Lost is what was not recorded, what has an empty cell, and what was masked.
+    pub fn follows(&self, before: usize, k: usize) -> bool {
+        self.times[k] - self.times[before] < self.memory_s
+    }
+
+    /// Median time from one sample to the next, s.
+    pub fn typical_step(&self) -> f64 {
+        typical_step(&self.times)
+    }
+
     /// The covariate of index `i`, where it was recorded.
     pub fn covariate(&self, i: usize) -> Option<f64> {
         self.covariates.get(i).copied().filter(|v| v.is_finite())
@@ -75,5 +91,15 @@ impl Record {
         let samples = 0..self.times.len();
         self.windows = vec![Window { samples: samples.clone(), start }];
         self.pieces = vec![samples];
+        self.memory_s = MEMORY * self.typical_step();
+        self.known = 1.min(self.times.len());
     }
+}
+
+/// One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
+pub const MEMORY: f64 = 2.6;
+
+/// Median time from one of these times to the next, s.
+pub fn typical_step(times: &[f64]) -> f64 {
+    median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
 }

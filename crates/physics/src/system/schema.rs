@@ -1,5 +1,7 @@
 //! What a system consists of, in data: the loop reads names, units and roles from here and knows no others.
 
+use super::{Effect, Scatter};
+
 /// A named number with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
@@ -47,6 +49,8 @@ pub struct Channel {
     pub unit: String,
     /// Period, for an angle that is measured modulo a turn.
     pub period: Option<f64>,
+    /// Declared standard deviation of the sensor, in the unit of the channel.
+    pub sd: Option<f64>,
 }
 
 /// How an input goes between its samples.
@@ -74,6 +78,8 @@ pub struct Target {
     pub quantity: Quantity,
     /// Where it acts, in the system's words (`flight`, `impact`, `sensor`, …).
     pub place: String,
+    /// Whether a law there makes every simulation dearer.
+    pub costly: bool,
 }
 
 /// Channels whose errors are one figure.
@@ -94,10 +100,16 @@ pub struct EventSchema {
     pub words: [String; 2],
     /// Index of the parameter that may have an offset of its own at each event.
     pub parameter: usize,
+    /// Its scatter as an effect: the name in results; its one parameter, the standard deviation, with bounds and a typical size.
+    pub scatter: Effect,
+    /// The scatter that the model declares.
+    pub declared: Option<Scatter>,
+    /// The feature that a rhythm of the surroundings would be proportional to at an event, by its place among the features.
+    pub strength: Option<usize>,
 }
 
 /// The description of a system.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schema {
     /// Name of the system.
     pub system: String,
@@ -111,6 +123,8 @@ pub struct Schema {
     pub inputs: Vec<Input>,
     /// What is known of a whole record, in the order of a record's covariates.
     pub covariates: Vec<Quantity>,
+    /// The covariate that is the record's start on the clock of the session, s.
+    pub clock: Option<usize>,
     /// What a table may depend on, and what residuals are shown against.
     pub features: Vec<Quantity>,
     /// What a table may add to.
@@ -119,6 +133,8 @@ pub struct Schema {
     pub measures: Vec<Measure>,
     /// Events, for a system that has them.
     pub event: Option<EventSchema>,
+    /// What can be varied from record to record, in words, most telling first (`heights`, `speeds`).
+    pub conditions: Vec<String>,
 }
 
 impl Schema {

@@ -2,6 +2,22 @@
 
 use crate::Scalar;
 
+/// An event that a simulation passed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// When, s.
+    pub time_s: f64,
+    /// Features, in the order of the schema's; NaN for those that an event has not.
+    pub features: Vec<f64>,
+}
+
+impl Event {
+    /// The feature of index `i`; not a number where the event has none of this kind.
+    pub fn feature(&self, i: usize) -> f64 {
+        self.features.get(i).copied().unwrap_or(f64::NAN)
+    }
+}
+
 /// Values and derivatives of a window. Reuse one for many windows: nothing is allocated once it is large enough.
 #[derive(Clone, Debug, Default)]
 pub struct Simulated {
@@ -104,6 +120,12 @@ impl Simulated {
     /// Features of an event, in the order of the schema's; NaN for those that an event has not.
     pub fn event(&self, event: usize) -> &[f64] {
         &self.event_features[event * self.features..][..self.features]
+    }
+
+    /// All events, in order.
+    pub fn events(&self) -> Vec<Event> {
+        let times = self.event_times.iter().enumerate();
+        times.map(|(i, &time_s)| Event { time_s, features: self.event(i).to_vec() }).collect()
     }
 
     /// Takes the buffer for single blocks of lanes out.

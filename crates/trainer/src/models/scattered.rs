@@ -4,7 +4,7 @@
 use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::effects::ScatterPer;
+use augsim_physics::system::ScatterPer;
 use rand_distr::{Distribution, StandardNormal};
 
 /// PyBullet's stepping of a ball whose restitution is drawn at random.
@@ -41,7 +41,7 @@ impl Forecaster for ScatteredBall {
             for t in 0..task.time {
                 if t > 0 {
                     ball.step(&state, &[], &[], &mut next);
-                    if self.per == ScatterPer::Impact && state[1] < 0.0 && next[1] > 0.0 {
+                    if self.per == ScatterPer::Event && state[1] < 0.0 && next[1] > 0.0 {
                         ball = engine(draw());
                     }
                     state.copy_from_slice(&next);

@@ -4,8 +4,7 @@
 //! the noise; weak bounces below it end the trajectory's use, because an arc with a hidden bounce in it imitates coloured
 //! noise.
 
-use crate::record::Record;
-use crate::statistics::median;
+use crate::system::{MEMORY, Record, SeenEvent, Window, typical_step};
 
 /// Lag of the second difference, s.
 const LAG: f64 = 0.030;
@@ -30,26 +29,6 @@ fn measured(y: &[f64]) -> Vec<usize> {
 /// Values at the samples `chosen`.
 fn at(chosen: &[usize], values: &[f64]) -> Vec<f64> {
     chosen.iter().map(|&k| values[k]).collect()
-}
-
-/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, m. Neighbours are samples
-/// that were measured one after the other.
-pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
-    let chosen = measured(y);
-    let (times, y) = (at(&chosen, times), at(&chosen, y));
-    let mut misfits: Vec<f64> = (0..times.len().saturating_sub(3))
-        .filter_map(|k| {
-            // Lagrange weights of samples k, k+1, k+3 at the time of k+2.
-            let (a, b, c, x) = (times[k], times[k + 1], times[k + 3], times[k + 2]);
-            let wa = (x - b) * (x - c) / ((a - b) * (a - c));
-            let wb = (x - a) * (x - c) / ((b - a) * (b - c));
-            let wc = (x - a) * (x - b) / ((c - a) * (c - b));
-            let misfit = y[k + 2] - wa * y[k] - wb * y[k + 1] - wc * y[k + 3];
-            let size = (1.0 + wa * wa + wb * wb + wc * wc).sqrt();
-            misfit.is_finite().then(|| (misfit / size).abs())
-        })
-        .collect();
-    1.4826 * median(&mut misfits)
 }
 
 /// Height and slope at `t0` of the least-squares parabola of curvature `-g` through samples `range`; `None` if too few.
@@ -77,13 +56,14 @@ fn ballistic(
 }
 
 /// Finds impacts (if the model knows of any) and arcs of a record, cuts what follows the last usable arc, and sets the rough start.
-pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, bounces: bool) {
+pub(super) fn segment(record: &mut Record, g: f64, sigma: f64, bounces: bool) {
     // Impacts are sought among the samples whose height was measured, as if the others had not been recorded; arcs and the
     // end of the record are ranges of all samples, because other channels may have been measured there.
+    let vertical = record.values.len() - 1;
     let rows = record.times.clone();
-    let chosen = measured(&record.y[vertical]);
+    let chosen = measured(&record.values[vertical]);
     let times = at(&chosen, &rows);
-    let z = without_spikes(&at(&chosen, &record.y[vertical]), sigma);
+    let z = without_spikes(&at(&chosen, &record.values[vertical]), sigma);
     let n = times.len();
     let heights = |arc: &std::ops::Range<usize>| chosen.iter().filter(|k| arc.contains(k)).count();
     let dt = typical_step(&times);
@@ -142,16 +122,14 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
             };
             if i > 0 && short && !late {
                 // The impact before the short arc is only seen from one side: it goes as well.
-                end = record.impacts.last().map_or(end, |&t| arc_end(&rows, t, near));
-                record.impacts.pop();
-                record.ratios.pop();
-                record.arcs.retain(|a| a.end <= end);
+                end = record.events.last().map_or(end, |e| arc_end(&rows, e.time, near));
+                record.events.pop();
+                record.pieces.retain(|a| a.end <= end);
             }
             break;
         }
-        record.arcs.push(arc);
-        record.impacts.push(time);
-        record.ratios.push((v_out / v_in).clamp(0.02, 1.1));
+        record.pieces.push(arc);
+        record.events.push(SeenEvent { time, value: (v_out / v_in).clamp(0.02, 1.1) });
         out_speed = Some(v_out);
         arc_start = (0..rows.len()).find(|&k| rows[k] > time + near).unwrap_or(rows.len());
         end = rows.len();
@@ -159,23 +137,26 @@ pub(crate) fn segment(record: &mut Record, vertical: usize, g: f64, sigma: f64, 
     if end == rows.len() && arc_start < rows.len() {
         // The last arc has no impact at its end: it must not be longer than its hop.
         let begins = rows[arc_start];
-        if !record.impacts.is_empty() {
+        if !record.events.is_empty() {
             end = end_of_hop(&rows, begins, out_speed, g, near);
         }
         if heights(&(arc_start..end)) >= FEWEST_HEIGHTS {
-            record.arcs.push(arc_start..end);
-        } else if !record.impacts.is_empty() {
-            end = record.impacts.last().map_or(end, |&t| arc_end(&rows, t, near));
-            record.impacts.pop();
-            record.ratios.pop();
+            record.pieces.push(arc_start..end);
+        } else if !record.events.is_empty() {
+            end = record.events.last().map_or(end, |e| arc_end(&rows, e.time, near));
+            record.events.pop();
         }
     }
-    record.arcs.retain(|a| heights(a) >= FEWEST_HEIGHTS && a.end <= end);
+    record.pieces.retain(|a| heights(a) >= FEWEST_HEIGHTS && a.end <= end);
     record.times.truncate(end);
-    record.y.iter_mut().for_each(|c| c.truncate(end));
-    // One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
-    record.memory_s = 2.6 * typical_step(&rows);
+    record.values.iter_mut().for_each(|c| c.truncate(end));
+    record.memory_s = MEMORY * typical_step(&rows);
     rough_start(record, vertical, g);
+    record.known = match (record.events.first(), record.pieces.first()) {
+        (Some(_), Some(arc)) => arc.end,
+        // The first part of a flight without impacts.
+        _ => (record.times.len() * 2 / 5).max(6).min(record.times.len()),
+    };
 }
 
 /// The heights with isolated wrong samples replaced by the mean of their neighbours, for the detection only. A wrong
@@ -194,11 +175,6 @@ fn without_spikes(y: &[f64], sigma: f64) -> Vec<f64> {
     z
 }
 
-/// Median time from one sample to the next, s.
-fn typical_step(times: &[f64]) -> f64 {
-    median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
-}
-
 fn arc_end(times: &[f64], impact: f64, near: f64) -> usize {
     times.iter().position(|&t| t >= impact - near).unwrap_or(times.len())
 }
@@ -208,21 +184,17 @@ fn end_of_hop(times: &[f64], begins: f64, out_speed: Option<f64>, g: f64, near: 
     arc_end(times, begins + 0.93 * duration, near)
 }
 
+/// One window, from the first sample, with the state that the first arc has there.
 fn rough_start(record: &mut Record, vertical: usize, g: f64) {
-    let Some(first) = record.arcs.first().cloned() else {
-        return;
-    };
-    let t0 = record.times[0];
-    let axes: &[usize] = match record.y.len() {
-        1 => &[2],
-        2 => &[0, 2],
-        _ => &[0, 1, 2],
-    };
-    for (channel, &axis) in axes.iter().enumerate() {
-        let pull = if channel == vertical { g } else { 0.0 };
-        if let Some((p, v)) = ballistic(&record.times, &record.y[channel], first.clone(), t0, pull) {
-            record.start.0[axis] = p;
-            record.start.1[axis] = v;
+    let channels = record.values.len();
+    let mut start = vec![0.0; 2 * channels];
+    if let (Some(first), Some(&t0)) = (record.pieces.first(), record.times.first()) {
+        for (channel, values) in record.values.iter().enumerate() {
+            let pull = if channel == vertical { g } else { 0.0 };
+            if let Some((p, v)) = ballistic(&record.times, values, first.clone(), t0, pull) {
+                (start[channel], start[channels + channel]) = (p, v);
+            }
         }
     }
+    record.windows = vec![Window { samples: 0..record.times.len(), start }];
 }

@@ -1,0 +1,25 @@
+//! What the residuals of throws are shown against.
+
+use crate::system::{Event, Record};
+
+/// Time, height, speed (over one step; not a number after a lost sample) and bounce, sample by sample. `events` are the
+/// simulated impacts.
+pub(super) fn shown_against(record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
+    let samples = record.times.len();
+    let height = record.values.last().cloned().unwrap_or_default();
+    let speed = |k: usize| {
+        if k == 0 || !record.follows(k - 1, k) {
+            return f64::NAN;
+        }
+        let dt = record.times[k] - record.times[k - 1];
+        let rates = record.values.iter().map(|y| (y[k] - y[k - 1]).powi(2));
+        rates.sum::<f64>().sqrt() / dt
+    };
+    let bounce = |k: usize| events.iter().filter(|e| e.time_s < record.times[k]).count() as f64;
+    vec![
+        ("time_s".into(), record.times.clone()),
+        ("height_m".into(), height),
+        ("speed_m_s".into(), (0..samples).map(speed).collect()),
+        ("bounce".into(), (0..samples).map(bounce).collect()),
+    ]
+}

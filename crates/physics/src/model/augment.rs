@@ -1,0 +1,202 @@
+//! Models with what was found in them.
+
+use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per, PushModel};
+use crate::ball::Axes;
+use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::push;
+use crate::system::{
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer,
+    System,
+};
+use augsim_data::checks::Expected;
+use std::sync::Arc;
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+enum Columns {
+    #[error("no position columns; 1-D data need `height_m`, 2-D `x_m` and `z_m`, 3-D `x_m`, `y_m` and `z_m`")]
+    NoPosition,
+}
+
+impl Fitted {
+    /// Puts the values into a parameter.
+    fn put(&self, p: &mut Parameter) {
+        match &self.values {
+            FittedValues::One(value) => (p.nominal, p.ci95) = (*value, self.ci95),
+            FittedValues::ByGroup(groups) => {
+                p.per = Per::Group;
+                p.groups = groups.clone();
+                let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;
+                // Rounding must not carry the mean of values at a bound beyond it.
+                p.nominal = mean.clamp(p.min, p.max);
+            }
+        }
+    }
+}
+
+/// A block of a law with the values that were found.
+fn block(kind: &str, parameters: Vec<Parameter>, values: &[Fitted]) -> EffectBlock {
+    let mut block = EffectBlock { kind: kind.into(), scatter: None, table: None, parameters };
+    block.parameters.iter_mut().zip(values).for_each(|(p, v)| v.put(p));
+    block
+}
+
+fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
+    specs.iter().map(|s| Parameter::free(s.name.into(), 0.0, s.min, s.max)).collect()
+}
+
+/// The block of a table of the ball's.
+fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
+    let (target, against) = (*Target::ALL.get(table.target)?, *Against::ALL.get(table.against)?);
+    let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
+    block.parameters.iter_mut().for_each(|p| p.ci95 = None);
+    block.table = Some(Table { target, against, first: table.first, last: table.last });
+    Some(block)
+}
+
+/// Puts values into declared parameters: those of the base, then those of the effects that are laws.
+fn put_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [EffectBlock]) {
+    let laws = effects.iter_mut().filter(|b| b.scatter.is_none());
+    let mut slots: Vec<&mut Parameter> =
+        base.iter_mut().chain(laws.flat_map(|b| &mut b.parameters)).collect();
+    for (index, fitted) in &found.declared {
+        if let Some(p) = slots.get_mut(*index) {
+            fitted.put(p);
+        }
+    }
+    // A table in a model file is a list of values, without intervals.
+    let tables = effects.iter_mut().filter(|b| b.table.is_some());
+    tables.flat_map(|b| &mut b.parameters).for_each(|p| p.ci95 = None);
+}
+
+/// Puts the standard deviation into the first scatter of a model.
+fn put_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
+    let scatter = effects.iter_mut().find(|b| b.scatter.is_some());
+    if let (Some(sd), Some(p)) = (found.scatter_sd, scatter.and_then(|b| b.parameters.first_mut())) {
+        p.nominal = sd;
+    }
+}
+
+impl Model {
+    /// The model with what was found.
+    fn with(&self, found: &Augmentation) -> Self {
+        let mut out = self.clone();
+        out.clock_reference_s = found.clock_reference_s.or(out.clock_reference_s);
+        put_declared(found, &mut out.parameters, &mut out.effects);
+        let library = effects::all::<f64>();
+        for addition in &found.additions {
+            out.effects.extend(match addition {
+                Addition::Law(Law::Effect(i), values) => {
+                    library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
+                }
+                Addition::Law(Law::Table(table), values) => tabulated(table, values),
+                Addition::Scatter(per, _) => {
+                    let parameters = blank(effects::SCATTER_SPEC.parameters);
+                    Some(EffectBlock { scatter: Some(*per), ..block(SCATTER_KIND, parameters, &[]) })
+                }
+            });
+        }
+        put_scatter(found, &mut out.effects);
+        out
+    }
+}
+
+impl PushModel {
+    /// The model with what was found; a parameter that was fitted stands in the file.
+    fn with(&self, found: &Augmentation) -> Self {
+        let mut out = self.clone();
+        put_declared(found, &mut out.parameters, &mut out.effects);
+        let library = push::effects::all::<f64>();
+        for addition in &found.additions {
+            out.effects.extend(match addition {
+                Addition::Law(Law::Effect(i), values) => {
+                    library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
+                }
+                Addition::Law(Law::Table(_), _) => None,
+                Addition::Scatter(..) => {
+                    let kind = push::effects::SCATTER_KIND;
+                    let parameters = blank(push::effects::SCATTER_SPEC.parameters);
+                    Some(EffectBlock { scatter: Some(ScatterPer::Record), ..block(kind, parameters, &[]) })
+                }
+            });
+        }
+        put_scatter(found, &mut out.effects);
+        for p in &out.parameters {
+            if p.ci95.is_some() && !out.declared.contains(&p.name) {
+                out.declared.push(p.name.clone());
+            }
+        }
+        out
+    }
+}
+
+/// The text, if reading it gives back the same model.
+fn readable(model: &ModelFile, text: String, file: &str) -> Result<String, NotReadable> {
+    let not = |source: Option<Box<ModelError>>| NotReadable { model: file.into(), source };
+    match ModelFile::parse(&text, file) {
+        Ok(back) if back == *model => Ok(text),
+        Ok(_) => Err(not(None)),
+        Err(e) => Err(not(Some(Box::new(e)))),
+    }
+}
+
+impl Declaration for Model {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn expected(&self) -> Expected {
+        Model::expected(self)
+    }
+
+    fn clock_reference_s(&self) -> Option<f64> {
+        self.clock_reference_s
+    }
+
+    fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
+        let ball = match (has("x_m") && has("z_m"), has("y_m")) {
+            (true, true) => Model::open(self, Axes::Space),
+            (true, false) => Model::open(self, Axes::Plane),
+            (false, _) if has("height_m") => Model::open(self, Axes::Vertical),
+            (false, _) if has("z_m") => self.open_height("z_m"),
+            (false, _) => return Err(Objection::new(Columns::NoPosition)),
+        };
+        Ok(Arc::new(ball))
+    }
+
+    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+        let model = self.with(found);
+        let text = model.to_toml();
+        readable(&ModelFile::Ball(model), text, &self.file)
+    }
+}
+
+impl Declaration for PushModel {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn expected(&self) -> Expected {
+        PushModel::expected(self)
+    }
+
+    fn open(&self, _has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
+        Ok(Arc::new(PushModel::open(self)))
+    }
+
+    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+        let model = self.with(found);
+        let text = model.to_toml();
+        readable(&ModelFile::Push(model), text, &self.file)
+    }
+}
+
+impl ModelFile {
+    /// The model as the loop takes it, whatever its scenario.
+    pub fn declaration(&self) -> &dyn Declaration {
+        match self {
+            ModelFile::Ball(model) => model,
+            ModelFile::Push(model) => model,
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Middles of values.
+
+/// Median of a slice, 0 if it is empty; the slice is reordered.
+pub fn median(x: &mut [f64]) -> f64 {
+    if x.is_empty() {
+        return 0.0;
+    }
+    x.sort_by(f64::total_cmp);
+    let n = x.len();
+    if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
+}
+
+/// Quantile `p` of sorted values by linear interpolation; not a number if there are none.
+pub fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(top) = sorted.len().checked_sub(1) else {
+        return f64::NAN;
+    };
+    let u = p.clamp(0.0, 1.0) * top as f64;
+    let i = (u as usize).min(top.saturating_sub(1));
+    let next = sorted[(i + 1).min(top)];
+    sorted[i] + (next - sorted[i]) * (u - i as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: middles as everyone computes them, of even and odd numbers of values.
+    use super::*;
+
+    #[test]
+    fn middle_of_values() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(quantile(&[0.0, 1.0, 2.0], 0.25), 0.5);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
+}
