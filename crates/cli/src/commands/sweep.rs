@@ -9,7 +9,7 @@ use crate::sweep::args::{Sweep, SweepAction};
 /// Runs the subcommand.
 pub fn run(args: &Sweep, global: &Global, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
-        SweepAction::Plan { sweep, out } => sweep::make(sweep, out, global.force, output),
+        SweepAction::Plan { sweep, out } => sweep::write_plan(sweep, out, global.force, output),
         SweepAction::Run { plan, all: true, .. } => sweep::run_all(plan, global.threads, output),
         SweepAction::Run { plan, index, count, .. } => {
             sweep::run_some(plan, *index, *count, global.threads, output)

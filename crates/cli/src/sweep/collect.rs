@@ -2,11 +2,13 @@
 //!
 //! What is written follows from the tasks and their results alone: not from who ran them, when, or in which order.
 
-use super::curves::{Curve, curves};
+use super::collected::Collected;
+use super::curves::curves;
 use super::file::Value;
 use super::inputs::sha256;
 use super::page::page;
 use super::plan::{Plan, TASKS};
+use super::row::{Row, State};
 use super::scores::{Score, scores};
 use super::store::Store;
 use super::task::Task;
@@ -24,87 +26,6 @@ use std::path::Path;
 const TABLE: &str = "table.csv";
 /// Tasks without a result that a message names.
 const SHOWN: usize = 10;
-
-/// What has become of a task.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum State {
-    /// It has a result.
-    Done,
-    /// It has a result, which does not meet the criterion that it asked for.
-    CriterionNotMet,
-    /// It failed.
-    Failed,
-    /// It was not run, or not to its end.
-    Missing,
-}
-
-impl State {
-    fn name(self) -> &'static str {
-        match self {
-            State::Done => "done",
-            State::CriterionNotMet => "criterion-not-met",
-            State::Failed => "failed",
-            State::Missing => "missing",
-        }
-    }
-}
-
-/// A task and its scores.
-#[derive(Debug, Clone, Serialize)]
-pub struct Row {
-    /// Place in the plan.
-    pub index: usize,
-    /// Name of the task.
-    pub id: String,
-    /// What has become of it.
-    pub state: State,
-    /// Settings, seed and paths of the inputs by option.
-    pub settings: BTreeMap<String, Value>,
-    /// Scores by column.
-    pub scores: BTreeMap<String, serde_json::Value>,
-    /// Why it failed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl Row {
-    /// A score that is a number.
-    pub fn number(&self, score: &str) -> Option<f64> {
-        self.scores.get(score)?.as_f64()
-    }
-
-    /// A task that is done.
-    #[cfg(test)]
-    pub fn done(settings: BTreeMap<String, Value>, scores: BTreeMap<String, serde_json::Value>) -> Self {
-        Row { index: 0, id: String::new(), state: State::Done, settings, scores, error: None }
-    }
-}
-
-/// What `result.json` holds.
-#[derive(Debug, Serialize)]
-pub struct Collected {
-    schema: &'static str,
-    /// The command of all tasks.
-    pub command: String,
-    /// Settings that differ from task to task.
-    pub crossed: Vec<String>,
-    /// Columns of scores.
-    pub scores: Vec<String>,
-    /// SHA-256 of each input, by its path.
-    pub inputs: BTreeMap<String, String>,
-    /// All tasks in the order of the plan.
-    pub tasks: Vec<Row>,
-    /// Scores that are numbers over each crossed setting.
-    pub curves: Vec<Curve>,
-}
-
-impl Collected {
-    /// Number of tasks in a state.
-    pub fn count(&self, state: State) -> usize {
-        self.tasks.iter().filter(|row| row.state == state).count()
-    }
-}
 
 #[derive(Serialize)]
 struct Summary<'a> {

@@ -1,7 +1,7 @@
 //! Curves: a score against a setting, as mean and interval over the tasks that differ in nothing that a curve shows.
 
-use super::collect::Row;
 use super::file::Value;
+use super::row::Row;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

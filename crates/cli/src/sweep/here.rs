@@ -53,7 +53,7 @@ pub fn run_some(
         None => index_of_environment()?,
     };
     let plan = Plan::open(plan)?;
-    let tasks = plan.some(first, usize::try_from(count)?)?;
+    let tasks = plan.tasks_from(first, usize::try_from(count)?)?;
     let runner = Runner::new(plan)?;
     Work::new(&runner, tasks, threads, 1).run(1, output)
 }
@@ -87,28 +87,33 @@ fn index_of_environment() -> Result<usize, Usage> {
     Err(Usage(format!("which task? give --index N, set {variables}, or run all of them with --all")))
 }
 
-/// Tasks and what has become of them.
+/// Tasks that workers share, and what has become of them.
 struct Work<'a> {
     runner: &'a Runner,
-    /// Tasks of all kinds, to begin with.
+    /// Number of tasks that were asked for.
     tasks: usize,
+    /// Threads of each task.
     threads: Option<u16>,
+    /// Attempts at a task that is killed.
     attempts: u32,
-    shared: Mutex<Shared>,
+    ledger: Mutex<Ledger>,
 }
 
+/// Where each task stands.
 #[derive(Default)]
-struct Shared {
+struct Ledger {
     waiting: VecDeque<Waiting>,
     running: usize,
     failed: usize,
-    run: BTreeMap<usize, Ended>,
+    ended: BTreeMap<usize, Ended>,
     stopped: bool,
 }
 
+/// A task that no worker has taken.
 struct Waiting {
     index: usize,
     task: Task,
+    /// Attempts that were made.
     attempts: u32,
 }
 
@@ -116,8 +121,8 @@ impl<'a> Work<'a> {
     fn new(runner: &'a Runner, tasks: Vec<(usize, Task)>, threads: Option<u16>, attempts: u32) -> Self {
         let count = tasks.len();
         let waiting = tasks.into_iter().map(|(index, task)| Waiting { index, task, attempts: 0 }).collect();
-        let shared = Mutex::new(Shared { waiting, ..Shared::default() });
-        Work { runner, tasks: count, threads, attempts, shared }
+        let ledger = Mutex::new(Ledger { waiting, ..Ledger::default() });
+        Work { runner, tasks: count, threads, attempts, ledger }
     }
 
     fn run(self, workers: usize, output: &Output) -> anyhow::Result<Outcome> {
@@ -133,10 +138,10 @@ impl<'a> Work<'a> {
         })?;
         steps.finish();
         let plan = self.runner.plan().folder.clone();
-        let shared = self.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let ledger = self.ledger.into_inner().unwrap_or_else(PoisonError::into_inner);
         let mut run =
             Run { tasks: self.tasks, done: 0, kept: 0, criterion_not_met: 0, failed: BTreeMap::new() };
-        for (index, ended) in shared.run {
+        for (index, ended) in ledger.ended {
             match ended {
                 Ended::Done { criterion_met, kept } => {
                     run.done += 1;
@@ -149,10 +154,9 @@ impl<'a> Work<'a> {
                 Ended::Stopped | Ended::RunsElsewhere => {}
             }
         }
-        if shared.stopped {
-            let plan = plan.display();
+        if ledger.stopped {
             output.notice(format!(
-                "stopped: {} of {} tasks are done; the same command goes on: augsim sweep run {plan}",
+                "stopped: {} of {} tasks are done; the same command goes on",
                 run.done, run.tasks
             ));
             return Ok(Outcome::Interrupted);
@@ -181,32 +185,34 @@ impl<'a> Work<'a> {
         let mut elsewhere = 0;
         loop {
             let taken = {
-                let mut shared = self.shared();
-                shared.stopped |= keeper.must_stop();
-                if shared.stopped {
+                let mut ledger = self.ledger();
+                ledger.stopped |= keeper.must_stop();
+                if ledger.stopped {
                     return Ok(());
                 }
-                let taken = shared.waiting.pop_front();
-                shared.running += usize::from(taken.is_some());
+                let taken = ledger.waiting.pop_front();
+                ledger.running += usize::from(taken.is_some());
                 steps.tell(format!(
                     "{} of {} tasks, {} running, {} failed",
-                    shared.run.len(),
+                    ledger.ended.len(),
                     self.tasks,
-                    shared.running,
-                    shared.failed
+                    ledger.running,
+                    ledger.failed
                 ));
                 taken
             };
             let Some(mut waiting) = taken else { return Ok(()) };
             let ended = self.runner.attempt(&waiting.task, self.threads, keeper);
-            let mut shared = self.shared();
-            shared.running -= 1;
+            let mut ledger = self.ledger();
+            ledger.running -= 1;
+            // What keeps one worker from writing its results keeps the others too.
+            ledger.stopped |= ended.is_err();
             match ended? {
                 Ended::RunsElsewhere => {
                     elsewhere += 1;
-                    shared.waiting.push_back(waiting);
-                    let all = shared.waiting.len();
-                    drop(shared);
+                    ledger.waiting.push_back(waiting);
+                    let all = ledger.waiting.len();
+                    drop(ledger);
                     if elsewhere >= all {
                         if elsewhere == all {
                             output.detail("another process runs what is left; waiting for it");
@@ -215,23 +221,23 @@ impl<'a> Work<'a> {
                     }
                     continue;
                 }
-                Ended::Stopped => shared.stopped = true,
+                Ended::Stopped => ledger.stopped = true,
                 Ended::Failed(failure) if failure.code > 128 && waiting.attempts + 1 < self.attempts => {
                     waiting.attempts += 1;
                     output.note(format!("task {}: {}; trying again", waiting.index, failure.error));
-                    shared.waiting.push_back(waiting);
+                    ledger.waiting.push_back(waiting);
                 }
                 ended => {
-                    shared.failed += usize::from(matches!(ended, Ended::Failed(_)));
-                    shared.run.insert(waiting.index, ended);
+                    ledger.failed += usize::from(matches!(ended, Ended::Failed(_)));
+                    ledger.ended.insert(waiting.index, ended);
                 }
             }
             elsewhere = 0;
         }
     }
 
-    fn shared(&self) -> MutexGuard<'_, Shared> {
+    fn ledger(&self) -> MutexGuard<'_, Ledger> {
         // What a panic left of counts and lists is as true as before.
-        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+        self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,7 +1,8 @@
 //! A collected sweep as a page.
 
-use super::collect::{Collected, Row as TaskRow, State};
+use super::collected::Collected;
 use super::curves::{Curve, Series as CurveSeries};
+use super::row::{Row as TaskRow, State};
 use augsim_report::figure::{Axis, Bar, BarGroup, Bars, Figure, Line, Mark, Series, Tone};
 use augsim_report::page::{
     Block, Cell, Column, Columns, DataSource, Grid, KeyFigure, Method, Page, Provenance, Row, Section, Table,

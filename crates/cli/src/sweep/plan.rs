@@ -60,7 +60,7 @@ struct Planned<'a> {
 /// # Errors
 /// The file asks for what the command does not have, an input is missing, or the folder must not be written to. Nothing is
 /// written then.
-pub fn make(sweep: &Path, out: &Path, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+pub fn write_plan(sweep: &Path, out: &Path, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let file = SweepFile::read(sweep)?;
     let folder = std::path::absolute(folders::around(sweep))
         .and_then(std::fs::canonicalize)
@@ -296,7 +296,7 @@ impl Plan {
     ///
     /// # Errors
     /// There is no task at this place, and those of [`Plan::each_task`].
-    pub fn some(&self, first: usize, count: usize) -> anyhow::Result<Vec<(usize, Task)>> {
+    pub fn tasks_from(&self, first: usize, count: usize) -> anyhow::Result<Vec<(usize, Task)>> {
         let mut found = Vec::new();
         let last = first.saturating_add(count);
         self.each_line(|index, line| {
