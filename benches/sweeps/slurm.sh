@@ -128,7 +128,7 @@ down=$(squeue --noheader --states=R --nodelist=n2 --format=%i)
 scontrol update nodename=n2 state=down reason=test
 echo "n2 is down while it runs $down"
 training() { pgrep --full "^$augsim .*train .*--out=$dir/there/work/" | head -n 1 | grep .; }
-killed() { victim=$(training) && kill -KILL "$victim"; }
+killed() { victim=$(training) && kill -KILL "$victim" 2>/dev/null; }
 wait_for "a task can be killed" killed
 echo "killed process $victim of a task, with $(done_now) of $tasks done"
 

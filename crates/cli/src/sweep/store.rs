@@ -5,7 +5,6 @@
 
 use super::inputs::sha256;
 use super::task::Task;
-use crate::folders;
 use anyhow::Context;
 use augsim_data::atomic_write;
 use serde::{Deserialize, Serialize};
@@ -68,12 +67,12 @@ impl Store {
         Store(plan.to_owned())
     }
 
-    /// Makes the folders that results need.
+    /// Makes the folders that results need. They stay when they are empty: another process may be about to write there.
     ///
     /// # Errors
     /// They cannot be made.
     pub fn prepare(&self) -> anyhow::Result<()> {
-        ["results", "failed", "work"].into_iter().try_for_each(|name| folders::make(&self.0.join(name)))
+        ["results", "failed", "work"].into_iter().try_for_each(|name| make_to_stay(&self.0.join(name)))
     }
 
     fn result_path(&self, id: &str) -> PathBuf {
@@ -176,7 +175,7 @@ impl Store {
     /// The task's folder cannot be made or written to.
     pub fn take_turn(&self, id: &str) -> anyhow::Result<Turn> {
         let folder = self.work(id);
-        folders::make(&folder)?;
+        make_to_stay(&folder)?;
         let path = folder.join("lock");
         // Open for writing: network file systems lock no file that is open for reading alone.
         let opened = File::options().create(true).truncate(false).write(true).read(true).open(&path);
@@ -193,6 +192,10 @@ impl Store {
         // A shared lock, so that two that look do not take each other for the task.
         lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
+}
+
+fn make_to_stay(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot make the folder", folder.display()))
 }
 
 fn checksum(result: &Value) -> serde_json::Result<String> {
