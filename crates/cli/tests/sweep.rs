@@ -133,6 +133,11 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
             "`seed` is an option's name",
         ),
         ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<RUN>"),
+        // Each value is right, and one combination of flags is not.
+        (
+            "command = \"reproduce push\"\n[options]\niterations = 5\n[cross]\nquick = [false, true]\nseed = [1, 2]",
+            "--quick",
+        ),
         ("command = \"reproduce pull\"", "invalid value 'pull'"),
         ("command = \"train\"\nseeds = [1]", "line 2: unknown field `seeds`"),
     ] {

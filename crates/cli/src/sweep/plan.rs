@@ -129,10 +129,14 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
         }
     }
     let (mut tasks, mut ids) = (String::new(), BTreeSet::new());
+    let mut checked = Checked::default();
     for index in 0..count {
-        let task = Task::new(content(index, &axes, &command, &inputs)?)?;
-        let Content { settings, seed, .. } = &task.content;
-        command.check(&command.arguments(settings, &task.paths(), *seed, "DIR", false))?;
+        let places = places(index, &axes);
+        let task = Task::new(content(&places, &axes, &command, &inputs)?)?;
+        if checked.is_new(&places, &axes) {
+            let Content { settings, seed, .. } = &task.content;
+            command.check(&command.arguments(settings, &task.paths(), *seed, "DIR", false))?;
+        }
         tasks.push_str(&serde_json::to_string(&task)?);
         tasks.push('\n');
         if !ids.insert(task.id) {
@@ -218,18 +222,51 @@ fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Valu
     }
 }
 
-/// The task at a place: the last list changes fastest.
+/// Place of a task's value in each list: the last list changes fastest.
+fn places(index: usize, axes: &[Axis]) -> Vec<usize> {
+    let mut rest = index;
+    let mut places: Vec<usize> = (axes.iter().rev())
+        .map(|axis| {
+            let place = rest % axis.values.len();
+            rest /= axis.values.len();
+            place
+        })
+        .collect();
+    places.reverse();
+    places
+}
+
+/// Values that the command's parser has seen. It looks at each value by itself and at which options are there together, so
+/// that a combination of known values with known flags need not be parsed again: of 100,000 tasks that is most of the time.
+#[derive(Default)]
+struct Checked {
+    values: BTreeSet<(usize, usize)>,
+    flags: BTreeSet<Vec<usize>>,
+}
+
+impl Checked {
+    /// Whether a task has a value, or flags together, that no task before it had.
+    fn is_new(&mut self, places: &[usize], axes: &[Axis]) -> bool {
+        let is_flag = |axis: &Axis| axis.values.iter().any(|value| matches!(value, Value::Flag(_)));
+        let flags = places.iter().zip(axes).filter(|(_, axis)| is_flag(axis)).map(|(place, _)| *place);
+        let mut is_new = self.flags.insert(flags.collect());
+        for (axis, place) in places.iter().enumerate() {
+            is_new |= self.values.insert((axis, *place));
+        }
+        is_new
+    }
+}
+
+/// The task with these values.
 fn content(
-    index: usize,
+    places: &[usize],
     axes: &[Axis],
     command: &SweptCommand,
     known: &BTreeMap<&str, Input>,
 ) -> Result<Content, Usage> {
     let (mut settings, mut inputs, mut seed) = (BTreeMap::new(), BTreeMap::new(), 1);
-    let mut rest = index;
-    for axis in axes.iter().rev() {
-        let value = &axis.values[rest % axis.values.len()];
-        rest /= axis.values.len();
+    for (axis, place) in axes.iter().zip(places) {
+        let value = &axis.values[*place];
         match value {
             value if axis.name == "seed" => seed = whole(value)?,
             Value::Text(path) if axis.is_input => {
