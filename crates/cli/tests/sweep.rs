@@ -56,7 +56,7 @@ fn workplace() -> tempfile::TempDir {
     dir
 }
 
-/// What is collected of a plan.
+/// Name and text of each file that is collected of a plan.
 fn collected(plan: &str, dir: &Path) -> Vec<(String, String)> {
     done(&["sweep", "collect", plan], dir);
     ["result.json", "table.csv", "report.html"]

@@ -6,17 +6,17 @@ use std::path::PathBuf;
 /// Options of `sweep`.
 #[derive(Debug, ClapArgs)]
 pub struct Sweep {
-    /// What to do with it.
+    /// The part of a sweep that is done.
     #[command(subcommand)]
     pub action: SweepAction,
 }
 
-/// What to do with a sweep.
+/// Parts of a sweep.
 #[derive(Debug, Subcommand)]
 pub enum SweepAction {
     /// Write the tasks of a sweep: every combination of the lists in a file.
     Plan {
-        /// What is varied (TOML; grammar in docs/sweeps.md).
+        /// The command, its options and the lists to cross (TOML; grammar in docs/sweeps.md).
         sweep: PathBuf,
         /// Folder for the tasks and, later, their results.
         #[arg(long, default_value = "out/sweep")]
@@ -56,7 +56,7 @@ pub enum SweepAction {
         #[arg(long)]
         dry_run: bool,
     },
-    /// What is done, what runs, what failed and why, and when it will end.
+    /// Say how many tasks are done, run, failed and why, and when the sweep will end.
     Status {
         /// Folder of `sweep plan`.
         plan: PathBuf,

@@ -249,7 +249,7 @@ fn killed_by(_status: ExitStatus) -> (u8, String) {
     (u8::MAX, "the system".to_owned())
 }
 
-/// What a command came to: its `result.json`, else the last line of its metrics, else what it printed.
+/// The result of a command: its `result.json`, else the last line of its metrics, else what it printed.
 fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
     let read = |path: &Path| {
         std::fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()))

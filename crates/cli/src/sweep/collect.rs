@@ -1,6 +1,6 @@
 //! `sweep collect`: the results of a plan in one table, one file for programs, one page.
 //!
-//! What is written follows from the tasks and their results alone: not from who ran them, when, or in which order.
+//! The files follow from the tasks and their results alone: not from who ran them, when, or in which order.
 
 use super::collected::Collected;
 use super::curves::curves;

@@ -5,7 +5,7 @@ use super::row::{Row, State};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What `result.json` holds.
+/// Content of `result.json`.
 #[derive(Debug, Serialize)]
 pub struct Collected {
     /// `augsim.sweep/1`.

@@ -9,7 +9,7 @@ pub struct TaskFailed {
     pub failures: usize,
     /// Its exit code.
     pub code: u8,
-    /// What it said.
+    /// The sentence that it ended with.
     pub error: String,
 }
 

@@ -24,7 +24,7 @@ const SWEEP: &str = "sweep.json";
 /// Tasks that a sweep may have: beyond it a list is more likely a mistake than a wish.
 const MOST_TASKS: usize = 1_000_000;
 
-/// What all tasks of a plan share.
+/// Content of `sweep.json`: settings of a plan that all its tasks share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Shared {
     /// Folder that the tasks' paths are relative to: that of `SWEEP.toml`.
@@ -44,7 +44,7 @@ pub struct Shared {
 pub struct Plan {
     /// Its folder, from the root.
     pub folder: PathBuf,
-    /// What all tasks share.
+    /// Settings that all tasks share.
     pub shared: Shared,
 }
 

@@ -4,7 +4,7 @@ use super::file::Value;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What has become of a task.
+/// Outcome of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
@@ -37,7 +37,7 @@ pub struct Row {
     pub index: usize,
     /// Name of the task.
     pub id: String,
-    /// What has become of it.
+    /// Its outcome.
     pub state: State,
     /// Settings, seed and paths of the inputs by option.
     pub settings: BTreeMap<String, Value>,

@@ -1,4 +1,4 @@
-//! What lies in a plan's folder beside the tasks: results, failures, and a folder for each task that was begun.
+//! Files in a plan's folder beside the tasks: results, failures, and a folder for each task that was begun.
 //!
 //! All names are names of tasks, which follow from what the tasks are. So a result that is there is the result, whoever made
 //! it, and a plan that is made again with more tasks keeps what it has.
@@ -27,7 +27,7 @@ pub struct TaskResult {
     pub criterion_met: bool,
     /// SHA-256 of `result`: a file that was damaged is no result.
     sha256: String,
-    /// What the command wrote.
+    /// The document that the command wrote.
     pub result: Value,
 }
 

@@ -20,7 +20,7 @@ const ARRAY_SIZE: usize = 1001;
 /// Times that Slurm begins a job again that was killed.
 const RESTARTS: u32 = 3;
 
-/// What the user asks of the cluster.
+/// Wishes of the user for the cluster.
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes<'a> {
     /// Jobs that may run at a time.
@@ -143,7 +143,7 @@ impl Array {
         Ok(Array { tasks_per_job, places })
     }
 
-    /// As `--array` has it: `0-3,7`.
+    /// The places in the form of `--array`: `0-3,7`.
     fn spelled(&self) -> String {
         let mut ranges: Vec<(usize, usize)> = Vec::new();
         for &place in &self.places {
