@@ -19,6 +19,7 @@ mod run_data;
 mod run_dir;
 mod run_lock;
 mod session;
+mod sweep;
 mod usage;
 
 use args::Args;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
+        .and_then(|()| interrupt::end_with_parent())
         .and_then(|()| instruction_set())
         .and_then(|()| limits())
         .and_then(|()| threads(args.global.threads))

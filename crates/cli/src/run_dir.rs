@@ -56,7 +56,8 @@ pub const CONFIG: &str = "config.resolved.toml";
 /// Name of the file that training goes on from.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 const WEIGHTS: &str = "weights.safetensors";
-const METRICS: &str = "metrics.jsonl";
+/// Name of the file with the losses.
+pub const METRICS: &str = "metrics.jsonl";
 /// Everything that training writes.
 pub const FILES: [&str; 4] = [CONFIG, CHECKPOINT, WEIGHTS, METRICS];
 

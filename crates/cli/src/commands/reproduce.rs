@@ -1,8 +1,8 @@
 //! `augsim reproduce`.
 
-use crate::args::{Reproduce, Scenario};
+use crate::args::{NetArg, Reproduce, Scenario};
 use crate::chain;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
 use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::output::Output;
@@ -19,6 +19,11 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    if args.net.is_some() && args.scenario != Scenario::Push {
+        return Err(
+            Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into()
+        );
+    }
     match args.scenario {
         Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
@@ -113,6 +118,18 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if let Some(iterations) = args.iterations {
         words.extend(["--iterations".to_owned(), iterations.to_string()]);
     }
+    let one = args
+        .net
+        .map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
+    if let Some(push::OneNet { recipe, train_size }) = one {
+        let name = recipe.label().to_lowercase().replace('+', "-plus");
+        record = record.setting("net", &name);
+        words.extend(["--net".to_owned(), name]);
+        if let Some(size) = train_size {
+            record = record.setting("train-size", size);
+            words.extend(["--train-size".to_owned(), size.to_string()]);
+        }
+    }
     if let Some(folder) = &args.data {
         words.extend(["--data".to_owned(), folder.display().to_string()]);
         record = record.input("data", folder);
@@ -126,12 +143,27 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             Data::laboratory(&plan, seed)?
         }
     };
-    let experiment = push::experiment(&plan, &data, runs, args.quick, (repeat(words), seed, args.resume));
+    let data = match one.and_then(|one| one.train_size) {
+        None => data,
+        Some(size) => data.first(size)?,
+    };
+    let experiment =
+        push::experiment(&plan, &data, one, runs, args.quick, (repeat(words), seed, args.resume));
     let Some(finished) = experiment.run(&data, None, &claim, output)? else {
         return Ok(Outcome::Interrupted);
     };
     finished.tell(output)?;
     Ok(Outcome::Done)
+}
+
+/// The net that a word on the command line means.
+fn recipe(net: NetArg) -> Recipe {
+    match net {
+        NetArg::Neural => Recipe::Neural,
+        NetArg::NeuralPlus => Recipe::NeuralPlus,
+        NetArg::Hybrid => Recipe::Hybrid,
+        NetArg::HybridPlus => Recipe::HybridPlus,
+    }
 }
 
 fn words(words: &[&str]) -> Vec<String> {

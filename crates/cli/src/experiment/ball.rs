@@ -15,6 +15,7 @@ pub fn experiment(
     Experiment {
         command,
         floor: Some(test.to_owned()),
+        baselines: true,
         nets: nets.iter().map(|&(recipe, iterations)| NetPlan { recipe, iterations }).collect(),
         sizes: Vec::new(),
         gp_steps: None,

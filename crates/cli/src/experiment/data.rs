@@ -3,6 +3,7 @@
 use super::layout::Layout;
 use super::rows::{Row, Tested};
 use super::sizes::Sizes;
+use crate::exit::Usage;
 use crate::record::fingerprint;
 use crate::run_dir::DataSource;
 use anyhow::Context;
@@ -306,6 +307,16 @@ impl Data {
         let source = DataSource::File(folder.to_owned());
         let engine = engine(&object, &surface)?;
         Ok(Data::of_pushes("published MIT Push files", source, engine, train, tests, notes))
+    }
+
+    /// The same with the first `size` of the training set.
+    pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
+        let there = self.train.items.len();
+        if size > there {
+            return Err(Usage(format!("--train-size {size}: there are {there} training pushes")).into());
+        }
+        self.train.items.truncate(size);
+        Ok(self)
     }
 
     /// Whether a folder holds published files: a folder of one of their supports.

@@ -163,10 +163,13 @@ impl Experiment {
             let gp = gp.map(|gp| gp.with_engine(&set.engine)).transpose()?;
             let nets = nets.iter().map(|t| t.model.with_engine(set.engine.clone()));
             let nets = nets.collect::<Result<Vec<_>, _>>()?;
-            let mut models: Vec<(&dyn Forecaster, usize)> = vec![(&Zero, 0)];
-            // That nothing moves is a forecast of an object which a rod may or may not reach.
-            models.extend(gp.iter().map(|_| (&Still as &dyn Forecaster, 0)));
-            models.push((&physics, 0));
+            let mut models: Vec<(&dyn Forecaster, usize)> = Vec::new();
+            if self.baselines {
+                models.push((&Zero, 0));
+                // That nothing moves is a forecast of an object which a rod may or may not reach.
+                models.extend(gp.iter().map(|_| (&Still as &dyn Forecaster, 0)));
+                models.push((&physics, 0));
+            }
             models.extend(gp.iter().map(|gp| (gp as &dyn Forecaster, whole)));
             models.extend(nets.iter().map(|net| (net as &dyn Forecaster, whole)));
             for (model, trained) in models {

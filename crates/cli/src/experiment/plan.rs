@@ -22,6 +22,8 @@ pub struct Experiment {
     pub command: String,
     /// Name of the only test set, which is of the paper's law: the floor is known, and nets reconstruct it.
     pub floor: Option<String>,
+    /// Whether what needs no training is scored as well.
+    pub baselines: bool,
     /// Nets, in the order of the table.
     pub nets: Vec<NetPlan>,
     /// Sizes of training sets of the curve of errors, on which the nets with a plus are trained too.

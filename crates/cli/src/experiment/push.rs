@@ -11,25 +11,37 @@ use std::path::PathBuf;
 /// Nets trained on the whole training set.
 const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, Recipe::HybridPlus];
 
-/// The experiment on `data`, with the measured runs of a folder.
+/// One net instead of the whole experiment: a point of the size curve, with its scores on every set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OneNet {
+    /// Which.
+    pub recipe: Recipe,
+    /// Training pushes, the first ones; all without a number.
+    pub train_size: Option<usize>,
+}
+
+/// The experiment on `data`, with the measured runs of a folder; with `one`, of that net alone.
 pub fn experiment(
     plan: &Sizes,
     data: &Data,
+    one: Option<OneNet>,
     runs: Option<PathBuf>,
     quick: bool,
     (command, seed, resume): (String, u64, bool),
 ) -> Experiment {
     let net = |recipe| NetPlan { recipe, iterations: plan.iterations(recipe) };
     let name = data.name.unwrap_or_default();
+    let all = one.is_none();
     Experiment {
         command,
         floor: None,
-        nets: NETS.map(net).into(),
-        sizes: plan.sizes.clone(),
-        gp_steps: Some(plan.gp_steps),
+        baselines: all,
+        nets: one.map_or(NETS.map(net).into(), |one| vec![net(one.recipe)]),
+        sizes: if all { plan.sizes.clone() } else { vec![data.train.items.len()] },
+        gp_steps: all.then_some(plan.gp_steps),
         // Only the laboratory can repeat a push.
-        repeats: (name == LABORATORY).then_some(plan.repeats),
-        runs,
+        repeats: (all && name == LABORATORY).then_some(plan.repeats),
+        runs: runs.filter(|_| all),
         quick,
         words: Words {
             scenario: "push",
