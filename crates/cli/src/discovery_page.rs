@@ -87,9 +87,7 @@ pub fn page(args: &Discover, seed: u64, subject: &Subject, d: &Discovery) -> Dis
                 (fitted.is_some() || *frozen).then(|| page::CalibratedParameter {
                     parameter: match fitted {
                         Some(e) => parameter(name, e),
-                        None => {
-                            page::Parameter { name: name.clone(), value: *nominal, ..Default::default() }
-                        }
+                        None => page::Parameter { name: name.clone(), value: *nominal, ..Default::default() },
                     },
                     declared: *nominal,
                     frozen: *frozen,

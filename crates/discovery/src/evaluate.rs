@@ -275,13 +275,7 @@ pub(crate) fn normals(
 }
 
 /// The normal equations of a window from its simulation.
-fn summed(
-    point: &Point<'_>,
-    lanes: &Lanes,
-    at: Excerpt<'_>,
-    correlation: f64,
-    run: &Simulated,
-) -> Normal {
+fn summed(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, correlation: f64, run: &Simulated) -> Normal {
     // Rows of derivatives are as long as the next multiple of four lanes: a kernel for each length is twice as fast as one
     // for any.
     let sums = match run.width() {

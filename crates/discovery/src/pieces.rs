@@ -12,7 +12,8 @@ const SMOOTH: f64 = 1.3;
 /// as well as over the shortest. Gives whether polynomials follow the motion at all: samples may be too few for that, and then
 /// what they leave is no noise of the sensor.
 pub(crate) fn find(data: &mut Measured) -> bool {
-    let whole = |r: &crate::record::Record| r.seen.pieces.len() == 1 && r.seen.pieces[0].len() == r.seen.times.len();
+    let whole =
+        |r: &crate::record::Record| r.seen.pieces.len() == 1 && r.seen.pieces[0].len() == r.seen.times.len();
     if !data.records.iter().all(whole) {
         return true;
     }

@@ -183,7 +183,9 @@ fn one_score(
     let positive = addition.listed().is_some_and(|e| e.parameters.iter().all(|p| p.min >= 0.0));
     if keep == 1 {
         let information = c.at(0, 0);
-        if information < OBSERVABLE || information < RANK_CUT * RANK_CUT * raw[0] || !information.is_finite()
+        if information * unit(addition, 0, keep) < OBSERVABLE
+            || information < RANK_CUT * RANK_CUT * raw[0]
+            || !information.is_finite()
         {
             return score;
         }
@@ -195,7 +197,9 @@ fn one_score(
         }
         return score;
     }
-    let scale: Vec<f64> = raw.iter().map(|r| if *r > OBSERVABLE { r.sqrt().recip() } else { 0.0 }).collect();
+    let seen = |(i, r): (usize, &f64)| r * unit(addition, i, keep) > OBSERVABLE;
+    let scale: Vec<f64> =
+        raw.iter().enumerate().map(|p| if seen(p) { p.1.sqrt().recip() } else { 0.0 }).collect();
     let mut scaled = Square::zero(keep);
     for i in 0..keep {
         for j in 0..keep {
@@ -216,6 +220,15 @@ fn one_score(
     }
     score.sd = variance.iter().map(|v| v.sqrt()).collect();
     score
+}
+
+/// Square of the size in which parameter `i` of `count` is observed: its usual one where that is large. A stiffness of a
+/// thousand is not unobservable because a change by one cannot be seen.
+fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
+    let parameters = addition.parameters();
+    let per = count / parameters.len().max(1);
+    let usual = parameters.get(i / per.max(1)).map_or(1.0, |p| p.typical.abs());
+    usual.max(1.0).powi(2)
 }
 
 /// Heterogeneity of each entry of theta over trajectories: statistic and degrees of freedom
