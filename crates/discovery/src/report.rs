@@ -189,7 +189,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
             .parameters()
             .iter()
             .zip(s.estimate.iter().zip(&s.sd))
-            .filter(|_| s.rank > 0.0)
+            .filter(|(_, (_, sd))| s.rank > 0.0 && sd.is_finite())
             .map(|(p, (v, sd))| {
                 let e = Estimate {
                     value: *v,

@@ -77,6 +77,12 @@ impl Judged {
         self.criterion - 2.0 * self.heldout_ll.unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// Whether it could be fitted: where no window can be simulated, or a direction has no information, there is no criterion.
+    pub fn is_finite(&self) -> bool {
+        let intervals = || self.fit.ci95().iter().flatten().all(|v| v.is_finite());
+        self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
+    }
+
     pub fn additions(&self) -> &[Addition] {
         &self.fit.hypothesis.additions
     }
@@ -315,7 +321,8 @@ impl<'a> Search<'a> {
                 .flatten_iter()
                 .collect();
             let jobs = self.without_repeats(jobs, &beam, &tried);
-            let fitted: Vec<Judged> = jobs.par_iter().map(|(i, m)| self.plus(&beam[*i].fit, m)).collect();
+            let fitted = jobs.par_iter().map(|(i, m)| self.plus(&beam[*i].fit, m));
+            let fitted: Vec<Judged> = fitted.filter(Judged::is_finite).collect();
             let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
             tried.extend(fitted.iter().cloned());
             let mut next = fitted;
@@ -445,6 +452,7 @@ impl<'a> Search<'a> {
                     let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
                     self.refit(&best.fit, &additions, set)
                 })
+                .filter(Judged::is_finite)
                 .collect();
             let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
             tried.extend(fitted);
