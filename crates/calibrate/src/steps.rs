@@ -17,7 +17,7 @@ const MOST_DAMPING: f64 = 1e12;
 /// Share of a diagonal that is always added: a start state that a short window does not show has no curvature.
 const RIDGE: f64 = 1e-12;
 
-/// Where a fit ended.
+/// The end of a fit.
 #[derive(Debug)]
 pub(crate) struct Fit {
     pub values: Vec<f64>,
@@ -28,7 +28,7 @@ pub(crate) struct Fit {
 }
 
 impl Problem<'_> {
-    /// Fits from `values` and the starts of `shots`. The scale of misfits is set to their root mean square on the way.
+    /// Fits from `values` and the starts of `shots`. The scale of misfits is set by their median on the way.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the beginning.
@@ -55,10 +55,10 @@ impl Problem<'_> {
         let mut steps = 0;
         // Twice: misfits are large before the first fit, and what is an outlier shows after it.
         for _ in 0..2 {
-            let rms = normal.rms(channels);
-            for (channel, (sd, rms)) in self.sd.iter_mut().zip(rms).enumerate() {
+            let scales = normal.scales(channels);
+            for (channel, (sd, scale)) in self.sd.iter_mut().zip(scales).enumerate() {
                 let floor = (1e-9 * *sd).max(f64::MIN_POSITIVE);
-                *sd = known.get(channel).copied().flatten().unwrap_or(rms).max(floor);
+                *sd = known.get(channel).copied().flatten().unwrap_or(scale).max(floor);
             }
             normal = self.normal(&values, &shots, true)?;
             converged = false;
