@@ -22,6 +22,10 @@ pub enum Battery {
     Unlisted,
     /// Unusual noise and nothing else.
     Noise,
+    /// One effect of the library beside smooth misfit that each record has of its own.
+    Misfit,
+    /// Such misfit and nothing else.
+    MisfitNull,
 }
 
 impl Battery {
@@ -33,10 +37,15 @@ impl Battery {
             "pair" => Self::Pair,
             "unlisted" => Self::Unlisted,
             "noise" => Self::Noise,
+            "misfit" => Self::Misfit,
+            "misfit-null" => Self::MisfitNull,
             _ => return None,
         })
     }
 }
+
+/// Amplitude of the smooth misfit, in standard deviations of the noise.
+const WOBBLE: f64 = 2.0;
 
 /// One set's outcome.
 pub struct Row {
@@ -109,6 +118,18 @@ fn found_kinds(d: &Discovery) -> Vec<String> {
     k
 }
 
+/// Counts the intervals of effects that are there and were named, and those that hold the truth.
+fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
+    for e in &truth.effects {
+        let found = d.effects.iter().find(|f| f.kind == e.name()).and_then(|f| f.parameters.values().next());
+        if let Some(p) = found {
+            let inside = p.ci95[0] <= e.value() && e.value() <= p.ci95[1];
+            summary.covered.0 += usize::from(inside);
+            summary.covered.1 += 1;
+        }
+    }
+}
+
 /// Runs sets `first .. first + count` of a battery.
 pub fn run(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
     run_each(first, count, each, |seed, summary| one(battery, None, seed, summary))
@@ -137,12 +158,15 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
     let purpose = format!("sealed {battery:?}");
     let mut rng = random_stream(seed, &purpose, 0);
     let effects = match battery {
-        Battery::Null | Battery::Noise => Some(0),
-        Battery::Single => Some(1),
+        Battery::Null | Battery::Noise | Battery::MisfitNull => Some(0),
+        Battery::Single | Battery::Misfit => Some(1),
         Battery::Pair => Some(2),
         Battery::Unlisted => None,
     };
-    let (scene, truth) = draw(&mut rng, effects, battery == Battery::Noise);
+    let (scene, mut truth) = draw(&mut rng, effects, battery == Battery::Noise);
+    if matches!(battery, Battery::Misfit | Battery::MisfitNull) {
+        truth.wobble = WOBBLE;
+    }
     let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
     let sealed = seal(&scene, truth, &mut rng).and_then(|mut sealed| {
         if let Some(gaps) = gaps {
@@ -174,7 +198,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
     let mut right;
     let mut note = String::new();
     match battery {
-        Battery::Null => {
+        Battery::Null | Battery::MisfitNull => {
             right = !claims;
             summary.false_alarms += usize::from(claims);
         }
@@ -223,19 +247,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
                 let ratio = d.error.augmented.rmse / oracle.rmse;
                 summary.ratios.push(ratio);
                 if exact {
-                    for e in &truth.effects {
-                        let value = e.value();
-                        let found = d
-                            .effects
-                            .iter()
-                            .find(|f| f.kind == e.name())
-                            .and_then(|f| f.parameters.values().next());
-                        if let Some(p) = found {
-                            let inside = p.ci95[0] <= value && value <= p.ci95[1];
-                            summary.covered.0 += usize::from(inside);
-                            summary.covered.1 += 1;
-                        }
-                    }
+                    count_covered(&d, truth, summary);
                 }
                 note = format!("gain {:.1}/{:.1} ratio {ratio:.3}", oracle.gain, oracle.penalty);
             } else {
@@ -244,6 +256,14 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
                 }
                 note = format!("invisible {:.1}/{:.1}", oracle.gain, oracle.penalty);
             }
+        }
+        Battery::Misfit => {
+            // Something is there beside the effect, so that an explanation in part is the right answer; but not another effect.
+            right = mine.iter().all(|k| theirs.contains(k));
+            summary.visible += 1;
+            summary.exact += usize::from(mine == theirs);
+            summary.false_alarms += usize::from(!right);
+            count_covered(&d, truth, summary);
         }
         Battery::Unlisted => {
             right = matches!(d.verdict, Verdict::Unknown | Verdict::PartlyExplained);

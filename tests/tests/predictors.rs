@@ -6,9 +6,9 @@
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_trainer::models::{Law, NetModel, Physics, Zero};
-use augsim_trainer::score::{Score, score};
+use augsim_trainer::score::{Score, Scoring, score};
 use augsim_trainer::{
-    EngineSpec, Forecaster, Recipe, SAMPLES, Samples, Sequences, Settings, Task, Training, evaluate_forecast,
+    Engine, Forecaster, Recipe, SAMPLES, Samples, Sequences, Settings, Task, Training, evaluate_forecast,
     evaluate_reconstruction,
 };
 
@@ -28,10 +28,10 @@ fn data(law: &PaperLaw, trajectories: usize, seed: u64) -> Sequences {
 
 /// A net of each recipe, trained for a few iterations.
 fn nets(train: &Sequences) -> Vec<NetModel> {
-    let engine = EngineSpec::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(paper_engine());
     [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
         .map(|recipe| {
-            let mut training = ok(Training::new(Settings::ball(recipe, 20, 1, engine.clone()), train));
+            let mut training = ok(Training::new(Settings::new(recipe, 20, 1, engine.clone()), train));
             (0..20).for_each(|_| {
                 ok(training.step());
             });
@@ -55,11 +55,11 @@ fn zero_errs_by_the_size_of_the_state() {
             .map(|q| q.states.iter().skip(column).step_by(2).map(|v| v.abs()).sum::<f64>() / q.time as f64)
             .collect();
         let want = sizes.iter().sum::<f64>() / 7.0;
-        for error in [got.mean.absolute[column], got.median.absolute[column], got.crps[column]] {
+        for error in [got.mean_of_10.absolute[column], got.median.absolute[column], got.crps[column]] {
             assert!((error - want).abs() <= 1e-12 * want, "column {column}: {error}, mean size {want}");
         }
     }
-    assert!((got.mean.trans_percent - 100.0).abs() < 1e-9);
+    assert!((got.mean_of_10.trans_percent - 100.0).abs() < 1e-9);
     assert_eq!((got.coverage50, got.coverage90, got.trajectories), (None, None, 7));
 }
 
@@ -68,7 +68,7 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
     let fixed = PaperLaw { restitution_sd: 0.0, ..law() };
     let test = data(&fixed, 5, 2);
     let ball = BulletBall { restitution: fixed.restitution_mean, ..fixed.ball };
-    let exact = Physics(EngineSpec::PybulletBall(ball));
+    let exact = Physics(Engine::PybulletBall(ball));
     for q in &test.items {
         let got =
             ok(exact.forecast(Task { start: q.state(0), actions: &[], time: q.time, index: 0 }, SAMPLES));
@@ -78,11 +78,11 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
             assert_eq!(*g, *want as f32);
         }
     }
-    let other = ok(evaluate_forecast(&Physics(EngineSpec::PybulletBall(paper_engine())), &test));
+    let other = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
     assert!(
-        other.mean.absolute[0] > 0.05,
+        other.mean_of_10.absolute[0] > 0.05,
         "restitution 0.65 instead of 0.5 errs by {}",
-        other.mean.absolute[0]
+        other.mean_of_10.absolute[0]
     );
 }
 
@@ -102,13 +102,14 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
                 &ok(exact
                     .forecast(Task { start: q.state(0), actions: &[], time: q.time, index: i as u64 }, 1)),
                 &q.states,
-                2,
+                &Scoring::of(&test),
             )
         })
         .collect();
     for column in 0..2 {
-        let single = singles.iter().map(|s| s.mean.absolute[column]).sum::<f64>() / 150.0;
-        let (median, mean, crps) = (got.median.absolute[column], got.mean.absolute[column], got.crps[column]);
+        let single = singles.iter().map(|s| s.mean_of_10.absolute[column]).sum::<f64>() / 150.0;
+        let (median, mean, crps) =
+            (got.median.absolute[column], got.mean_of_10.absolute[column], got.crps[column]);
         // For any law E|X - X'| >= min over a of E|X - a|, which the median reaches; the restitution
         // spreads the samples so widely that the gap is far above the error of 150 trajectories.
         assert!(median < 0.9 * single, "column {column}: median {median}, single sample {single}");
@@ -129,7 +130,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
         assert!((share - want).abs() < tolerance, "{level}: {share} are covered, should be {want}");
     }
 
-    let physics = ok(evaluate_forecast(&Physics(EngineSpec::PybulletBall(paper_engine())), &test));
+    let physics = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
     for column in 0..2 {
         assert!(got.median.absolute[column] < physics.median.absolute[column]);
         assert!(got.crps[column] < physics.crps[column]);
@@ -140,7 +141,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
 fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
     let train = data(&PaperLaw { samples: 50, ..law() }, 16, 5);
     let nets = nets(&train);
-    let engine = EngineSpec::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(paper_engine());
     let (exact, physics) = (Law { law: law(), seed: 4 }, Physics(engine));
     let mut models: Vec<&dyn Forecaster> = vec![&Zero, &physics, &exact];
     models.extend(nets.iter().map(|n| n as &dyn Forecaster));
@@ -182,7 +183,7 @@ fn changing_the_future_changes_no_forecast_but_every_reconstruction() {
             .enumerate()
             .map(|(i, (old, new))| {
                 let task = Task { start: old.state(0), actions: &[], time: old.time, index: i as u64 };
-                score(&ok(model.forecast(task, SAMPLES)), &new.states, 2).crps[0]
+                score(&ok(model.forecast(task, SAMPLES)), &new.states, &Scoring::of(&changed)).crps[0]
             })
             .sum::<f64>()
             / 2.0;

@@ -5,6 +5,7 @@
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
+use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{Protocol, Recipe as Layout, SupportSheet};
 use augsim_tensor::{Scalar, Tape};
@@ -12,10 +13,10 @@ use augsim_tests::random::normals;
 use augsim_trainer::models::{Physics, Still};
 use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::push::calibrate::calibrate;
-use augsim_trainer::push::score::evaluate_pushes;
-use augsim_trainer::push::{ACTIONS, GpOptions, GpPush, PushEngine, STATES, Thinning, pushes, windows};
+use augsim_trainer::push::{ACTIONS, GpOptions, GpPush, STATES, Thinning, pushes, windows};
 use augsim_trainer::{
-    Engine, EngineSpec, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training, TrainingState,
+    Correction, Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training, TrainingState,
+    evaluate_forecast,
 };
 
 const RECIPES: [Recipe; 4] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus, Recipe::NeuralPlus];
@@ -24,8 +25,17 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn engine() -> PushEngine {
-    PushEngine::textbook("rect1", 0.14).expect("built in")
+fn declared() -> PushModel {
+    let textbook = PushModel::textbook(Object::named("rect1").expect("built in"));
+    textbook.with_nominal(|name| (name == "support_friction").then_some(0.14))
+}
+
+fn engine_of(model: PushModel) -> Engine {
+    ok(Engine::of(&ModelFile::Push(model), None))
+}
+
+fn engine() -> Engine {
+    engine_of(declared())
 }
 
 fn layout(count: usize) -> Layout {
@@ -38,7 +48,7 @@ fn data(count: usize, seed: u64) -> Sequences {
 }
 
 fn settings(recipe: Recipe) -> Settings {
-    Settings { batch: 20, ..Settings::push(recipe, 100, 7, engine()) }
+    Settings { batch: 20, ..Settings::new(recipe, 100, 7, engine()) }
 }
 
 fn run(recipe: Recipe, data: &Sequences, steps: usize) -> TrainingState {
@@ -70,7 +80,7 @@ fn threads_do_not_change_a_run_or_a_forecast() {
                     ok(training.step());
                 });
                 let state = ok(training.finish()).clone();
-                let score = ok(evaluate_pushes(&ok(NetModel::new(state.clone())), &data));
+                let score = ok(evaluate_forecast(&ok(NetModel::new(state.clone())), &data));
                 (bytes(&state), format!("{score:?}"))
             })
         };
@@ -81,7 +91,7 @@ fn threads_do_not_change_a_run_or_a_forecast() {
         let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         pool.install(|| {
             let gp = ok(GpPush::fit(&engine(), &data, GpOptions { steps: 120, seed: 3 }));
-            format!("{:?}", ok(evaluate_pushes(&gp, &data)))
+            format!("{:?}", ok(evaluate_forecast(&gp, &data)))
         })
     };
     assert_eq!(gp(1), gp(3));
@@ -198,7 +208,7 @@ fn a_forecast_is_the_same_wherever_the_push_happens() {
     let (sin, cos) = f64::sin_cos(turn);
     let gp = ok(GpPush::fit(&engine(), &here, GpOptions { steps: 120, seed: 3 }));
     let nets: Vec<NetModel> = RECIPES.iter().map(|r| trained(*r, &here, 30)).collect();
-    let physics = Physics(EngineSpec::Push(engine()));
+    let physics = Physics(engine());
     let mut models: Vec<&dyn Forecaster> = vec![&physics, &gp];
     models.extend(nets.iter().map(|n| n as &dyn Forecaster));
     for model in models {
@@ -251,37 +261,62 @@ fn a_forecast_does_not_see_what_comes_later() {
     }
 }
 
+/// What is corrected is a setting: also single steps under actions, for any system whose states are all measured.
+#[test]
+fn single_steps_are_corrected_under_actions_too() {
+    let data = data(12, 1);
+    for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
+        let settings = Settings { correction: Correction::Step, ..settings(recipe) };
+        let mut training = ok(Training::new(settings, &data));
+        (0..3).for_each(|_| {
+            ok(training.step());
+        });
+        let net = ok(NetModel::new(ok(training.finish()).clone()));
+        let q = &data.items[0];
+        let run = |actions: &[f64]| {
+            ok(net.forecast(Task { start: q.state(0), actions, time: q.time, index: 0 }, 2))
+        };
+        let mut aside = q.actions.clone();
+        aside.chunks_exact_mut(3).for_each(|row| row[0] += 0.02);
+        assert_eq!(run(&q.actions) == run(&aside), recipe == Recipe::Neural, "{recipe:?} and the rod's path");
+        assert_eq!(ok(net.reconstruct(q, 0, 2)).values.len(), 3 * q.time * 2);
+    }
+}
+
 #[test]
 fn the_hybrid_forecasts_better_than_its_physics_and_the_gp_better_than_rest() {
     let all = data(360, 2);
     let train = Sequences { items: all.items[..300].to_vec(), ..all.clone() };
     let test = Sequences { items: all.items[300..].to_vec(), ..all.clone() };
-    let score = |model: &dyn Forecaster| ok(evaluate_pushes(model, &test)).mean;
-    let mut training = ok(Training::new(Settings::push(Recipe::HybridPlus, 400, 1, engine()), &train));
+    let score = |model: &dyn Forecaster| ok(evaluate_forecast(model, &test)).mean;
+    let mut training = ok(Training::new(Settings::new(Recipe::HybridPlus, 400, 1, engine()), &train));
     (0..400).for_each(|_| {
         ok(training.step());
     });
     let hybrid = score(&ok(NetModel::new(ok(training.finish()).clone())));
-    let physics = score(&Physics(EngineSpec::Push(engine())));
+    let physics = score(&Physics(engine()));
     // Measured: about half of the physics' errors.
     assert!(
-        hybrid.pos_mm < 0.75 * physics.pos_mm && hybrid.rot_deg < 0.75 * physics.rot_deg,
+        hybrid.absolute.iter().zip(&physics.absolute).all(|(h, p)| *h < 0.75 * p),
         "{hybrid:?} {physics:?}"
     );
     let gp = score(&ok(GpPush::fit(&engine(), &train, GpOptions { steps: 200, seed: 1 })));
     let still = score(&Still);
-    assert!(gp.pos_mm < 0.5 * still.pos_mm, "{gp:?} {still:?}");
+    assert!(gp.absolute[0] < 0.5 * still.absolute[0], "{gp:?} {still:?}");
 }
 
 #[test]
 fn calibration_finds_the_parameters_that_made_the_pushes() {
-    let truth = PushEngine { c_m: 0.031, contact_friction: 0.19, rod_radius_m: 0.0045, ..engine() };
+    let truth = [("c_m", 0.031), ("contact_friction", 0.19), ("rod_radius_m", 0.0045)];
+    let made = declared().with_nominal(|name| truth.iter().find(|(n, _)| *n == name).map(|(_, v)| *v));
+    let made = engine_of(made);
     let mut data = data(40, 3);
     for q in &mut data.items {
-        q.states = EngineSpec::Push(truth.clone()).rollout(&q.states[..3], &q.actions, q.time);
+        q.states = made.rollout(&q.states[..3], &q.actions, q.time);
     }
-    let fit = ok(calibrate(&engine(), &data));
-    for (e, truth) in fit.estimates.iter().zip([truth.c_m, truth.contact_friction, truth.rod_radius_m]) {
+    let fit = ok(calibrate(&declared(), &data));
+    for (e, (name, truth)) in fit.estimates.iter().zip(truth) {
+        assert_eq!(e.name, name);
         assert!((e.value / truth - 1.0).abs() < 0.01, "{e:?}, truth {truth}");
         assert!(e.ci95[0] <= e.value && e.value <= e.ci95[1]);
     }
@@ -319,20 +354,24 @@ fn unfit_data_and_settings_are_refused() {
             || text.contains("actions are pusher_x_m"),
         "{text}"
     );
-    let ball = EngineSpec::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
+    let ball = Engine::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
     let text =
         refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
+    let rule = "needs an engine of an object and a rod; correct single steps of any other";
+    assert_eq!(text, format!("setting `correction` = rollout: {rule}"));
+    let steps = Settings { correction: Correction::Step, ..settings(Recipe::NeuralPlus) };
+    let text = refused(Training::new(steps, &pushes));
     assert_eq!(text, "setting `recipe` = Neural+: is for pushing only");
     let few = GpPush::fit(&engine(), &data(1, 1), GpOptions { steps: 100, seed: 0 });
     assert!(few.is_err_and(|e| e.to_string().contains("at least 20 steps of 5 mm")));
     let none = Sequences { items: Vec::new(), ..pushes.clone() };
-    assert!(calibrate(&engine(), &none).is_err());
-    assert!(evaluate_pushes(&Still, &none).is_err());
-    assert!(PushEngine::textbook("butter", 0.1).is_none());
+    assert!(calibrate(&declared(), &none).is_err());
+    assert!(evaluate_forecast(&Still, &none).is_err());
     let untrained = ok(NetModel::new(run(Recipe::HybridPlus, &pushes, 1)));
     let q = &pushes.items[0];
     let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: 0 };
     assert!(untrained.forecast(task, 2).is_err_and(|e| e.to_string().contains("training has not ended")));
+    assert!(GpPush::fit(&ball, &pushes, GpOptions { steps: 100, seed: 0 }).is_err());
     assert!(untrained.with_engine(ball).is_err());
     let net = trained(Recipe::HybridPlus, &pushes, 1);
     let drop = Task { start: &[4.5, 0.0], actions: &[], time: 5, index: 0 };

@@ -11,7 +11,7 @@ use augsim_tensor::simd::Level;
 use augsim_tensor::{Scalar, Tape, TensorError};
 use augsim_tests::random::normals;
 use augsim_trainer::nets::{Net, Tile};
-use augsim_trainer::{EngineSpec, Losses, Recipe, Sequences, Settings, Training, TrainingState};
+use augsim_trainer::{Engine, Losses, Recipe, Sequences, Settings, Training, TrainingState};
 use std::process::Command;
 
 const RECIPES: [Recipe; 4] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
@@ -43,8 +43,8 @@ fn unequal() -> Sequences {
 }
 
 fn settings(recipe: Recipe) -> Settings {
-    let engine = EngineSpec::PybulletBall(paper_engine());
-    Settings { batch: 20, ..Settings::ball(recipe, 100, 7, engine) }
+    let engine = Engine::PybulletBall(paper_engine());
+    Settings { batch: 20, ..Settings::new(recipe, 100, 7, engine) }
 }
 
 /// State and losses after `steps` more iterations, to be compared bit for bit.

@@ -8,7 +8,7 @@ use augsim_nn::Params;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_tensor::kernels::normal::NormalLanes;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};
-use augsim_trainer::{EngineSpec, Recipe, Sequences, Settings, TILE, Training};
+use augsim_trainer::{Engine, Recipe, Sequences, Settings, TILE, Training};
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::io::BufRead;
@@ -25,8 +25,8 @@ fn main() {
         "train_ball" => {
             let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
             let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
-            let engine = EngineSpec::PybulletBall(paper_engine());
-            let mut training = ok(Training::new(Settings::ball(Recipe::Hybrid, 10_000, 1, engine), &data));
+            let engine = Engine::PybulletBall(paper_engine());
+            let mut training = ok(Training::new(Settings::new(Recipe::Hybrid, 10_000, 1, engine), &data));
             serve(|| {
                 ok(training.step());
             });

@@ -13,7 +13,7 @@ use augsim_nn::Params;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_tensor::kernels::{GruDims, LinearDims};
 use augsim_tensor::simd::Level;
-use augsim_trainer::{EngineSpec, Recipe, Sequences, Settings, Training};
+use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
 
 struct Table {
     product: Product,
@@ -67,7 +67,7 @@ fn run() {
 
     let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
     let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
-    let settings = Settings::ball(Recipe::Hybrid, 10_000, 1, EngineSpec::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(paper_engine()));
     let mut training = ok(Training::new(settings, &data));
     table.row("ball: whole iteration, batch 100", BALL.training(100, 400), || {
         ok(training.step());

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -68,6 +69,8 @@ pub enum Command {
     Evaluate(Evaluate),
     /// Reproduce the published tables.
     Reproduce(Reproduce),
+    /// Many runs of a command with other settings, here or on a cluster with Slurm.
+    Sweep(Sweep),
     /// Look at data files.
     Data(Data),
 }
@@ -335,6 +338,19 @@ pub enum Scenario {
     Loop,
 }
 
+/// Nets of the pushing tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NetArg {
+    /// DCVRNN without physics.
+    Neural,
+    /// Hybrid+ without physics.
+    NeuralPlus,
+    /// DCVRNN on the physics roll-out, as published.
+    Hybrid,
+    /// Corrects the physics roll-out by its dimensionless features.
+    HybridPlus,
+}
+
 /// Options of `reproduce`.
 #[derive(Debug, ClapArgs)]
 pub struct Reproduce {
@@ -357,6 +373,12 @@ pub struct Reproduce {
     /// Iterations of each net.
     #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
     pub iterations: Option<u64>,
+    /// Push: this net alone, scored on every set: a point of the size curve, for sweeps.
+    #[arg(long, value_enum)]
+    pub net: Option<NetArg>,
+    /// Push: train that net on the first pushes of the training set only.
+    #[arg(long, requires = "net", value_parser = clap::value_parser!(u32).range(1..))]
+    pub train_size: Option<u32>,
     /// Go on with what is in `--out`, which the same settings must have made.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

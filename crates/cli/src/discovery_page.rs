@@ -14,18 +14,52 @@ use std::path::Path;
 /// Percentiles that a discovery lists, as quantiles of a normal law: 1, 5, 25, 50, 75, 95, 99 %.
 const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
 
-/// Fills the page's input.
-pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> DiscoveryReport {
-    let (scenario, quantity, declared): (&str, &str, &[Parameter]) = match model {
-        ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
-        ModelFile::Push(m) => {
-            ("push", "position of the object, open loop from a measured pose", &m.parameters)
+/// A declared parameter: name, value, and whether it is frozen.
+pub type Declared = (String, f64, bool);
+
+/// The declared model, as far as the page shows it.
+#[derive(Debug)]
+pub struct Subject {
+    /// The kind of system.
+    pub scenario: String,
+    /// What is forecast.
+    pub quantity: String,
+    /// The declared parameters.
+    pub declared: Vec<Declared>,
+}
+
+impl From<&ModelFile> for Subject {
+    fn from(model: &ModelFile) -> Self {
+        let (scenario, quantity, parameters): (&str, &str, &[Parameter]) = match model {
+            ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
+            ModelFile::Push(m) => {
+                ("push", "position of the object, open loop from a measured pose", &m.parameters)
+            }
+        };
+        let declared = parameters.iter().map(|p| (p.name.clone(), p.nominal, p.frozen)).collect();
+        Self { scenario: scenario.into(), quantity: quantity.into(), declared }
+    }
+}
+
+impl From<&augsim_written::Model> for Subject {
+    fn from(model: &augsim_written::Model) -> Self {
+        let declared = model.parameters.iter().map(|p| (p.name.clone(), p.nominal, p.frozen)).collect();
+        let output = model.outputs.first().map_or("", |o| &o.name);
+        Self {
+            scenario: model.name.clone(),
+            quantity: format!("free run of {output} from its first samples"),
+            declared,
         }
-    };
+    }
+}
+
+/// Fills the page's input.
+pub fn page(args: &Discover, seed: u64, subject: &Subject, d: &Discovery) -> DiscoveryReport {
+    let Subject { scenario, quantity, declared } = subject;
     let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
     DiscoveryReport {
         title: format!("{name}: what the model lacks"),
-        scenario: scenario.to_owned(),
+        scenario: scenario.clone(),
         verdict: match d.verdict {
             Verdict::NothingToAdd => page::Verdict::NothingToAdd,
             Verdict::Explained => page::Verdict::Explained,
@@ -35,7 +69,7 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
         sentence: d.sentence.clone(),
         warnings: d.warnings.iter().map(|w| w.text.clone()).collect(),
         error: page::ErrorSummary {
-            quantity: quantity.to_owned(),
+            quantity: quantity.clone(),
             unit: d.error.unit.clone(),
             heldout_trajectories: d.error.heldout_trajectories as u64,
             declared: Some(rmse(d.error.declared)),
@@ -48,17 +82,15 @@ pub fn page(args: &Discover, seed: u64, model: &ModelFile, d: &Discovery) -> Dis
         },
         calibrated: declared
             .iter()
-            .filter_map(|p| {
-                let fitted = d.parameters.get(&p.name);
-                (fitted.is_some() || p.frozen).then(|| page::CalibratedParameter {
+            .filter_map(|(name, nominal, frozen)| {
+                let fitted = d.parameters.get(name);
+                (fitted.is_some() || *frozen).then(|| page::CalibratedParameter {
                     parameter: match fitted {
-                        Some(e) => parameter(&p.name, e),
-                        None => {
-                            page::Parameter { name: p.name.clone(), value: p.nominal, ..Default::default() }
-                        }
+                        Some(e) => parameter(name, e),
+                        None => page::Parameter { name: name.clone(), value: *nominal, ..Default::default() },
                     },
-                    declared: p.nominal,
-                    frozen: p.frozen,
+                    declared: *nominal,
+                    frozen: *frozen,
                 })
             })
             .collect(),

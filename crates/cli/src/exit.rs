@@ -4,6 +4,7 @@
 pub use crate::usage::Usage;
 
 use crate::interrupt;
+use crate::sweep::failed::TaskFailed;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source, printable};
 use augsim_discovery::DiscoveryError;
@@ -56,6 +57,9 @@ fn code(error: &anyhow::Error) -> u8 {
     for cause in error.chain() {
         if cause.is::<Usage>() {
             return 2;
+        }
+        if let Some(failed) = cause.downcast_ref::<TaskFailed>() {
+            return failed.code;
         }
         if let Some(e) = cause.downcast_ref::<DataError>()
             && asked_for(e)

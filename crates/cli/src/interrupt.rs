@@ -2,16 +2,24 @@
 //!
 //! A thread waits for the signals. Work that has something to keep (training) holds a [`Keeper`], asks it after each
 //! iteration and writes its checkpoint. All other work, and work that does not answer in time, is ended by the thread, after
-//! it removed the temporary files and the empty folders that this process made. A second signal ends the process at once.
+//! it removed the temporary files and the empty folders that this process made. A second signal ends the process at once,
+//! unless it comes with the first: a scheduler that stops a job signals each of its processes, and so does `sweep run` above a
+//! task.
 
 use crate::folders;
 use augsim_data::abandon_writes;
 use std::io::Write;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time that work has to write its checkpoint: with the removal of temporary files it stays below two seconds.
 const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Signals that follow the first within this time are the same wish, on two ways.
+const SAME_WISH: Duration = Duration::from_millis(300);
+
+/// Variable in which a process that starts this one, and is to take it along when it is killed, gives its number.
+pub const PARENT: &str = "AUGSIM_PARENT_PROCESS";
 
 /// Number of the signal that asked to stop; 0 before that.
 static REQUESTED: AtomicI32 = AtomicI32::new(0);
@@ -67,7 +75,12 @@ pub fn install() -> anyhow::Result<()> {
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
+            let mut begun: Option<Instant> = None;
             for signal in signals.forever() {
+                if begun.is_some_and(|begun| begun.elapsed() < SAME_WISH) {
+                    continue;
+                }
+                begun = begun.or_else(|| Some(Instant::now()));
                 let first = REQUESTED.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst).is_ok();
                 if !first || KEEPERS.load(Ordering::SeqCst) == 0 {
                     end(signal);
@@ -80,6 +93,30 @@ pub fn install() -> anyhow::Result<()> {
             }
         })
         .context("cannot start a thread")?;
+    Ok(())
+}
+
+/// Lets this process end with the one that started it, where that names itself in [`PARENT`]: should that be killed, the
+/// kernel sends SIGTERM, and nobody computes what nobody waits for.
+#[cfg(target_os = "linux")]
+pub fn end_with_parent() -> anyhow::Result<()> {
+    use anyhow::Context;
+    use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+
+    let named = std::env::var(PARENT).ok().and_then(|number| number.parse::<i32>().ok());
+    let Some(parent) = named else { return Ok(()) };
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .context("cannot follow the process that started this one")?;
+    // It may have been killed before the kernel was asked.
+    if getppid().is_none_or(|now| now.as_raw_nonzero().get() != parent) {
+        end(signal_hook::consts::SIGTERM);
+    }
+    Ok(())
+}
+
+/// Other systems do not tell.
+#[cfg(not(target_os = "linux"))]
+pub fn end_with_parent() -> anyhow::Result<()> {
     Ok(())
 }
 

@@ -1,18 +1,17 @@
 //! The `augsim` binary: parse, resolve, run, exit code.
 
 mod args;
-mod ball;
 mod chain;
 mod command_line;
 mod commands;
 mod destination;
 mod discovery_page;
 mod exit;
+mod experiment;
 mod folders;
 mod interrupt;
 mod output;
 mod progress;
-mod push;
 mod record;
 mod reproduction;
 mod residual;
@@ -20,6 +19,7 @@ mod run_data;
 mod run_dir;
 mod run_lock;
 mod session;
+mod sweep;
 mod usage;
 mod written;
 
@@ -33,6 +33,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
+        .and_then(|()| interrupt::end_with_parent())
         .and_then(|()| instruction_set())
         .and_then(|()| limits())
         .and_then(|()| threads(args.global.threads))

@@ -71,6 +71,11 @@ impl Steps {
         self.0.set_message(step);
     }
 
+    /// The work is at a step that has to be put into words.
+    pub fn tell(&self, step: String) {
+        self.0.set_message(step);
+    }
+
     /// Takes the line away.
     pub fn finish(&self) {
         self.0.finish_and_clear();

@@ -4,10 +4,8 @@ use crate::exit::Usage;
 use crate::output::Output;
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
-use augsim_physics::model::{EffectBlock, ModelFile, Per};
-use augsim_physics::push::OBJECTS;
-use augsim_trainer::push::PushEngine;
-use augsim_trainer::{EngineSpec, ModelBall, Recipe};
+use augsim_physics::model::{ModelFile, Per};
+use augsim_trainer::{Engine, Recipe, SystemEngine};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -15,7 +13,7 @@ use std::path::Path;
 pub const MODEL: &str = "model.toml";
 
 /// The engine of the model in the discovery's folder `run`, with the step of the data.
-pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyhow::Result<EngineSpec> {
+pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyhow::Result<Engine> {
     if matches!(recipe, Recipe::Neural | Recipe::NeuralPlus) {
         let text = format!(
             "the recipe of {} reads no physics; leave out --residual-of, or choose a hybrid",
@@ -30,51 +28,34 @@ pub fn engine(run: &Path, data: &Path, recipe: Recipe, output: &Output) -> anyho
             run.display()
         );
     }
-    match ModelFile::read(&path)? {
-        ModelFile::Ball(model) => {
-            let dataset = read_dataset(data, MissingCells::Refuse)?;
-            let groups: BTreeSet<Option<&str>> =
-                dataset.trajectories().iter().map(Trajectory::group).collect();
-            // A net's engine is one for all trajectories: that of their group, if all are of one.
-            let model = match groups.first() {
-                Some(Some(group)) if groups.len() == 1 => model.of_group(group),
-                _ => model,
-            };
-            for kind in ModelBall::left_out(&model) {
-                output.note(format!(
-                    "{kind} is left out: it changes what is measured, or is random, which the net learns"
-                ));
-            }
-            let parameters = model.parameters.iter().chain(model.effects.iter().flat_map(|e| &e.parameters));
-            for p in parameters.filter(|p| p.per != Per::All) {
-                output.note(format!(
-                    "{} differs between trajectories: its nominal value {} is used for all",
-                    p.name, p.nominal
-                ));
-            }
-            let step_s = step_s(&dataset, data)?;
-            let lasts = |e: &&EffectBlock| e.kind == "contact-duration";
-            let contact = model.effects.iter().find(lasts).and_then(|e| e.parameters.first());
-            if let Some(tau) =
-                contact.filter(|tau| recipe == Recipe::HybridPlus && tau.nominal > 0.5 * step_s)
-            {
-                output.note(format!(
-                    "contacts of {:.4} s against steps of {step_s:.4} s: single steps bounce in an instant, so samples of \
-                     this recipe scatter too far at impacts; --recipe hybrid reads the roll-out, which follows contacts",
-                    tau.nominal
-                ));
-            }
-            let ball = ModelBall::new(&model, step_s).with_context(|| path.display().to_string())?;
-            Ok(EngineSpec::ModelBall(Box::new(ball)))
-        }
-        ModelFile::Push(model) => {
-            let engine = PushEngine::of(&model).with_context(|| {
-                let (path, name) = (path.display(), &model.object.name);
-                format!("{path}: nets of pushes know the objects {}, not `{name}`", OBJECTS.join(", "))
-            })?;
-            Ok(EngineSpec::Push(engine))
-        }
+    let model = ModelFile::read(&path)?;
+    let dataset = read_dataset(data, MissingCells::AsGap)?;
+    let groups: BTreeSet<Option<&str>> = dataset.trajectories().iter().map(Trajectory::group).collect();
+    // A net's engine is one for all trajectories: that of their group, if all are of one.
+    let model = match groups.first() {
+        Some(Some(group)) if groups.len() == 1 => model.of_group(group),
+        _ => model,
+    };
+    let step_s = step_s(&dataset, data)?;
+    let engine = SystemEngine::new(&model, Some(step_s)).with_context(|| path.display().to_string())?;
+    for kind in engine.left_out() {
+        output.note(format!(
+            "{kind} is left out: it changes what is measured, or is random, which the net learns"
+        ));
     }
+    for p in model.parameters().filter(|p| p.per != Per::All) {
+        output.note(format!(
+            "{} differs between trajectories: its nominal value {} is used for all",
+            p.name, p.nominal
+        ));
+    }
+    if let Some(tau) = engine.contact_s().filter(|tau| recipe == Recipe::HybridPlus && *tau > 0.5 * step_s) {
+        output.note(format!(
+            "contacts of {tau:.4} s against steps of {step_s:.4} s: single steps bounce in an instant, so samples of \
+             this recipe scatter too far at impacts; --recipe hybrid reads the roll-out, which follows contacts"
+        ));
+    }
+    Ok(Engine::Model(engine))
 }
 
 /// Seconds between the samples of the first trajectory; whether all others have them is checked when they are loaded.

@@ -56,7 +56,8 @@ pub const CONFIG: &str = "config.resolved.toml";
 /// Name of the file that training goes on from.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 const WEIGHTS: &str = "weights.safetensors";
-const METRICS: &str = "metrics.jsonl";
+/// Name of the file with the losses.
+pub const METRICS: &str = "metrics.jsonl";
 /// Everything that training writes.
 pub const FILES: [&str; 4] = [CONFIG, CHECKPOINT, WEIGHTS, METRICS];
 
@@ -121,7 +122,12 @@ impl RunDir {
         let text = std::fs::read_to_string(&path).with_context(|| {
             format!("{}: cannot read it; give the run directory of `train`", path.display())
         })?;
-        toml::from_str(&text).with_context(|| format!("{}: not a configuration of augsim", path.display()))
+        toml::from_str(&text).with_context(|| {
+            format!(
+                "{}: not a configuration of this augsim; one of an earlier augsim is trained again",
+                path.display()
+            )
+        })
     }
 
     /// The last checkpoint, if there is one.

@@ -84,6 +84,39 @@ fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
 }
 
 #[test]
+fn one_net_alone_gives_its_rows_and_its_point_of_the_curve() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    publish(&dir.path().join("mit"), "abs", 30);
+    publish(&dir.path().join("mit"), "plywood", 8);
+    let run = |out: &str, more: &[&str]| {
+        let args = ["reproduce", "push", "--data", "mit", "--iterations", "8", "--seed", "3", "--out", out];
+        augsim(&[&args[..], more].concat(), dir.path())
+    };
+    let result = |out: &str| -> serde_json::Value {
+        let text = std::fs::read_to_string(dir.path().join(out).join("result.json")).expect("a result");
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let rows = |result: &serde_json::Value| -> Vec<serde_json::Value> {
+        let rows = result["rows"].as_array().expect("rows").iter();
+        rows.filter(|row| row["model"] == "Hybrid+").cloned().collect()
+    };
+    for (out, more) in [("all", &[][..]), ("alone", &["--net", "hybrid-plus"])] {
+        let ended = run(out, more);
+        assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    }
+    let alone = result("alone");
+    assert_eq!(alone["rows"].as_array().map(Vec::len), Some(2), "the test pushes and the other support");
+    assert_eq!(rows(&alone), rows(&result("all")));
+    let few = ["--net", "hybrid-plus", "--train-size", "10"];
+    assert!(run("few", &few).status.success());
+    let few = result("few");
+    assert!(few["curve"][0]["train_pushes"] == 10 && rows(&few) != rows(&alone));
+    let refused = run("many", &["--net", "hybrid-plus", "--train-size", "28"]);
+    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && error.contains("there are 27 training pushes"), "{error}");
+}
+
+#[test]
 fn a_folder_without_pushes_is_refused_with_the_remedy() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::create_dir(dir.path().join("empty")).expect("a folder");

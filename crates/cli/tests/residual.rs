@@ -59,7 +59,7 @@ fn a_discovery_on_drops_goes_on_to_a_net() {
     let plus = train("plus", &[]);
     assert!(plus != train("hybrid", &["--recipe", "hybrid"]), "two recipes, one net");
     let config = std::fs::read_to_string(d.join("plus/config.resolved.toml")).expect("a configuration");
-    assert!(config.contains("model-ball") && config.contains("hybrid-plus"), "{config}");
+    assert!(config.contains("[settings.engine.model]") && config.contains("hybrid-plus"), "{config}");
     for line in model.lines().filter(|l| l.contains("restitution")) {
         assert!(config.contains(line), "`{line}` of the model is not in the configuration");
     }
@@ -114,7 +114,7 @@ fn a_model_of_pushing_is_trained_scored_and_predicted() {
     found(
         d,
         "found",
-        &(declared + "\n[[effect]]\nkind = \"table-anisotropy\"\nratio = 1.2\nangle_rad = 0.4\n"),
+        &(declared.clone() + "\n[[effect]]\nkind = \"table-anisotropy\"\nratio = 1.2\nangle_rad = 0.4\n"),
     );
     let args =
         ["train", "--residual-of", "found", "--data", "pushes.csv", "--iterations", "5", "--out", "net"];
@@ -123,14 +123,24 @@ fn a_model_of_pushing_is_trained_scored_and_predicted() {
     assert!(config.contains("table-anisotropy") && config.contains("1.2"), "{config}");
     augsim(&["train", "--resume", "--out", "net"], d);
     let score = json(&["evaluate", "net", "--data", "pushes.csv"], d);
-    assert_eq!(score["pushes"], 12);
-    assert!(score["mean"]["pos_mm"].as_f64().is_some_and(f64::is_finite), "{score}");
+    assert_eq!(
+        (score["protocol"].as_str(), score["estimate"].as_str()),
+        (Some("forecast"), Some("mean of 100"))
+    );
+    assert!(score["pos_mm"].as_f64().is_some_and(f64::is_finite), "{score}");
     augsim(&["predict", "net", "--data", "pushes.csv", "--samples", "4", "--out", "forecast.csv"], d);
     let forecast = std::fs::read_to_string(d.join("forecast.csv")).expect("a forecast");
     assert!(
         forecast.starts_with("trajectory,t_s,mean_x_m,"),
         "{}",
         forecast.lines().next().unwrap_or_default()
+    );
+
+    let outline = "polygon_m = [[0.045, 0.045], [-0.045, 0.045], [-0.045, -0.045], [0.045, -0.045]]";
+    found(d, "outline", &declared.replace("object = \"rect1\"", outline));
+    augsim(
+        &["train", "--residual-of", "outline", "--data", "pushes.csv", "--iterations", "1", "--out", "own"],
+        d,
     );
 
     let standardised = run(&[&args[..7], &["--recipe", "hybrid-standardised", "--out", "std"]].concat(), d);
@@ -168,7 +178,7 @@ fn what_cannot_be_used_is_refused_with_one_sentence() {
     refused("empty", "drops.csv", &[], 3, &["empty", "model.toml", "augsim discover"]);
     refused("broken", "drops.csv", &[], 3, &["broken/model.toml:3", "did you mean `quadratic-drag`"]);
     refused("drift", "drops.csv", &[], 3, &["drift/model.toml", "restitution-drift", "take it out"]);
-    refused("polygon", "drops.csv", &[], 3, &["polygon/model.toml", "rect1"]);
+    refused("polygon", "drops.csv", &[], 3, &["drops.csv", "no column `x_m`"]);
     refused("good", "uneven.csv", &[], 3, &["uneven.csv", "`0`", "resample"]);
     refused("good", "positions.csv", &[], 3, &["positions.csv", "velocity_m_s"]);
     refused("good", "nowhere.csv", &[], 3, &["nowhere.csv"]);

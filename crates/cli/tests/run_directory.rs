@@ -48,6 +48,29 @@ fn training(dir: &Path, out: &str) -> Child {
     child
 }
 
+/// Format 2 held built-in objects by name and scales by scenario; format 3 holds the text of a model file.
+#[test]
+fn runs_of_an_earlier_format_are_refused_by_a_sentence_that_says_so() {
+    let dir = trained();
+    let d = dir.path();
+    let path = d.join("run/checkpoint.bin");
+    let mut bytes = std::fs::read(&path).expect("a checkpoint");
+    assert_eq!(bytes[8..12], 3_u32.to_le_bytes(), "the version of the format");
+    bytes[8] = 2;
+    std::fs::write(&path, bytes).expect("it can be written");
+    let texts = ["checkpoint.bin", "format version 2", "reads version 3", "train again"];
+    refused(&["evaluate", "run", "--data", "d.csv"], d, &texts);
+    refused(&["predict", "run", "--data", "d.csv", "--out", "f.csv"], d, &texts);
+    refused(&["train", "--resume", "--out", "run"], d, &texts);
+
+    let path = d.join("run/config.resolved.toml");
+    let config = std::fs::read_to_string(&path).expect("a configuration");
+    assert!(config.contains("correction = \"step\"\n"), "{config}");
+    std::fs::write(&path, config.replace("correction = \"step\"\n", "")).expect("it can be written");
+    let texts = ["config.resolved.toml", "earlier augsim", "trained again", "correction"];
+    refused(&["train", "--resume", "--out", "run"], d, &texts);
+}
+
 #[test]
 fn a_second_training_in_the_same_directory_is_refused() {
     let dir = trained();

@@ -13,6 +13,14 @@ pub(crate) fn calibrate(train: &Sample<'_>) -> Fit {
 /// Nominal values, with the parameter of the events (of each group, where it has its own) at the median of its rough values.
 pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
+    let mut at = 0;
+    for f in &h.free {
+        let width = h.width(f);
+        if let Some(value) = h.system.fit_from(f.index).filter(|_| f.addition.is_none()) {
+            theta[at..at + width].fill(value.clamp(f.min, f.max));
+        }
+        at += width;
+    }
     let Some(event) = h.system.schema().event.as_ref().map(|e| e.parameter) else { return theta };
     let rough = |group: Option<usize>| {
         let chosen = train.records().map(|r| &r.seen).filter(|r| group.is_none_or(|g| r.group == g));

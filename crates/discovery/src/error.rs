@@ -23,7 +23,7 @@ impl fmt::Display for Groups {
 #[derive(Debug, Error)]
 pub enum DiscoveryError {
     /// What the system itself has against the data.
-    #[error("{data} and {model}: {objection}")]
+    #[error("{data}, for {model}: {objection}")]
     Objection {
         /// The data.
         data: String,

@@ -6,6 +6,8 @@ use crate::record::{Excerpt, Record};
 use crate::statistics::median;
 use augsim_physics::model::Per;
 use augsim_physics::system::{Begin, Event, Offsets, ScatterPer, Seed, Simulated, System, Task};
+use rayon::prelude::*;
+use std::cell::RefCell;
 
 /// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
 #[derive(Clone, Debug)]
@@ -146,9 +148,14 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// Simulates the record with the derivatives of `seeds`. A trajectory that cannot be simulated has values that are no
-    /// numbers: no fit goes there.
-    fn simulate(&self, lanes: &Lanes, at: Excerpt<'_>, seeds: &[Seed]) -> Simulated {
+    /// The same with other values of the parameters from place `first` on.
+    pub fn with_values(mut self, first: usize, values: &[f64]) -> Self {
+        self.values[first..][..values.len()].copy_from_slice(values);
+        self
+    }
+
+    /// The simulation of a window with the derivatives of `seeds`.
+    fn task<'t>(&'t self, lanes: &Lanes, at: Excerpt<'t>, seeds: &'t [Seed]) -> Task<'t> {
         let offsets = match self.nuisance.get(lanes.fixed_nuisances()..) {
             Some(&[xi, ..]) if self.shared && lanes.offsets > 0 => Offsets::Shared(xi),
             Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
@@ -156,20 +163,30 @@ impl<'a> Point<'a> {
         };
         let (record, window) = (&at.record.seen, at.window.samples.clone());
         let (parameters, start) = (&self.values, &self.start);
-        let task = Task { parameters, record, window, start, offsets, seeds };
-        let mut out = Simulated::default();
-        if self.system.simulate(&task, &mut out).is_err() {
-            let schema = self.system.schema();
-            let (samples, channels) = (at.window.samples.len(), schema.channels.len());
-            out.reset(samples, channels, seeds.len(), schema.features.len());
-            (0..samples).for_each(|k| (0..channels).for_each(|c| out.set(k, c, f64::NAN)));
+        Task { parameters, record, window, start, offsets, seeds }
+    }
+
+    /// Simulates a window with the derivatives of `seeds` into `out`.
+    fn simulate(&self, lanes: &Lanes, at: Excerpt<'_>, seeds: &[Seed], out: &mut Simulated) {
+        let done = self.system.simulate(&self.task(lanes, at, seeds), out);
+        if done.is_err() {
+            self.fail(at, seeds.len(), out);
         }
-        out
+    }
+
+    /// A window that cannot be simulated has values that are no numbers: no fit goes there.
+    fn fail(&self, at: Excerpt<'_>, seeds: usize, out: &mut Simulated) {
+        let schema = self.system.schema();
+        let (samples, channels) = (at.window.samples.len(), schema.channels.len());
+        out.reset(samples, channels, seeds, schema.features.len());
+        (0..samples).for_each(|k| (0..channels).for_each(|c| out.set(k, c, f64::NAN)));
     }
 
     /// The plain simulation at the times of a window.
     pub fn plain(&self, lanes: &Lanes, at: Excerpt<'_>) -> Simulated {
-        self.simulate(lanes, at, &[])
+        let mut out = Simulated::default();
+        self.simulate(lanes, at, &[], &mut out);
+        out
     }
 }
 
@@ -195,29 +212,86 @@ pub(crate) struct Normal {
     pub misfit: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
+    /// Twice the inverse of the degrees of freedom of the cost: the weight falls along a step `x` by `softening (u'x) weight`,
+    /// with `u` the gradient.
+    pub softening: f64,
     /// Events that the simulation passed.
     pub events: Vec<Event>,
 }
 
+thread_local! {
+    /// Simulations of this thread, which are used again: their memory is the better part of a short one's time.
+    static RUNS: RefCell<Vec<Simulated>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Gives `count` simulations of this thread to `work`.
+fn with_runs<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
+    let mut runs = RUNS.take();
+    if runs.len() < count {
+        runs.resize_with(count, Simulated::default);
+    }
+    let done = work(&mut runs[..count]);
+    RUNS.set(runs);
+    done
+}
+
 /// Simulates a window with derivatives in all lanes and forms its normal equations.
 pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, correlation: f64) -> Normal {
-    let run = point.simulate(lanes, at, &lanes.seeds);
+    with_runs(1, |runs| {
+        point.simulate(lanes, at, &lanes.seeds, &mut runs[0]);
+        summed(point, lanes, at, correlation, &runs[0])
+    })
+}
+
+/// Simulates windows with derivatives in all lanes, as many in one pass as the system can, and forms the normal equations of
+/// each.
+pub(crate) fn normals(
+    points: &[Point<'_>],
+    lanes: &[Lanes],
+    windows: &[Excerpt<'_>],
+    correlation: f64,
+) -> Vec<Normal> {
+    let side_by_side = points.first().map_or(1, |p| p.system.side_by_side().max(1));
+    let blocks = points.par_chunks(side_by_side).zip(lanes.par_chunks(side_by_side));
+    let blocks = blocks.zip(windows.par_chunks(side_by_side));
+    let each = blocks.flat_map_iter(|((points, lanes), windows)| {
+        with_runs(points.len(), |runs| {
+            let all = points.iter().zip(lanes).zip(windows);
+            let tasks: Vec<Task<'_>> = all.clone().map(|((p, l), at)| p.task(l, *at, &l.seeds)).collect();
+            let system = points[0].system;
+            let done = system.simulate_all(&tasks, runs);
+            all.zip(runs)
+                .zip(done)
+                .map(|((((point, lanes), at), run), done)| {
+                    if done.is_err() {
+                        point.fail(*at, lanes.seeds.len(), run);
+                    }
+                    summed(point, lanes, *at, correlation, run)
+                })
+                .collect::<Vec<_>>()
+        })
+    });
+    each.collect()
+}
+
+/// The normal equations of a window from its simulation.
+fn summed(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, correlation: f64, run: &Simulated) -> Normal {
     // Rows of derivatives are as long as the next multiple of four lanes: a kernel for each length is twice as fast as one
     // for any.
     let sums = match run.width() {
-        4 => sums::<4>(&run, at, correlation),
-        8 => sums::<8>(&run, at, correlation),
-        12 => sums::<12>(&run, at, correlation),
-        16 => sums::<16>(&run, at, correlation),
-        20 => sums::<20>(&run, at, correlation),
-        24 => sums::<24>(&run, at, correlation),
-        28 => sums::<28>(&run, at, correlation),
-        32 => sums::<32>(&run, at, correlation),
-        36 => sums::<36>(&run, at, correlation),
-        40 => sums::<40>(&run, at, correlation),
-        _ => sums_of_any_width(&run, at, correlation),
+        4 => sums::<4>(run, at, correlation),
+        8 => sums::<8>(run, at, correlation),
+        12 => sums::<12>(run, at, correlation),
+        16 => sums::<16>(run, at, correlation),
+        20 => sums::<20>(run, at, correlation),
+        24 => sums::<24>(run, at, correlation),
+        28 => sums::<28>(run, at, correlation),
+        32 => sums::<32>(run, at, correlation),
+        36 => sums::<36>(run, at, correlation),
+        40 => sums::<40>(run, at, correlation),
+        _ => sums_of_any_width(run, at, correlation),
     };
-    finish(point, lanes, sums, run.events())
+    finish(point, lanes, at, sums, run.events())
 }
 
 /// `J'J` and `J'r` of whitened residuals r and their derivatives J, their sum of squares and how many there are.
@@ -320,19 +394,26 @@ fn whitened<D: AsMut<[f64]> + Clone>(
 }
 
 /// Weighs the normal equations of a trajectory by its misfit and adds the priors.
-fn finish(point: &Point<'_>, lanes: &Lanes, sums: Sums, events: Vec<Event>) -> Normal {
+fn finish(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, sums: Sums, events: Vec<Event>) -> Normal {
     let Sums { mut h, mut g, squares: misfit, terms } = sums;
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
     let (mut q, weight) = robust(misfit, free.max(1.0));
+    let softening = 2.0 / (SCALE_FREEDOM + free.max(1.0));
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
     let first = lanes.fixed_nuisances();
+    // What is known of a start is known of the beginning of the motion.
+    let begins = at.window.samples.start == 0 && !at.record.seen.under_way;
+    let states = &point.system.schema().states;
+    let starts = lanes.start.iter().enumerate().filter(|_| begins).filter_map(|(i, &state)| {
+        if let Begin::Prior(mean, sd) = states[state].begin { Some((i, (mean, sd.powi(-2)))) } else { None }
+    });
     let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
     let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
-    for (i, (mean, precision)) in own.chain(offsets) {
+    for (i, (mean, precision)) in starts.chain(own).chain(offsets) {
         let lane = lanes.common() + i;
         *h.at_mut(lane, lane) += precision;
         g[lane] -= precision * (point.nuisance[i] - mean);
         q += precision * (point.nuisance[i] - mean).powi(2);
     }
-    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, events }
+    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, softening, events }
 }

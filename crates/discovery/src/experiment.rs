@@ -24,7 +24,7 @@ pub(crate) fn next_experiment(
         let scattered = [parts.best, judged].iter().any(|j| j.fit.hypothesis.scatter.is_some());
         let by_design = separation(&parts.search.train, &parts.noise.sd, &parts.best.fit, &judged.fit);
         return match by_design {
-            // A scatter is told from a law by many repeats, not by one throw.
+            // A scatter is told from a law by many repeats, not by one record.
             _ if scattered => rule,
             s if s.records <= MOST_RECORDS => format!(
                 "{}; records needed with this camera to tell {} from {} with odds of 1000 to 1: {:.0}. In general: {rule}",
@@ -63,7 +63,7 @@ pub(crate) fn next_experiment(
     }
 }
 
-/// A list in words: `heights, speeds and spins`.
+/// A list in words: `starts, speeds and loads`.
 fn words(list: &[String]) -> String {
     match list {
         [] => "starts and inputs".into(),

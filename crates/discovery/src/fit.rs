@@ -1,6 +1,9 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
-use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::cluster::{Cluster, clusters};
+use crate::covariance::{sandwich, undetermined};
+use crate::dispersion::{Dispersion, Quadratic, dispersion};
+use crate::evaluate::{Lanes, Normal, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::{Excerpt, Measured, Record};
@@ -64,10 +67,14 @@ pub(crate) struct Fit {
     pub theta: Vec<f64>,
     /// Nuisances of each window of the chosen records.
     pub nuisance: Vec<Vec<f64>>,
+    /// The cost that was minimised.
+    pub cost: f64,
     /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
+    /// Shares in the information, and gradients.
+    pub clusters: Vec<Cluster>,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
     /// Simulated events of each window of the chosen records.
@@ -75,17 +82,37 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// Covariance of theta.
+    /// Covariance of theta: the larger of the inverse information and the sandwich over records.
     pub fn covariance(&self) -> Square {
-        self.information.cholesky().inverse()
+        let p = self.theta.len();
+        let mut bread = self.information.clone();
+        let mut gradients = Vec::with_capacity(self.clusters.len());
+        for cluster in &self.clusters {
+            cluster.soften(&mut bread);
+            gradients.push(cluster.dense(p).1);
+        }
+        sandwich(&self.information, &bread, &gradients)
     }
 
-    /// 95 % intervals of theta, kept inside the bounds.
+    /// Dispersion of the gradients of the records along the entries `range` of theta; never below that of white noise.
+    pub fn dispersion(&self, range: Range<usize>) -> Dispersion {
+        let p = self.theta.len();
+        let each: Vec<Quadratic> = self.clusters.iter().map(|c| c.dense(p)).collect();
+        let mut sum = vec![0.0; p];
+        each.iter().for_each(|(_, u)| sum.iter_mut().zip(u).for_each(|(a, b)| *a += b));
+        dispersion(&self.information, &sum, &each, range, 1.0)
+    }
+
+    /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
     pub fn ci95(&self) -> Vec<[f64; 2]> {
         let c = self.covariance();
+        let open = undetermined(&self.information);
         let bounds = self.hypothesis.bounds();
         (0..self.theta.len())
             .map(|i| {
+                if open[i] {
+                    return [bounds[i].0, bounds[i].1];
+                }
                 let half = 1.96 * c.at(i, i).max(0.0).sqrt();
                 [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
             })
@@ -117,28 +144,43 @@ fn assemble(
     theta: Vec<f64>,
     nuisance: Vec<Vec<f64>>,
 ) -> State {
-    let normals: Vec<Normal> = sample
-        .excerpts()
-        .par_iter()
-        .zip(lanes)
-        .zip(&nuisance)
-        .map(|((&at, lanes), n)| {
-            sample.data.tally.simulation();
-            normal(&Point::new(h, &*h.system, lanes, at.record, &theta, n), lanes, at, sample.correlation)
-        })
-        .collect();
+    let normals = assembled(sample, h, lanes, &theta, &nuisance);
     let q = normals.iter().map(|n| n.q).sum();
     State { theta, nuisance, normals, q }
 }
 
-/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and each record's nuisance step for a
-/// step of theta.
-fn reduce(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> (Square, Vec<f64>) {
+/// The normal equations of all windows at a point.
+fn assembled(
+    sample: &Sample<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Vec<Normal> {
+    let windows = sample.excerpts();
+    let all = windows.iter().zip(lanes).zip(nuisance);
+    let points: Vec<Point<'_>> =
+        all.map(|((at, lanes), n)| Point::new(h, &*h.system, lanes, at.record, theta, n)).collect();
+    points.iter().for_each(|_| sample.data.tally.simulation());
+    normals(&points, lanes, &windows, sample.correlation)
+}
+
+/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
+/// nuisances alone move.
+pub(crate) fn reduce(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    normals: &[Normal],
+    damping: f64,
+) -> (Square, Vec<f64>, f64) {
     let n = h.theta_len();
-    let (mut s, mut u) = (Square::zero(n), vec![0.0; n]);
+    let (mut s, mut u, mut starts) = (Square::zero(n), vec![0.0; n], 0.0);
     for (l, normal) in lanes.iter().zip(normals) {
         let damped = damp(&normal.h, damping);
-        let (sj, uj, _) = eliminate(&damped, &normal.g, l.common());
+        let (sj, uj, factor) = eliminate(&damped, &normal.g, l.common());
+        let mut own = normal.g[l.common()..].to_vec();
+        factor.forward(&mut own);
+        starts += own.iter().map(|x| x * x).sum::<f64>();
         for (a, &ta) in l.theta.iter().enumerate() {
             u[ta] += uj[a];
             for (b, &tb) in l.theta.iter().enumerate() {
@@ -146,7 +188,7 @@ fn reduce(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> 
             }
         }
     }
-    (s, u)
+    (s, u, starts)
 }
 
 fn damp(h: &Square, damping: f64) -> Square {
@@ -231,7 +273,7 @@ fn fit_with(
             break;
         }
     }
-    let (information, _) = reduce(&h, &lanes, &state.normals, 0.0);
+    let (information, _, _) = reduce(&h, &lanes, &state.normals, 0.0);
     let mut ll = -0.5 * state.q;
     for (l, normal) in lanes.iter().zip(&state.normals) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -239,13 +281,16 @@ fn fit_with(
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
     let draws = h.scatter.map_or(0.0, |s| scatter_sd(&h, &lanes, &state, s.sd).1);
+    let clusters = clusters(&sample.of_records(), &lanes, &state.normals);
     Fit {
         hypothesis: h,
         draws,
         theta: state.theta,
         nuisance: state.nuisance,
+        cost: state.q,
         ll,
         information,
+        clusters,
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }
@@ -334,7 +379,7 @@ fn minimise(
 ///
 /// A record whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
 /// the path a curved valley that is crawled along. And its own step is shortened before it is believed: one record at a kink
-/// (an impact more or less) must not hold back the step of all.
+/// (an event more or less) must not hold back the step of all.
 fn advance(
     sample: &Sample<'_>,
     h: &Hypothesis,
@@ -344,13 +389,21 @@ fn advance(
     lambda: f64,
 ) -> State {
     let theta: Vec<f64> = state.theta.iter().zip(step).map(|(t, d)| t + d).collect();
+    let full: Vec<Vec<f64>> = lanes
+        .iter()
+        .zip(&state.normals)
+        .zip(&state.nuisance)
+        .map(|((lanes, before), now)| nuisance_step(lanes, before, now, step, lambda))
+        .collect();
+    let trials = assembled(sample, h, lanes, &theta, &full);
     let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
         .excerpts()
         .par_iter()
         .zip(lanes)
         .zip(&state.normals)
         .zip(&state.nuisance)
-        .map(|(((&window, lanes), before), now)| {
+        .zip(trials.into_par_iter().zip(full))
+        .map(|((((&window, lanes), before), now), trial)| {
             let record = window.record;
             let at = |n: &[f64]| {
                 sample.data.tally.simulation();
@@ -361,8 +414,7 @@ fn advance(
                     sample.correlation,
                 )
             };
-            let full = nuisance_step(lanes, before, now, step, lambda);
-            let mut best = (at(&full), full);
+            let mut best = trial;
             for share in [0.2, 0.0] {
                 if best.0.q <= before.q + SURPRISE {
                     break;
@@ -450,7 +502,7 @@ fn theta_step(
     lambda: f64,
     bounds: &[(f64, f64)],
 ) -> Vec<f64> {
-    let (s, u) = reduce(h, lanes, &state.normals, lambda);
+    let (s, u, _) = reduce(h, lanes, &state.normals, lambda);
     let mut moving: Vec<usize> = (0..u.len())
         .filter(|&i| {
             let (t, (low, high)) = (state.theta[i], bounds[i]);

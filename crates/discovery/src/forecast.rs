@@ -49,7 +49,7 @@ pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64])
 }
 
 /// The hypothesis as a predictor: scatter off, and a trajectory's own parameters drawn towards those of the training
-/// trajectories, because the part before the first impact may say little about them.
+/// trajectories, because the first samples may say little about them.
 fn predictor(training: &Fit) -> Hypothesis {
     let mut h = training.hypothesis.clone();
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();

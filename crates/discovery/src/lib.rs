@@ -4,7 +4,7 @@
 //! library, or something that the library does not know. Noise is estimated from the data alone; parameters are fitted
 //! through the simulator by Levenberg-Marquardt with exact sensitivities and eliminated initial states (Golub and Pereyra
 //! 1973); candidates are found by score tests (Rao 1948), chosen by penalised likelihood on training trajectories and
-//! confirmed on held-out ones; what is left is tested in families of fixed level; random restitution is integrated out by
+//! confirmed on held-out ones; what is left is tested in families of fixed level; random parameters are integrated out by
 //! Laplace's approximation with MacKay's fixed point for its scale.
 
 mod accept;
@@ -13,12 +13,16 @@ mod adequacy;
 mod anatomy;
 mod answer;
 mod assess;
+mod blocks;
 mod calibrate;
 mod candidates;
+mod cluster;
+mod covariance;
 mod crossed;
 mod deal;
 mod decide;
 mod discover;
+mod dispersion;
 mod error;
 mod error_table;
 mod evaluate;
@@ -28,9 +32,12 @@ mod folds;
 mod forecast;
 mod hypothesis;
 mod linear;
+#[cfg(test)]
+mod linear_toy;
 mod noise;
 mod options;
 mod periodicity;
+mod pieces;
 mod prepare;
 mod push;
 mod record;
@@ -39,6 +46,7 @@ mod report;
 mod residuals;
 mod result;
 mod rough_noise;
+mod scan;
 mod score;
 mod search;
 mod separate;

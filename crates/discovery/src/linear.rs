@@ -116,6 +116,11 @@ pub(crate) struct Cholesky {
 }
 
 impl Cholesky {
+    /// Whether every pivot was positive: the matrix has information along every direction.
+    pub fn is_definite(&self) -> bool {
+        (0..self.n).all(|i| self.l[i * self.n + i].is_finite())
+    }
+
     /// `x <- L^-1 x`.
     pub fn forward(&self, x: &mut [f64]) {
         for i in 0..self.n {

@@ -6,7 +6,7 @@
 
 use crate::linear::Square;
 use crate::record::{Measured, Record};
-use crate::statistics::chi2_tail;
+use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
 /// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
@@ -193,8 +193,9 @@ fn golden(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, rounds: us
     if fa < fb { (a, fa) } else { (b, fb) }
 }
 
-/// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample.
-pub(crate) fn estimate(data: &mut Measured) -> Noise {
+/// Estimates the noise of segmented records, masks outliers, and sets the weights of every sample. Where the motion is not
+/// smooth between samples, the noise is taken for white: what polynomials leave is motion, and looks correlated.
+pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
     let channels = declared.len();
     let mut masked: Vec<Vec<Vec<bool>>> = data
@@ -215,7 +216,7 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
             let samples: f64 = mine().map(|(a, _)| a.y.len() as f64).sum();
             *sd = if round == 0 {
                 let mut all: Vec<f64> = mine().flat_map(|(_, r)| r.iter().map(|v| v.abs())).collect();
-                1.4826 * crate::statistics::median(&mut all) * (samples / freedom.max(1.0)).sqrt()
+                1.4826 * median(&mut all) * (samples / freedom.max(1.0)).sqrt()
             } else {
                 (mine().flat_map(|(_, r)| r.iter().map(|v| v * v)).sum::<f64>() / freedom.max(1.0)).sqrt()
             };
@@ -245,7 +246,7 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
     let (mut rho, mut growth) = (0.0, 0.0);
     let by_rho = golden(|r| criterion(&some, channels, r, 0.0), -0.4, 0.95, 14);
     let by_growth = golden(|g| criterion(&some, channels, 0.0, g), 0.0, top, 14);
-    if plain - by_rho.1.min(by_growth.1) > ENOUGH {
+    if smooth_motion && plain - by_rho.1.min(by_growth.1) > ENOUGH {
         if by_rho.1 < by_growth.1 {
             rho = by_rho.0;
             let second = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14);
@@ -282,6 +283,9 @@ pub(crate) fn estimate(data: &mut Measured) -> Noise {
         }
         freedom += f;
         *sd = if f > 0.0 { (rss / f).sqrt() } else { declared[channel].unwrap_or(1e-3) };
+        if let Some(most) = data.system.schema().channels[channel].sd_at_most {
+            *sd = sd.min(most);
+        }
         // Data without noise: six printed digits of metres are the finest that anything is judged by.
         *sd = sd.max(1e-6);
     }
@@ -335,7 +339,7 @@ fn smooth_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     let limits: Vec<f64> = (0..channels)
         .map(|c| {
             let mine = arcs.iter().zip(&levels).filter(|(a, _)| a.channel == c);
-            ROUGH * crate::statistics::median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
+            ROUGH * median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
         })
         .collect();
     arcs.iter().zip(levels).filter(|(a, l)| *l <= limits[a.channel]).map(|(a, _)| a).collect()
@@ -361,6 +365,32 @@ fn spread(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growth: f64) -> Op
     let ratio = |(r, f): (&f64, &f64)| ((r + PULL) / (f + PULL)).sqrt();
     (p < DIFFERS).then(|| rss.iter().zip(&freedom).map(ratio).collect())
 }
+
+/// Variance of each channel about polynomials over stretches of `length` samples: the median of up to a few hundred.
+pub(crate) fn smooth_misfit(data: &Measured, length: usize) -> Vec<f64> {
+    let channels = data.system.schema().channels.len();
+    let total: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
+    let stride = (total / length.max(1)).div_ceil(MOST_STRETCHES).max(1) * length;
+    (0..channels)
+        .map(|c| {
+            let mut levels = Vec::new();
+            for (j, r) in data.records.iter().enumerate() {
+                for first in (0..r.seen.times.len().saturating_sub(length)).step_by(stride) {
+                    let used = (first..first + length).filter(|&k| r.seen.values[c][k].is_finite());
+                    let arc = Arc::new(r, used.collect(), c, j);
+                    levels.extend(arc.map(|a| {
+                        let freedom = (a.y.len() - a.basis[0].len()) as f64;
+                        a.residuals().iter().map(|v| v * v).sum::<f64>() / freedom
+                    }));
+                }
+            }
+            median(&mut levels)
+        })
+        .collect()
+}
+
+/// Stretches that are enough to tell how rough a channel is.
+const MOST_STRETCHES: usize = 400;
 
 fn collect(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();

@@ -1,9 +1,11 @@
 //! From a data set to records with events, noise and a split.
 
+use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::deal;
 use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
+use crate::pieces;
 use crate::record::Measured;
 use crate::rough_noise::rough_noise;
 use crate::spikes::{mask, spikes};
@@ -28,6 +30,10 @@ impl Prepared {
     }
 }
 
+/// Samples of blocks that are enough to search on.
+const MOST_SAMPLES: usize = 16_000;
+/// Blocks that are used at least.
+const FEWEST_BLOCKS: usize = 5;
 /// Held-out trajectories below which half of all is held out.
 const FEWEST_HELD_OUT: f64 = 8.0;
 
@@ -50,12 +56,14 @@ pub(crate) fn prepare(
         .collect();
     let system = data.system.clone();
     data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
+    let smooth = pieces::find(&mut data);
+    data.records = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
-    let mut noise = estimate(&mut data);
+    let mut noise = estimate(&mut data, smooth);
     if let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
         let (data, model) = (data.name, model.file().into());
         return Err(DiscoveryError::Objection { data, model, objection });
@@ -67,7 +75,9 @@ pub(crate) fn prepare(
         noise.outliers += found.len();
         mask(&mut data, &found);
     }
-    let (train, test) = split(&data, &everything, options);
+    let (mut train, mut test) = split(&data, &everything, options);
+    shorten(&data, &mut train, MOST_SAMPLES);
+    shorten(&data, &mut test, MOST_SAMPLES / 2);
     Ok(Prepared { data, noise, train, test })
 }
 
@@ -80,6 +90,19 @@ fn without_outliers(data: &Measured) -> Vec<Seen> {
         }
     }
     records
+}
+
+/// Leaves out blocks of long records where all have more than `most` samples, those that stay lying all over the record: a
+/// search gains little from more.
+fn shorten(data: &Measured, chosen: &mut Vec<usize>, most: usize) {
+    if !data.records.iter().any(|r| r.seen.under_way) {
+        return;
+    }
+    let samples: usize = chosen.iter().map(|&j| data.records[j].seen.times.len()).sum();
+    let kept = (chosen.len() * most / samples.max(1)).clamp(FEWEST_BLOCKS, chosen.len().max(FEWEST_BLOCKS));
+    if kept < chosen.len() {
+        *chosen = (0..kept).map(|i| chosen[i * chosen.len() / kept]).collect();
+    }
 }
 
 /// Deals the trajectories `among` out to training and test.

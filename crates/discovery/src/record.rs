@@ -77,7 +77,10 @@ impl Measured {
                 let i = data.column_index(column).ok()?;
                 t.column(i).iter().copied().find(|v| v.is_finite())
             };
-            let (times, values) = measured(t, &channels);
+            let (times, mut values) = measured(t, &channels);
+            for (channel, values) in schema.channels.iter().zip(&mut values) {
+                channel.period.into_iter().for_each(|period| unwrap(values, period));
+            }
             let group = t.group().and_then(|g| groups.iter().position(|x| x == g));
             records.push(Seen {
                 id: t.id().to_string(),
@@ -135,6 +138,17 @@ fn measured(t: &Trajectory, channels: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
         (0..t.len()).filter(|&k| channels.iter().any(|&i| t.column(i)[k].is_finite())).collect();
     let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
     (at(t.time_s()), channels.iter().map(|&i| at(t.column(i))).collect())
+}
+
+/// Takes the jumps by a period out of an angle: each value goes to where it is nearest to the one measured before.
+fn unwrap(values: &mut [f64], period: f64) {
+    let mut before: Option<f64> = None;
+    for v in values.iter_mut().filter(|v| v.is_finite()) {
+        if let Some(before) = before {
+            *v -= ((*v - before) / period).round() * period;
+        }
+        before = Some(*v);
+    }
 }
 
 /// An input on its own clock: the rows in which all of its columns have a value.

@@ -80,7 +80,7 @@ pub struct FoundEffect {
     /// In how many folds the loop found it again, of how many; absent where it was not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<[usize; 2]>,
-    /// For the scatter of restitution: `impact` or `trajectory`.
+    /// For a scatter: what one draw of it belongs to, in the system's words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
 }
@@ -110,7 +110,7 @@ pub struct NoiseFound {
 /// A law that the library does not have, as far as the data show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
-    /// `flight`, `impact` or `sensor`.
+    /// Where it acts, in the system's words.
     #[serde(rename = "where")]
     pub place: String,
     /// What it changes.
@@ -205,7 +205,7 @@ pub struct Bin {
 /// Residuals against features, before (calibrated) and after (augmented), all trajectories.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Bins by feature (`time_s`, `height_m`, `speed_m_s`, `bounce`) before.
+    /// Bins by feature (`time_s`, …) before.
     pub before: BTreeMap<String, Vec<Bin>>,
     /// The same after.
     pub after: BTreeMap<String, Vec<Bin>>,

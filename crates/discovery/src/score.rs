@@ -1,7 +1,7 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
 use crate::addition::Addition;
-use crate::evaluate::{Lanes, Point, normal};
+use crate::evaluate::{Lanes, Point, normal, normals};
 use crate::fit::{Fit, Sample};
 use crate::linear::{Square, eliminate};
 use augsim_physics::model::Per;
@@ -9,6 +9,9 @@ use augsim_physics::system::Law;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Parameters of one batch, where records are simulated one by one and where many are side by side.
+const BATCH: usize = 16;
+const WIDE_BATCH: usize = 32;
 /// Eigenvalues of the scaled information below this are directions that the data do not see.
 const RANK_CUT: f64 = 1e-4;
 /// Information below this, in raw units of the parameter, is none.
@@ -22,7 +25,7 @@ pub(crate) struct Score {
     pub statistic: f64,
     /// Its degrees of freedom; 0 when the candidate cannot be seen in these data.
     pub rank: f64,
-    /// One-step estimate of each parameter.
+    /// One-step estimate of each parameter, from the null point at which the test was made.
     pub estimate: Vec<f64>,
     /// Standard deviations of the estimates.
     pub sd: Vec<f64>,
@@ -32,11 +35,26 @@ pub(crate) struct Score {
 pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
     // What makes every simulation dearer is tested apart from what does not.
+    // One place for each null point: effects with a width or a threshold have several.
+    let system = &fit.hypothesis.system;
+    let most = if system.side_by_side() > 1 { WIDE_BATCH } else { BATCH };
+    let tests: Vec<(usize, Vec<f64>)> = candidates
+        .iter()
+        .enumerate()
+        .flat_map(|(i, c)| {
+            let points = match c {
+                Addition::Effect(listed, _) => system.null_points(listed.index),
+                _ => vec![vec![0.0; c.size()]],
+            };
+            points.into_iter().map(move |point| (i, point))
+        })
+        .collect();
     for costly in [false, true] {
         let mut batch: Vec<usize> = Vec::new();
         let mut width = 0;
-        for (i, c) in candidates.iter().enumerate().filter(|(_, c)| c.is_costly() == costly) {
-            if width + c.size() > 16 {
+        let some = tests.iter().map(|(i, _)| &candidates[*i]).enumerate();
+        for (i, c) in some.filter(|(_, c)| c.is_costly() == costly) {
+            if width + c.size() > most {
                 batches.push(std::mem::take(&mut batch));
                 width = 0;
             }
@@ -47,10 +65,17 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
     }
     batches.retain(|b| !b.is_empty());
     let mut out: Vec<Option<Score>> = vec![None; candidates.len()];
-    let done: Vec<Vec<(usize, Score)>> =
-        batches.par_iter().map(|b| batch_scores(sample, fit, candidates, b)).collect();
+    let done: Vec<Vec<(usize, Score)>> = batches
+        .par_iter()
+        .map(|b| {
+            let batch: Vec<&(usize, Vec<f64>)> = b.iter().map(|&t| &tests[t]).collect();
+            batch_scores(sample, fit, candidates, &batch)
+        })
+        .collect();
     for (i, s) in done.into_iter().flatten() {
-        out[i] = Some(s);
+        if out[i].as_ref().is_none_or(|best| s.statistic > best.statistic) {
+            out[i] = Some(s);
+        }
     }
     out.into_iter().flatten().collect()
 }
@@ -59,7 +84,7 @@ fn batch_scores(
     sample: &Sample<'_>,
     fit: &Fit,
     candidates: &[Addition],
-    batch: &[usize],
+    batch: &[&(usize, Vec<f64>)],
 ) -> Vec<(usize, Score)> {
     batch.iter().for_each(|_| sample.data.tally.score());
     let h = &fit.hypothesis;
@@ -70,40 +95,43 @@ fn batch_scores(
     // Lane by lane: which parameter of the system, which columns of the common matrix.
     let mut extras: Vec<usize> = Vec::new();
     let mut columns: Vec<(usize, bool)> = Vec::new();
-    let mut owned: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
+    let mut owned: Vec<(usize, &[f64], std::ops::Range<usize>)> = Vec::new();
     let mut width = theta_len;
-    for &i in batch {
+    let mut values: Vec<f64> = Vec::new();
+    let first = parameters;
+    for (i, point) in batch {
+        let i = *i;
         let Some(law) = candidates[i].law() else { continue };
         let grouped = matches!(candidates[i], Addition::Effect(_, Per::Group));
         let begin = width;
-        for _ in 0..law.size(h.system.library()) {
+        values.extend(point);
+        for _ in point {
             extras.push(parameters);
             parameters += 1;
             columns.push((width, grouped));
             width += if grouped { groups } else { 1 };
         }
         laws.push(law);
-        owned.push((i, begin..width));
+        owned.push((i, point, begin..width));
     }
     let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
-    let parts: Vec<_> = sample
-        .excerpts()
-        .par_iter()
-        .zip(&fit.nuisance)
-        .map(|(&at, nuisance)| {
-            let record = at.record;
+    let windows = sample.excerpts();
+    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(h, at, &extras)).collect();
+    let each = windows.iter().zip(&lanes).zip(&fit.nuisance);
+    let points: Vec<Point<'_>> = each
+        .map(|((at, lanes), nuisance)| {
             sample.data.tally.simulation();
-            let lanes = Lanes::new(h, at, &extras);
-            let n = normal(
-                &Point::new(h, &*system, &lanes, record, &fit.theta, nuisance),
-                &lanes,
-                at,
-                sample.correlation,
-            );
+            Point::new(h, &*system, lanes, at.record, &fit.theta, nuisance).with_values(first, &values)
+        })
+        .collect();
+    let parts = normals(&points, &lanes, &windows, sample.correlation).into_par_iter().zip(&lanes);
+    let parts: Vec<_> = parts
+        .zip(&windows)
+        .map(|((n, lanes), at)| {
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             let mut places = lanes.theta.clone();
-            places
-                .extend(columns.iter().map(|&(c, grouped)| if grouped { c + record.seen.group } else { c }));
+            let group = at.record.seen.group;
+            places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + group } else { c }));
             (s, u, places)
         })
         .collect();
@@ -116,7 +144,21 @@ fn batch_scores(
             }
         }
     }
-    owned.into_iter().map(|(i, range)| (i, one_score(&candidates[i], &s, &u, range, theta_len))).collect()
+    owned
+        .into_iter()
+        .map(|(i, point, range)| {
+            let mut score = one_score(&candidates[i], &s, &u, range, theta_len);
+            // One with a value for each group begins at the same point in all.
+            let per = score.estimate.len() / point.len().max(1);
+            for (k, x) in score.estimate.iter_mut().enumerate() {
+                let at = point[k / per.max(1)];
+                if at != 0.0 {
+                    *x += at;
+                }
+            }
+            (i, score)
+        })
+        .collect()
 }
 
 fn one_score(
@@ -141,7 +183,9 @@ fn one_score(
     let positive = addition.listed().is_some_and(|e| e.parameters.iter().all(|p| p.min >= 0.0));
     if keep == 1 {
         let information = c.at(0, 0);
-        if information < OBSERVABLE || information < RANK_CUT * RANK_CUT * raw[0] || !information.is_finite()
+        if information * unit(addition, 0, keep) < OBSERVABLE
+            || information < RANK_CUT * RANK_CUT * raw[0]
+            || !information.is_finite()
         {
             return score;
         }
@@ -153,7 +197,9 @@ fn one_score(
         }
         return score;
     }
-    let scale: Vec<f64> = raw.iter().map(|r| if *r > OBSERVABLE { r.sqrt().recip() } else { 0.0 }).collect();
+    let seen = |(i, r): (usize, &f64)| r * unit(addition, i, keep) > OBSERVABLE;
+    let scale: Vec<f64> =
+        raw.iter().enumerate().map(|p| if seen(p) { p.1.sqrt().recip() } else { 0.0 }).collect();
     let mut scaled = Square::zero(keep);
     for i in 0..keep {
         for j in 0..keep {
@@ -174,6 +220,15 @@ fn one_score(
     }
     score.sd = variance.iter().map(|v| v.sqrt()).collect();
     score
+}
+
+/// Square of the size in which parameter `i` of `count` is observed: its usual one where that is large. A stiffness of a
+/// thousand is not unobservable because a change by one cannot be seen.
+fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
+    let parameters = addition.parameters();
+    let per = count / parameters.len().max(1);
+    let usual = parameters.get(i / per.max(1)).map_or(1.0, |p| p.typical.abs());
+    usual.max(1.0).powi(2)
 }
 
 /// Heterogeneity of each entry of theta over trajectories: statistic and degrees of freedom

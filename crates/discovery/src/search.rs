@@ -6,6 +6,7 @@ use crate::candidates::{library, may_join};
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
+use crate::scan::scan;
 use crate::score::{Score, heterogeneity, scores};
 use crate::statistics::{chi2_quantile, chi2_tail};
 use augsim_physics::model::Per;
@@ -20,6 +21,8 @@ const BEAM: usize = 3;
 pub(crate) const MOST_EFFECTS: usize = 4;
 /// Largest rough offset of the events' parameter that a fit begins with, in units of the largest scatter.
 const MOST_OF_AN_OFFSET: f64 = 0.6;
+/// Thresholds that are fitted from where a scan puts them.
+const MOST_SCANNED: usize = 3;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -31,6 +34,8 @@ pub(crate) struct Search<'a> {
     pub train: Sample<'a>,
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
+    /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
+    tests: usize,
     /// Whether the parameter of the events may scatter.
     pub scatter: bool,
 }
@@ -39,10 +44,31 @@ pub(crate) struct Search<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub fit: Fit,
-    /// -2 ln likelihood on the training part plus penalties.
+    /// -2 ln likelihood on the training part plus the penalty.
     pub criterion: f64,
+    /// Gain that the additions have to exceed together.
+    pub penalty: f64,
     /// Ln likelihood of the held-out part.
     pub heldout_ll: Option<f64>,
+}
+
+/// Ratio of two scores from which on they are the same law in two forms.
+const ALIAS: f64 = 1e-7;
+
+/// Scores without those that repeat an earlier one to the last digits: the same law under a name that comes later in the
+/// library (quadratic damping, and damping that depends on the speed).
+fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
+    let mut out: Vec<Score> = Vec::new();
+    for score in scores {
+        let same = |other: &Score| {
+            let near = (score.statistic / other.statistic - 1.0).abs() < ALIAS;
+            near && score.rank == other.rank && score.addition.kind() != other.addition.kind()
+        };
+        if score.statistic <= 0.0 || !out.iter().any(same) {
+            out.push(score);
+        }
+    }
+    out
 }
 
 impl Judged {
@@ -68,7 +94,16 @@ pub(crate) struct Found {
 
 impl<'a> Search<'a> {
     pub fn new(train: Sample<'a>, test: Sample<'a>) -> Self {
-        Self { train, test, library: library(train.data), scatter: true }
+        let library = library(train.data);
+        let system = &train.data.system;
+        let points = |a: &Addition| match a {
+            Addition::Effect(listed, _) => {
+                system.null_points(listed.index).len() + system.scan_points(listed.index).len()
+            }
+            _ => 1,
+        };
+        let tests = library.iter().map(points).sum();
+        Self { train, test, library, tests, scatter: true }
     }
 
     fn system(&self) -> &dyn System {
@@ -80,23 +115,43 @@ impl<'a> Search<'a> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
-    /// Penalty of an addition on -2 ln likelihood.
+    /// Gain in -2 ln likelihood by an addition that chance alone exceeds with probability [`ALPHA`] over the library, where
+    /// residuals are white.
     pub fn penalty(&self, addition: &Addition) -> f64 {
-        let m = self.library.len().max(1) as f64 + 2.0;
-        let count = match addition {
-            Addition::Table(_) => return chi2_quantile(ALPHA / 24.0, 8.0) + 4.0,
+        let m = self.tests.max(1) as f64 + 2.0;
+        match addition {
+            Addition::Table(t) => chi2_quantile(ALPHA / 24.0, t.table.knots as f64) + 4.0,
+            _ => chi2_quantile(ALPHA / m, self.size(addition)),
+        }
+    }
+
+    /// Degrees of freedom of an addition.
+    fn size(&self, addition: &Addition) -> f64 {
+        match addition {
+            Addition::Table(t) => t.table.knots as f64,
             Addition::Scatter(_) => 1.0,
             Addition::Effect(listed, per) => {
                 let n = listed.effect.parameters.len() as f64;
                 if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
             }
-        };
-        chi2_quantile(ALPHA / m, count)
+        }
     }
 
+    /// Judges a fit on the training part: each addition pays its quantile in units of the dispersion that the records'
+    /// gradients have along its own parameters.
     pub fn judge(&self, fit: Fit) -> Judged {
-        let penalty: f64 = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
-        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
+        let additions = &fit.hypothesis.additions;
+        let pays = |(number, addition): (usize, &Addition)| {
+            let quantile = self.penalty(addition);
+            let range = fit.hypothesis.range_of(number);
+            if range.is_empty() {
+                return quantile;
+            }
+            let own = fit.dispersion(range);
+            own.factor * own.widened(quantile, self.size(addition))
+        };
+        let penalty = additions.iter().enumerate().map(pays).sum();
+        Judged { criterion: -2.0 * fit.ll + penalty, penalty, fit, heldout_ll: None }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
@@ -201,7 +256,7 @@ impl<'a> Search<'a> {
     pub fn library_scores(&self, fit: &Fit) -> Vec<Score> {
         let list: Vec<Addition> =
             self.library.iter().filter(|a| may_join(a, &fit.hypothesis)).cloned().collect();
-        scores(&self.train, fit, &list)
+        without_aliases(scores(&self.train, fit, &list))
     }
 
     fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Move> {
@@ -224,6 +279,10 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
+        if best {
+            let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
+            moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
+        }
         if self.scatter && best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
             moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
         }
@@ -293,6 +352,11 @@ impl<'a> Search<'a> {
         fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
     }
 
+    /// Whether an addition is a threshold, which fits begin at several places for.
+    fn is_scanned(&self, addition: &Addition) -> bool {
+        matches!(addition, Addition::Effect(e, _) if !self.system().scan_points(e.index).is_empty())
+    }
+
     fn without_repeats(
         &self,
         jobs: Vec<(usize, Move)>,
@@ -305,9 +369,9 @@ impl<'a> Search<'a> {
                 let mut all = beam[*i].additions().to_vec();
                 all.extend(m.iter().map(|(a, _)| a.clone()));
                 let mut key = labels(&all);
-                if m.len() > 1 {
-                    // The two starts of a pair are different attempts.
-                    key.push(format!("{:?}", m[1].1));
+                // The two starts of a pair are different attempts, and so are those of a threshold.
+                if let Some((_, start)) = m.get(1).or(m.first().filter(|(a, _)| self.is_scanned(a))) {
+                    key.push(format!("{start:?}"));
                 }
                 let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS;
                 seen.push(key);

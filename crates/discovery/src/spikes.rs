@@ -1,6 +1,6 @@
 //! Outliers that the arcs alone do not show.
 //!
-//! A short arc's polynomial bends towards an outlier, and samples near impacts lie in no arc. Against the calibrated model a
+//! A short arc's polynomial bends towards an outlier, and samples near events lie in no arc. Against the calibrated model a
 //! spike stands out all the same: alone, between neighbours that agree. What a missing effect leaves is smooth there.
 
 use crate::fit::{Fit, Sample};

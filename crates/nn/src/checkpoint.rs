@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"AUGSIMCK";
 /// Version of the layout and of what is stored; changes whenever an older file can no longer be read.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 const HEADER: usize = 8 + 4 + 8 + 4;
 /// Largest body that is decoded: no net of this kind comes near it, so a larger length is damage.
 const MAX_BODY: usize = 1 << 30;

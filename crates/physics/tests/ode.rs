@@ -19,7 +19,13 @@ fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
         system: system.into(),
         record: ["record".into(), "records".into()],
         states: (0..states).map(state).collect(),
-        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), period: None, sd: None }],
+        channels: vec![Channel {
+            column: "y_m".into(),
+            unit: "m".into(),
+            period: None,
+            sd: None,
+            sd_at_most: None,
+        }],
         inputs: inputs.iter().map(|&between| Input { columns: vec!["u".into()], between }).collect(),
         measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
         ..Schema::default()

@@ -8,7 +8,7 @@ mod discovery;
 #[path = "sample_report/training.rs"]
 mod training;
 
-use augsim_report::{DiscoveryReport, TrainingReport, discovery_report, training_report};
+use augsim_report::{BenchmarkReport, DiscoveryReport, benchmark_report, discovery_report};
 
 fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -16,10 +16,10 @@ fn main() -> std::io::Result<()> {
         return Err(std::io::Error::other("usage: sample_report training|discovery|nothing|empty PATH"));
     };
     let html = match kind.as_str() {
-        "training" => training_report(&training::sample()),
+        "training" => benchmark_report(&training::sample()),
         "discovery" => discovery_report(&discovery::sample()),
         "nothing" => discovery_report(&DiscoveryReport::default()),
-        "empty" => training_report(&TrainingReport::default()),
+        "empty" => benchmark_report(&BenchmarkReport::default()),
         other => return Err(std::io::Error::other(format!("unknown kind `{other}`"))),
     };
     std::fs::write(path, html)

@@ -1,7 +1,7 @@
 //! The three protocols, never mixed.
 
-use crate::score::{Score, average, score};
-use crate::{Forecaster, NetModel, Sequences, Task, TrainerError};
+use crate::score::{Score, Scoring, average, score};
+use crate::{Forecaster, NetModel, Samples, Sequence, Sequences, Task, TrainerError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -34,32 +34,31 @@ pub const SAMPLES: usize = 100;
 /// Scores the forecasts of `model` on a test set.
 ///
 /// # Errors
-/// [`TrainerError`] if the model cannot be run.
+/// [`TrainerError`] if the model cannot be run, or nothing to score.
 pub fn evaluate_forecast(model: &dyn Forecaster, test: &Sequences) -> Result<Score, TrainerError> {
-    let s = test.state_dim();
-    let scores = test
-        .items
-        .par_iter()
-        .enumerate()
-        .map(|(i, q)| {
-            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
-            Ok(score(&model.forecast(task, SAMPLES)?, &q.states, s))
-        })
-        .collect::<Result<Vec<_>, TrainerError>>()?;
-    Ok(average(&scores))
+    evaluate(test, |q, index| {
+        model.forecast(Task { start: q.state(0), actions: &q.actions, time: q.time, index }, SAMPLES)
+    })
 }
 
 /// Scores what a net makes of trajectories that its encoder sees. Not a prediction.
 ///
 /// # Errors
-/// [`TrainerError`] if the net cannot be run.
+/// [`TrainerError`] if the net cannot be run, or nothing to score.
 pub fn evaluate_reconstruction(model: &NetModel, test: &Sequences) -> Result<Score, TrainerError> {
-    let s = test.state_dim();
-    let scores = test
-        .items
-        .par_iter()
-        .enumerate()
-        .map(|(i, q)| Ok(score(&model.reconstruct(q, i as u64, SAMPLES)?, &q.states, s)))
+    evaluate(test, |q, index| model.reconstruct(q, index, SAMPLES))
+}
+
+fn evaluate(
+    test: &Sequences,
+    samples: impl Fn(&Sequence, u64) -> Result<Samples, TrainerError> + Sync,
+) -> Result<Score, TrainerError> {
+    if test.items.is_empty() {
+        return Err(TrainerError::NoTrajectories { what: "the test set" });
+    }
+    let scoring = Scoring::of(test);
+    let scores = (test.items.par_iter().enumerate())
+        .map(|(i, q)| Ok(score(&samples(q, i as u64)?, &q.states, &scoring)))
         .collect::<Result<Vec<_>, TrainerError>>()?;
     Ok(average(&scores))
 }

@@ -2,7 +2,7 @@
 
 use crate::TrainerError;
 use crate::nets::Stepwise;
-use crate::prepare::Prepared;
+use crate::prepared::Prepared;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rayon::prelude::*;

@@ -4,33 +4,34 @@
 //! the first state and the actions alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
 //! [`Protocol`].
 
-mod ball_model;
 mod engine;
 mod error;
 mod evaluate;
+mod featuriser;
 mod forecast;
 mod latent;
 pub mod models;
 pub mod nets;
 mod noise;
-mod prepare;
+mod prepared;
 pub mod push;
+mod scales;
 pub mod score;
 mod sequences;
 mod settings;
+mod steps;
 mod tiles;
 mod training;
 
-pub use ball_model::{BallModelError, ModelBall};
-pub use engine::{Engine, EngineSpec};
+pub use engine::{Engine, EngineError, SystemEngine};
 pub use error::TrainerError;
 pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction};
 pub use forecast::{Forecaster, Samples, Task};
 pub use latent::LatentLaw;
 pub use models::NetModel;
-pub use prepare::{Fitted, Scales};
+pub use scales::Scales;
 pub use sequences::{Sequence, Sequences};
-pub use settings::{NetSettings, Recipe, Settings};
+pub use settings::{Correction, NetSettings, Recipe, Settings};
 pub use training::{Losses, Training, TrainingState};
 
 /// Trajectories per batch tile: the f32 lanes of the widest vector.

@@ -1,7 +1,7 @@
 //! Settings of a training run, with the paper's values as defaults.
 
-use crate::push::PushEngine;
-use crate::{EngineSpec, TrainerError};
+use crate::TrainerError;
+use crate::engine::{Engine, ModelPush};
 use augsim_data::Limit;
 use augsim_nn::{Adam, StepDecay};
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,16 @@ impl Recipe {
             Recipe::NeuralPlus => "Neural+",
         }
     }
+}
+
+/// What of the physics is corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Correction {
+    /// Single steps, each from the state that was predicted last; the paper's nets give states outright.
+    Step,
+    /// The whole roll-out from the first state under the actions: for states that are too noisy to start a step from.
+    Rollout,
 }
 
 /// Sizes of a net.
@@ -67,73 +77,43 @@ pub struct Settings {
     pub adam: Adam,
     /// Net.
     pub net: NetSettings,
+    /// What of the physics is corrected.
+    pub correction: Correction,
     /// Physics.
-    pub engine: EngineSpec,
+    pub engine: Engine,
 }
 
 impl Settings {
-    /// The settings for the scenario of `engine`: those of [`Settings::ball`] or of [`Settings::push`].
-    pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: EngineSpec) -> Self {
-        match engine {
-            EngineSpec::Push(engine) => Self::push(recipe, iterations, seed, engine),
-            ball => Self::ball(recipe, iterations, seed, ball),
-        }
-    }
-
-    /// The settings for the bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of
-    /// the 10,000 iterations, batch 100, two GRU layers of 16 units, latent 4. `iterations` scales the
-    /// schedule with it.
-    pub fn ball(recipe: Recipe, iterations: u64, seed: u64, engine: EngineSpec) -> Self {
-        let paper = Settings {
+    /// The paper's settings for an engine: single steps are corrected, or roll-outs where a rod's path is known beforehand.
+    /// `iterations` scales the schedule with it.
+    ///
+    /// The bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of the 10,000 iterations, batch 100, two
+    /// GRU layers of 16 units, latent 4. Planar pushing (section IV-B): halved every tenth of the 50,000 iterations, feature
+    /// extractors of 32 and 16, latent 16, learned deviations. Hybrid+ is ours: rate 3e-3, 32 units, one latent of 2 per
+    /// trajectory, or of 4 per push beside a GRU over the features of the roll-out.
+    pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Self {
+        let correction = if engine.pushing().is_some() { Correction::Rollout } else { Correction::Step };
+        let net = |hidden, layers, latent, sd_floor| NetSettings { hidden, layers, latent, sd_floor };
+        let plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);
+        let (initial, halvings, net) = match (correction, recipe) {
+            (Correction::Step, Recipe::Neural | Recipe::Hybrid) => (1e-3, 4, net(16, 2, 4, 1e-6)),
+            (Correction::Step, Recipe::HybridStandardised) => (3e-3, 8, net(16, 2, 4, 1e-6)),
+            (Correction::Step, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
+            (Correction::Rollout, _) if plus => (3e-3, 8, net(32, 1, 4, 1e-3)),
+            // Hybrid-std among them is refused by `check`.
+            (Correction::Rollout, _) => (1e-3, 10, net(16, 2, 16, 1e-3)),
+        };
+        Settings {
             recipe,
             seed,
             iterations,
             batch: 100,
-            clip_norm: None,
-            learning_rate: StepDecay { initial: 1e-3, factor: 0.5, every: iterations.div_ceil(4).max(1) },
+            clip_norm: (plus || correction == Correction::Rollout).then_some(100.0),
+            learning_rate: StepDecay { initial, factor: 0.5, every: iterations.div_ceil(halvings).max(1) },
             adam: Adam::default(),
-            net: NetSettings { hidden: 16, layers: 2, latent: 4, sd_floor: 1e-6 },
+            net,
+            correction,
             engine,
-        };
-        match recipe {
-            Recipe::Neural | Recipe::Hybrid => paper,
-            Recipe::HybridStandardised => Settings {
-                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
-                ..paper
-            },
-            Recipe::HybridPlus | Recipe::NeuralPlus => Settings {
-                clip_norm: Some(100.0),
-                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
-                net: NetSettings { hidden: 32, layers: 1, latent: 2, sd_floor: 1e-2 },
-                ..paper
-            },
-        }
-    }
-
-    /// The settings for planar pushing (paper, section IV-B): Adam at 1e-3, halved every tenth of the 50,000
-    /// iterations, batch 100, feature extractors of 32 and 16, two GRU layers of 16 units, latent 16, learned
-    /// deviations. `iterations` scales the schedule with it. Hybrid+: a GRU of 32 units over the features of the
-    /// physics' roll-out, one latent of 4 per push, rate 3e-3.
-    pub fn push(recipe: Recipe, iterations: u64, seed: u64, engine: PushEngine) -> Self {
-        let paper = Settings {
-            recipe,
-            seed,
-            iterations,
-            batch: 100,
-            clip_norm: Some(100.0),
-            learning_rate: StepDecay { initial: 1e-3, factor: 0.5, every: iterations.div_ceil(10).max(1) },
-            adam: Adam::default(),
-            net: NetSettings { hidden: 16, layers: 2, latent: 16, sd_floor: 1e-3 },
-            engine: EngineSpec::Push(engine),
-        };
-        match recipe {
-            // Hybrid-std is refused by `check`.
-            Recipe::Neural | Recipe::Hybrid | Recipe::HybridStandardised => paper,
-            Recipe::HybridPlus | Recipe::NeuralPlus => Settings {
-                learning_rate: StepDecay { initial: 3e-3, factor: 0.5, every: iterations.div_ceil(8).max(1) },
-                net: NetSettings { hidden: 32, layers: 1, latent: 4, sd_floor: 1e-3 },
-                ..paper
-            },
         }
     }
 
@@ -148,15 +128,27 @@ impl Settings {
         16.0 * layers as f64 * width * width
     }
 
+    /// The pushing whose roll-outs are corrected; none where single steps are.
+    ///
+    /// # Errors
+    /// [`TrainerError::Setting`] if roll-outs are to be corrected and the engine has no rod.
+    pub(crate) fn rollouts(&self) -> Result<Option<&ModelPush>, TrainerError> {
+        let rule = "needs an engine of an object and a rod; correct single steps of any other";
+        let missing = TrainerError::Setting { key: "correction", value: "rollout".to_owned(), rule };
+        match self.correction {
+            Correction::Step => Ok(None),
+            Correction::Rollout => self.engine.pushing().ok_or(missing).map(Some),
+        }
+    }
+
     /// Checks every range.
     ///
     /// # Errors
     /// [`TrainerError::Setting`], naming the key.
     pub fn check(&self) -> Result<(), TrainerError> {
-        let pushing = matches!(self.engine, EngineSpec::Push(_));
-        let foreign = match self.recipe {
-            Recipe::NeuralPlus if !pushing => Some("is for pushing only"),
-            Recipe::HybridStandardised if pushing => {
+        let foreign = match (self.recipe, self.correction) {
+            (Recipe::NeuralPlus, Correction::Step) => Some("is for pushing only"),
+            (Recipe::HybridStandardised, Correction::Rollout) => {
                 Some("is for the ball only; pushes are always standardised")
             }
             _ => None,
@@ -164,6 +156,7 @@ impl Settings {
         if let Some(rule) = foreign {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
         }
+        self.rollouts()?;
         let at_least_one = [
             ("iterations", self.iterations as usize),
             ("batch", self.batch),
@@ -219,7 +212,7 @@ mod tests {
     use augsim_physics::ball::paper_law::paper_engine;
 
     fn settings(recipe: Recipe, hidden: usize, layers: usize, latent: usize) -> Settings {
-        let paper = Settings::ball(recipe, 10, 1, EngineSpec::PybulletBall(paper_engine()));
+        let paper = Settings::new(recipe, 10, 1, Engine::PybulletBall(paper_engine()));
         Settings { net: NetSettings { hidden, layers, latent, ..paper.net }, ..paper }
     }
 

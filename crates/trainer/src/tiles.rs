@@ -3,7 +3,7 @@
 
 use crate::nets::{Net, Tile};
 use crate::noise::normals;
-use crate::prepare::Prepared;
+use crate::prepared::Prepared;
 use crate::{TILE, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;

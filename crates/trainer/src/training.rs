@@ -1,8 +1,10 @@
 //! The training loop.
 
+use crate::featuriser::{Featuriser, fits};
 use crate::latent::LatentLaw;
 use crate::nets::Net;
-use crate::prepare::{Fitted, Prepared};
+use crate::prepared::Prepared;
+use crate::scales::Scales;
 use crate::sequences::Sequences;
 use crate::settings::Settings;
 use crate::tiles::{Shared, Workspace};
@@ -36,7 +38,7 @@ pub struct TrainingState {
     /// Names of the state columns.
     pub columns: Vec<String>,
     /// Scales fitted on the training set.
-    pub scales: Fitted,
+    pub scales: Scales,
     /// Fingerprint of the training set (CRC-32 of its values), so that a run is not resumed on other data.
     pub data: u32,
     /// Iterations done.
@@ -77,7 +79,7 @@ impl Training {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
         check_columns(&settings.engine, &train.columns, &train.action_columns)?;
-        let scales = Fitted::fit(settings.recipe, &settings.engine, train);
+        let scales = Featuriser::of(&settings)?.fit(train);
         let mut params = Params::new(random_stream(settings.seed, "init", 0));
         Net::new(&settings, train.state_dim(), &mut params);
         let n = params.values().len();
@@ -116,16 +118,9 @@ impl Training {
         }
         check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
         let (net, params) = net_of(&state)?;
-        let prepared: Vec<Prepared> = train
-            .items
-            .par_iter()
-            .map(|q| {
-                let settings = &state.settings;
-                let what = "its scales are those of another scenario";
-                let foreign = || TrainerError::Foreign { what: what.to_owned() };
-                state.scales.prepare(settings.recipe, &settings.engine, q).ok_or_else(foreign)
-            })
-            .collect::<Result<_, TrainerError>>()?;
+        let featuriser = Featuriser::of(&state.settings)?;
+        let prepared: Vec<Prepared> =
+            train.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
         let batch = state.settings.batch.min(prepared.len());
         Ok(Training {
             order: (0..prepared.len()).collect(),
@@ -241,6 +236,15 @@ impl Training {
 pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
     // A file may hold any sizes: they are looked at before memory is asked for.
     state.settings.check().map_err(|e| TrainerError::Foreign { what: e.to_string() })?;
+    let Settings { recipe, correction, .. } = state.settings;
+    if state.columns != state.settings.engine.columns() {
+        return Err(TrainerError::Foreign {
+            what: "its state columns are not those of its engine".to_owned(),
+        });
+    }
+    if !fits(&state.scales, recipe, correction, state.columns.len()) {
+        return Err(TrainerError::Foreign { what: "its scales are those of other settings".to_owned() });
+    }
     let mut params = Params::new(random_stream(state.settings.seed, "init", 0));
     let net = Net::new(&state.settings, state.columns.len(), &mut params);
     let (expected, found) = (params.values().len(), state.params.len());
@@ -253,7 +257,7 @@ pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError>
 }
 
 /// The data must have the engine's columns.
-fn check_columns(engine: &impl Engine, states: &[String], actions: &[String]) -> Result<(), TrainerError> {
+fn check_columns(engine: &Engine, states: &[String], actions: &[String]) -> Result<(), TrainerError> {
     for (what, wanted, found) in
         [("states", engine.columns(), states), ("actions", engine.action_columns(), actions)]
     {

@@ -5,10 +5,9 @@
 
 use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
-use augsim_physics::model::{Model, PushModel};
-use augsim_physics::push::{Object, Pose, Push, Run as PushRun, Steps, StraightPush, World};
-use augsim_trainer::push::PushEngine;
-use augsim_trainer::{BallModelError, Engine, EngineSpec, ModelBall, Recipe, Settings};
+use augsim_physics::model::{Model, ModelFile, PushModel};
+use augsim_physics::push::{Pose, Push, Run as PushRun, Steps, StraightPush, World};
+use augsim_trainer::{Correction, Engine, EngineError, Recipe, Settings, SystemEngine};
 
 /// A step of the data, s.
 const STEP_S: f64 = 1.0 / 60.0;
@@ -38,8 +37,12 @@ fn model(effects: &[&str]) -> Model {
     ok(Model::parse(&(DECLARED.to_owned() + &effects.concat()), "model.toml"))
 }
 
-fn engine(effects: &[&str]) -> EngineSpec {
-    EngineSpec::ModelBall(Box::new(ok(ModelBall::new(&model(effects), STEP_S))))
+fn engine(effects: &[&str]) -> Engine {
+    Engine::Model(system(effects))
+}
+
+fn system(effects: &[&str]) -> SystemEngine {
+    ok(SystemEngine::new(&ModelFile::Ball(model(effects)), Some(STEP_S)))
 }
 
 /// Heights and velocities of one run of the exact engine.
@@ -60,7 +63,7 @@ fn simulated(effects: &[&str]) -> Vec<f64> {
 }
 
 /// The roll-out by single steps.
-fn stepped(engine: &EngineSpec) -> Vec<f64> {
+fn stepped(engine: &Engine) -> Vec<f64> {
     let mut out = START.to_vec();
     for t in 1..TIME {
         let mut next = [0.0; 2];
@@ -102,8 +105,7 @@ fn an_effect_of_the_model_changes_the_curve_and_one_of_the_sensor_does_not() {
     assert!(largest_difference(&path(&[DRAG]), &path(&[])) > 0.1);
     assert!(largest_difference(&stepped(&engine(&[SPEED])), &stepped(&engine(&[]))) > 0.1);
     assert_eq!(path(&[DRAG, LEFT_OUT]), path(&[DRAG]));
-    let with = model(&[DRAG, LEFT_OUT]);
-    assert_eq!(ModelBall::left_out(&with).collect::<Vec<_>>(), ["height-offset", "restitution-scatter"]);
+    assert_eq!(system(&[DRAG, LEFT_OUT]).left_out(), ["height-offset", "restitution-scatter"]);
 }
 
 #[test]
@@ -123,12 +125,13 @@ fn laws_of_what_height_and_velocity_do_not_tell_are_refused() {
         last = 3.0\nvalues = [0.0, 0.1]\n";
     let magnus = "[[effect]]\nkind = \"magnus\"\ns = 0.01\n";
     for (effect, kind) in [(drift, "restitution-drift"), (bounce, "table"), (magnus, "magnus")] {
-        let error = ModelBall::new(&model(&[effect]), STEP_S).expect_err("refused");
-        assert!(matches!(error, BallModelError::Hidden { .. }), "{error}");
+        let error = Engine::of(&ModelFile::Ball(model(&[effect])), Some(STEP_S)).expect_err("refused");
+        assert!(matches!(error, EngineError::Hidden { .. }), "{error}");
         assert!(error.to_string().contains(kind), "{error}");
     }
-    for step_s in [0.0, -1.0, f64::NAN] {
-        assert!(matches!(ModelBall::new(&model(&[]), step_s), Err(BallModelError::Step { .. })));
+    for step_s in [None, Some(0.0), Some(-1.0), Some(f64::NAN)] {
+        let engine = Engine::of(&ModelFile::Ball(model(&[])), step_s);
+        assert!(matches!(engine, Err(EngineError::Step { .. })));
     }
 }
 
@@ -163,38 +166,47 @@ fn pushed(world: &World, parameters: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (actions, run.poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect())
 }
 
+fn engine_of(model: &PushModel) -> Engine {
+    ok(Engine::of(&ModelFile::Push(model.clone()), None))
+}
+
 #[test]
 fn a_model_of_pushing_keeps_its_effects() {
     let model = augmented_push();
-    let engine = PushEngine::of(&model).expect("rect1 is built in");
-    assert_eq!(
-        engine.effects.iter().map(|e| e.kind()).collect::<Vec<_>>(),
-        ["table-anisotropy", "exact-surface"]
-    );
+    let engine = engine_of(&model);
+    let Engine::Model(system) = &engine else { panic!("{engine:?} is no system of a model file") };
+    assert_eq!(system.left_out(), ["friction-scatter"]);
     let (world, parameters) = model.world();
     let (actions, want) = pushed(&world, &parameters);
-    let got = EngineSpec::Push(engine.clone()).rollout(&[0.0; 3], &actions, actions.len() / 3);
+    let got = engine.rollout(&[0.0; 3], &actions, actions.len() / 3);
     // The same laws; the path is recorded piecewise instead of straight.
     assert!(largest_difference(&got, &want) <= 1e-9, "{:e}", largest_difference(&got, &want));
-    let declared = PushEngine { effects: Vec::new(), ..engine };
-    let without = EngineSpec::Push(declared).rollout(&[0.0; 3], &actions, actions.len() / 3);
+    let declared = engine_of(&PushModel { effects: Vec::new(), ..model });
+    let without = declared.rollout(&[0.0; 3], &actions, actions.len() / 3);
     assert!(largest_difference(&without, &want) > 1e-3);
-    let textbook = PushModel::textbook(
-        Object::polygon("butter", &[[0.1, 0.0], [0.0, 0.1], [-0.1, -0.1]]).expect("a triangle"),
-    );
-    assert!(PushEngine::of(&textbook).is_none());
-    let disguised = Object::polygon("rect1", &[[0.1, 0.0], [0.0, 0.1], [-0.1, -0.1]]).expect("a triangle");
-    assert!(PushEngine::of(&PushModel::textbook(disguised)).is_none(), "another outline under the same name");
+}
+
+/// Any outline can be pushed: the same square under a name that is not built in moves the same.
+#[test]
+fn an_outline_of_the_files_own_is_pushed_like_a_built_in_one() {
+    let of = |object: &str| {
+        let text = format!("scenario = \"push\"\n{object}\n[parameters]\nc_m = 0.035\n");
+        engine_of(&ok(PushModel::parse(&text, "push.toml")))
+    };
+    let (actions, _) = pushed(&augmented_push().world().0, &augmented_push().world().1);
+    let path = |engine: &Engine| engine.rollout(&[0.0; 3], &actions, actions.len() / 3);
+    let built_in = path(&of("object = \"rect1\""));
+    let square = "polygon_m = [[0.045, 0.045], [-0.045, 0.045], [-0.045, -0.045], [0.045, -0.045]]";
+    assert!(largest_difference(&path(&of(square)), &built_in) <= 1e-12);
+    let flatter = "polygon_m = [[0.045, 0.03], [-0.045, 0.03], [-0.045, -0.03], [0.045, -0.03]]";
+    assert!(largest_difference(&path(&of(flatter)), &built_in) > 1e-3, "the rod touches later");
 }
 
 #[test]
 fn configurations_and_checkpoints_give_back_the_same_engine() {
-    let push = PushEngine::of(&augmented_push()).expect("rect1 is built in");
     let dir = ok(tempfile::tempdir());
-    for settings in [
-        Settings::ball(Recipe::HybridPlus, 10, 1, engine(&[DRAG, SPEED, LEFT_OUT])),
-        Settings::push(Recipe::Hybrid, 10, 1, push),
-    ] {
+    for engine in [engine(&[DRAG, SPEED, LEFT_OUT]), engine_of(&augmented_push())] {
+        let settings = Settings::new(Recipe::Hybrid, 10, 1, engine);
         let text = ok(toml::to_string_pretty(&settings));
         assert_eq!(ok(toml::from_str::<Settings>(&text)), settings, "{text}");
         let path = dir.path().join("checkpoint.bin");
@@ -204,30 +216,26 @@ fn configurations_and_checkpoints_give_back_the_same_engine() {
 }
 
 #[test]
-fn configurations_from_before_effects_are_read_and_wrong_ones_refused() {
-    let push = PushEngine::textbook("rect1", 0.14).expect("rect1 is built in");
-    let text = ok(toml::to_string(&push));
-    let before: String =
-        text.lines().filter(|l| !l.contains("effects")).map(|l| l.to_owned() + "\n").collect();
-    assert_eq!(ok(toml::from_str::<PushEngine>(&before)), push);
-    let effect =
-        |kind: &str, values: &str| format!("{before}[[effects]]\nkind = \"{kind}\"\nvalues = {values}\n");
-    for (text, word) in [
-        (effect("table-anisotropi", "[1.0, 0.0]"), "did you mean `table-anisotropy`"),
-        (effect("table-anisotropy", "[1.0]"), "ratio, angle_rad"),
+fn a_configuration_with_a_wrong_model_is_refused_as_the_file_would_be() {
+    let text = ok(toml::to_string(&engine_of(&augmented_push())));
+    for (right, wrong, word) in [
+        ("table-anisotropy", "table-anisotropi", "did you mean `table-anisotropy`"),
+        ("ratio = ", "ration = ", "did you mean `ratio`"),
     ] {
-        let error = toml::from_str::<PushEngine>(&text).expect_err("refused").to_string();
+        assert!(text.contains(right), "{text}");
+        let error = toml::from_str::<Engine>(&text.replace(right, wrong)).expect_err("refused").to_string();
         assert!(error.contains(word), "{error}");
     }
-    let ball = "step_s = 0.01\nmodel = \"scenario = 'push'\"\n";
-    assert!(toml::from_str::<ModelBall>(ball).is_err());
 }
 
 #[test]
-fn a_recipe_of_the_ball_is_refused_for_pushing() {
-    let push = PushEngine::textbook("rect1", 0.14).expect("rect1 is built in");
-    let error =
-        Settings::push(Recipe::HybridStandardised, 10, 1, push).check().expect_err("refused").to_string();
+fn what_is_corrected_follows_from_the_engine_and_refuses_recipes_of_the_other() {
+    let of = |recipe, engine| Settings::new(recipe, 10, 1, engine);
+    let push = of(Recipe::HybridStandardised, engine_of(&augmented_push()));
+    assert_eq!(push.correction, Correction::Rollout);
+    let error = push.check().expect_err("refused").to_string();
     assert!(error.contains("Hybrid-std") && error.contains("ball"), "{error}");
-    assert!(Settings::ball(Recipe::HybridStandardised, 10, 1, engine(&[])).check().is_ok());
+    let ball = of(Recipe::HybridStandardised, engine(&[]));
+    assert_eq!(ball.correction, Correction::Step);
+    assert!(ball.check().is_ok());
 }

@@ -211,7 +211,10 @@ fn laws_that_are_added_have_exact_derivatives() {
 #[test]
 fn what_was_found_is_written_and_read_back() {
     let declared = model("pendulum");
-    let measured = MeasuredModel::new(declared.clone(), Scales::default(), None, None);
+    let measured = MeasuredModel::new(
+        declared.clone(),
+        WrittenSystem::new(&declared, &Scales::default()).expect("a system"),
+    );
     let system = measured.open(&|_| true).expect("all columns are there");
     let quadratic =
         system.library().iter().position(|e| e.kind == "quadratic-damping").expect("in the library");

@@ -7,7 +7,7 @@ use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_csv, write_npz};
 use augsim_nn::{Init, Params, checkpoint, weights};
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
-use augsim_trainer::{EngineSpec, NetSettings, Recipe, Sequences, Settings, Training};
+use augsim_trainer::{Engine, NetSettings, Recipe, Sequences, Settings, Training};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -227,7 +227,7 @@ fn through_a_file(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Re
 
 /// The smallest net of the paper's kind.
 fn small() -> Settings {
-    let settings = Settings::ball(Recipe::Hybrid, 100, 1, EngineSpec::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::Hybrid, 100, 1, Engine::PybulletBall(paper_engine()));
     Settings { net: NetSettings { hidden: 2, layers: 1, latent: 1, ..settings.net }, ..settings }
 }
 

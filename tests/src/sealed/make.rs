@@ -37,6 +37,17 @@ fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
     StandardNormal.sample(rng)
 }
 
+/// Sum of three waves with random amplitudes and phases over a record of `length_s`, at `times`, in units of the noise.
+fn wobble(rng: &mut Xoshiro256PlusPlus, amplitude: f64, times: &[f64], length_s: f64) -> Vec<f64> {
+    let waves: Vec<(f64, f64)> =
+        (0..3).map(|_| (amplitude * normal(rng), rng.random_range(0.0..std::f64::consts::TAU))).collect();
+    let at = |t: f64| {
+        let turn = |n: usize| std::f64::consts::PI * (n + 1) as f64 * t / length_s;
+        waves.iter().enumerate().map(|(n, (a, phase))| a * (turn(n) + phase).sin()).sum()
+    };
+    times.iter().map(|&t| at(t)).collect()
+}
+
 /// Makes the set of a scene and a truth.
 ///
 /// # Errors
@@ -109,6 +120,13 @@ pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result
             };
             xs.push(x * roll.cos() - bent * roll.sin() + scene.noise_m * (ex + sx));
             zs.push(x * roll.sin() + bent * roll.cos() + offset + scene.noise_m * (ez + sz));
+        }
+        if truth.wobble > 0.0 {
+            let length_s = times.last().copied().unwrap_or(1.0);
+            for channel in [&mut xs, &mut zs] {
+                let smooth = wobble(rng, truth.wobble, &times, length_s);
+                channel.iter_mut().zip(smooth).for_each(|(v, w)| *v += scene.noise_m * w);
+            }
         }
         let count = times.len();
         let constant = |v: f64| vec![v; count];

@@ -58,6 +58,9 @@ pub struct Truth {
     pub jitter_s: f64,
     /// Share of samples that are wrong by ten standard deviations.
     pub outliers: f64,
+    /// Amplitude, in standard deviations of the noise, of three smooth waves that each record has of its own: something that
+    /// no law explains and that no trajectory shares with another.
+    pub wobble: f64,
     /// The declared noise is the true one divided by this.
     pub declared_ratio: f64,
 }

@@ -7,11 +7,11 @@ mod push;
 mod sets;
 
 use crate::args::Reproduce;
-use crate::ball::{Row, table};
 use crate::destination::{REPORT, RESULT};
 use crate::exit::{Outcome, Usage};
+use crate::experiment::Sizes;
+use crate::experiment::rows::{Row, table};
 use crate::output::Output;
-use crate::push::{Plan, sets as push_table};
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use nets::Runs;
@@ -56,14 +56,14 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Some(row) => {
             let (folder, out) = (data.join(PYBULLET), out_dir.join("chain-ball"));
             let runs = Runs { out: &out, ..runs };
-            match (ball::Chain { data: &folder, found: &row.found, runs }).run(output)? {
+            match ball::chain(&folder, &row.found, row.trajectories, runs, output)? {
                 Some(rows) => rows,
                 None => return Ok(Outcome::Interrupted),
             }
         }
     };
-    let plan = if args.quick { Plan::quick() } else { Plan::full() };
-    let Some(pushing) = (push::Chain { plan, runs }).run(output)? else { return Ok(Outcome::Interrupted) };
+    let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
+    let Some(pushing) = push::chain(&plan, runs, output)? else { return Ok(Outcome::Interrupted) };
     let result =
         ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
@@ -109,6 +109,6 @@ fn text(result: &ResultFile) -> String {
     if !result.chain.is_empty() {
         let _ = writeln!(out, "the chain on {PYBULLET}, test_1000\n{}", table(&result.chain));
     }
-    let _ = writeln!(out, "the chain on pushing\n{}", push_table(&result.pushing.chain));
+    let _ = writeln!(out, "the chain on pushing\n{}", table(&result.pushing.chain));
     out
 }

@@ -1,9 +1,15 @@
-//! The nets of a chain: on the declared model and on the augmented one, same data and budget.
+//! A chain: physics as declared, calibrated and augmented, and nets on the declared and on the augmented one with the same
+//! data and budget, all on one test set.
 
+use crate::experiment::data::Set;
+use crate::experiment::rows::Row;
 use crate::output::Output;
 use crate::run_dir::{Config, DataSource};
 use crate::session;
-use augsim_trainer::{EngineSpec, NetModel, Recipe, Sequences, Settings};
+use augsim_trainer::models::{Physics, Zero};
+use augsim_trainer::{
+    Engine, Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, evaluate_forecast,
+};
 use std::path::Path;
 
 /// How a chain is run.
@@ -19,23 +25,53 @@ pub struct Runs<'a> {
     pub resume: bool,
 }
 
-/// What all nets of a chain share.
-pub struct Nets<'a> {
+/// What a chain is made of.
+pub struct Chain<'a> {
+    /// Where the trajectories come from, where rows say so.
+    pub name: Option<&'static str>,
     /// The declared model.
-    pub declared: EngineSpec,
+    pub declared: Engine,
+    /// The same with the values that calibration alone gave.
+    pub calibrated: Engine,
     /// The model with what the loop found.
-    pub augmented: EngineSpec,
+    pub augmented: Engine,
+    /// Its forecasts, where they are not those of one roll-out.
+    pub scattered: Option<&'a dyn Forecaster>,
+    /// Trajectories that the loop read.
+    pub read: usize,
     /// Where the training data come from.
     pub source: &'a DataSource,
     /// Training data.
     pub train: &'a Sequences,
-    /// How and where they are trained.
+    /// Test data, which neither the loop nor a net has seen.
+    pub test: &'a Set,
+    /// How and where nets are trained.
     pub runs: Runs<'a>,
 }
 
-impl Nets<'_> {
+impl Chain<'_> {
+    /// The table on the test set; `None` if the user stopped it.
+    pub fn run(&self, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
+        let Some(nets) = self.train(output)? else { return Ok(None) };
+        let [declared, calibrated, augmented] =
+            [&self.declared, &self.calibrated, &self.augmented].map(|engine| Physics(engine.clone()));
+        let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
+            ("Zero", &Zero, 0),
+            ("Physics", &declared, 0),
+            ("Physics calibrated", &calibrated, self.read),
+            ("Physics augmented", self.scattered.unwrap_or(&augmented), self.read),
+        ];
+        let whole = self.train.items.len();
+        models.extend(nets.iter().map(|(label, net)| (*label, net as &dyn Forecaster, whole)));
+        let row = |(label, model, trained): (&str, &dyn Forecaster, usize)| {
+            let score = evaluate_forecast(model, &self.test.items)?;
+            Ok(self.test.row(self.name, label, Protocol::Forecast, trained, &score))
+        };
+        models.into_iter().map(row).collect::<anyhow::Result<_>>().map(Some)
+    }
+
     /// The trained nets with their names in the table; `None` if the user stopped it.
-    pub fn train(&self, output: &Output) -> anyhow::Result<Option<Vec<(&'static str, NetModel)>>> {
+    fn train(&self, output: &Output) -> anyhow::Result<Option<Vec<(&'static str, NetModel)>>> {
         let Runs { out, iterations, seed, resume } = self.runs;
         let plans = [
             ("Neural", "neural", Recipe::Neural, &self.declared),

@@ -2,7 +2,7 @@
 
 use super::ResultFile;
 use super::sets::SetRow;
-use crate::{ball, push};
+use crate::experiment::rows::{self, results};
 use augsim_discovery::Rmse;
 use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
 use std::path::Path;
@@ -11,10 +11,12 @@ use std::path::Path;
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections = vec![found("Measured sets", &result.sets)];
     if !result.chain.is_empty() {
-        sections.push(chain_on_the_ball(&result.chain));
+        let title = "The ball: from the declared model to the net on the augmented one";
+        sections.push(chain(title, &result.chain, "Forecasts from the first state, test_1000"));
     }
     sections.push(found("Pushes of the virtual laboratory", std::slice::from_ref(&result.pushing.set)));
-    sections.push(chain_on_pushing(&result.pushing.chain));
+    let title = "Pushing: from the declared model to the net on the augmented one";
+    sections.push(chain(title, &result.pushing.chain, ""));
     let code = Block::Code { caption: String::new(), text: command.to_owned() };
     sections.push(Section { title: "How to reproduce".to_owned(), blocks: vec![code] });
     Page {
@@ -70,72 +72,8 @@ fn found(title: &str, sets: &[SetRow]) -> Section {
     Section { title: title.to_owned(), blocks: vec![Block::Table(table), Block::Definitions(sentences)] }
 }
 
-fn share(v: Option<f64>) -> Cell {
-    Cell::number(v.map(|v| 100.0 * v))
-}
-
-fn chain_on_the_ball(chain: &[ball::Row]) -> Section {
-    let columns = vec![
-        Column::text("model"),
-        Column::number("trans", "%").decimals(2),
-        Column::number("position", "m").decimals(4),
-        Column::number("velocity", "m/s").decimals(4),
-        Column::number("CRPS position", "m").decimals(4),
-        Column::number("CRPS velocity", "m/s").decimals(4),
-        Column::number("in 50 % band", "%").decimals(1),
-        Column::number("in 90 % band", "%").decimals(1),
-    ];
-    let cells = |r: &ball::Row| {
-        vec![
-            Cell::text(&r.model),
-            Cell::number(Some(r.errors.trans_percent)),
-            Cell::number(Some(r.errors.pos_m)),
-            Cell::number(Some(r.errors.vel_m_s)),
-            Cell::number(r.crps_pos_m),
-            Cell::number(r.crps_vel_m_s),
-            share(r.coverage50),
-            share(r.coverage90),
-        ]
-    };
-    let rows = chain.iter().map(|r| Row { cells: cells(r), ..Default::default() }).collect();
-    let caption =
-        "Forecasts from the first state, test_1000; mean of 10 samples, CRPS and bands of 100.".to_owned();
-    section(
-        "The ball: from the declared model to the net on the augmented one",
-        Table { caption, columns, rows, ..Default::default() },
-    )
-}
-
-fn chain_on_pushing(chain: &[push::Row]) -> Section {
-    let columns = vec![
-        Column::text("model"),
-        Column::number("position", "mm").decimals(3),
-        Column::number("rotation", "°").decimals(3),
-        Column::number("CRPS position", "mm").decimals(3),
-        Column::number("CRPS rotation", "°").decimals(3),
-        Column::number("in 50 % band", "%").decimals(1),
-        Column::number("in 90 % band", "%").decimals(1),
-    ];
-    let cells = |r: &push::Row| {
-        vec![
-            Cell::text(&r.model),
-            Cell::number(Some(r.errors.pos_mm)),
-            Cell::number(Some(r.errors.rot_deg)),
-            Cell::number(Some(r.crps_mm)),
-            Cell::number(Some(r.crps_deg)),
-            share(r.coverage50),
-            share(r.coverage90),
-        ]
-    };
-    let rows = chain.iter().map(|r| Row { cells: cells(r), ..Default::default() }).collect();
-    let set = chain.first().map_or(String::new(), push::Row::set);
-    let caption = format!("Forecasts from the first pose and the rod's path, mean of 100 samples. {set}.");
-    section(
-        "Pushing: from the declared model to the net on the augmented one",
-        Table { caption, columns, rows, ..Default::default() },
-    )
-}
-
-fn section(title: &str, table: Table) -> Section {
-    Section { title: title.to_owned(), blocks: vec![Block::Table(table)] }
+/// The table of a chain; `set` is said where the rows do not say it.
+fn chain(title: &str, rows: &[rows::Row], set: &str) -> Section {
+    let tables = results(rows, set).iter().map(|r| Block::Table(r.table())).collect();
+    Section { title: title.to_owned(), blocks: tables }
 }

@@ -2,9 +2,10 @@
 
 use super::discover::close_loop;
 use crate::args::{Accept, Demo, Discover};
-use crate::ball::{self, Experiment, NetPlan};
 use crate::destination::{REPORT, RESULT, Results};
 use crate::exit::Outcome;
+use crate::experiment::data::Data;
+use crate::experiment::{ball, table};
 use crate::folders;
 use crate::output::Output;
 use crate::record::Record;
@@ -45,23 +46,21 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         "Then, drops of a ball: each one has its own restitution, which cannot be seen at release. The physics model \
          believes one restitution and a damping that is not there. Three nets learn what it gets wrong.",
     );
-    let experiment = Experiment {
-        title: "Demo: a bouncing ball".to_owned(),
-        command: format!("augsim demo --seed {seed} --out DIR"),
-        train: DataSource::PaperLaw { trajectories: 400, seed },
-        test: DataSource::PaperLaw { trajectories: 200, seed: seed.wrapping_add(1_000_000) },
-        test_name: "generated".to_owned(),
-        nets: [(Recipe::Neural, 600), (Recipe::Hybrid, 600), (Recipe::HybridPlus, 1500)]
-            .map(|(recipe, iterations)| NetPlan { recipe, iterations })
-            .into(),
-        seed,
-        resume: false,
+    let experiment = ball::experiment(
+        "Demo: a bouncing ball",
+        "generated",
+        &[(Recipe::Neural, 600), (Recipe::Hybrid, 600), (Recipe::HybridPlus, 1500)],
+        (format!("augsim demo --seed {seed} --out DIR"), seed, false),
+    );
+    let drops = |trajectories, seed| DataSource::PaperLaw { trajectories, seed };
+    let (data, truth) = Data::drops(&drops(400, seed), &drops(200, seed.wrapping_add(1_000_000)))?;
+    let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
+        return Ok(Outcome::Interrupted);
     };
-    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
     output.result(&finished.result, || {
         format!(
-            "{}The best that any forecast can do from the first state is the row \"Floor\".\nreport: {}",
-            ball::table(&finished.result.rows),
+            "{}\nThe best that any forecast can do from the first state is the row \"Floor\".\nreport: {}",
+            table(&finished.result),
             finished.report.display()
         )
     })?;

@@ -2,11 +2,12 @@
 
 use crate::args::Discover;
 use crate::destination::{Claim, REPORT, RESULT, Results};
-use crate::discovery_page::page;
+use crate::discovery_page::{Subject, page};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
+use crate::written;
 use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
 use augsim_discovery::{Discovery, Options, discover, discover_push};
 use augsim_physics::model::ModelFile;
@@ -30,19 +31,28 @@ const MODEL: &str = "model.toml";
 /// left in the folder.
 pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
-    let mut model = ModelFile::read(&args.model)?;
-    let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
-    if !args.group.is_empty() {
-        // The model may have values for groups that were not asked for.
-        model.keep_groups(&args.group);
-    }
     let accepted = args.accept.accept.iter().copied().collect();
     let options = Options { seed, train_share: args.train_share, accepted };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
-    let found = match &model {
-        ModelFile::Ball(model) => discover(model, &data, &options, &mut told)?,
-        ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
+    let (found, subject) = if written::is_model(&args.model) {
+        let model = written::read(&args.model)?;
+        told(augsim_discovery::Progress::Calibration);
+        let (declared, data) = written::discovery::measured(&model, &args.data)?;
+        let data = of_groups(args, data)?;
+        (discover(&declared, &data, &options, &mut told)?, Subject::from(&model))
+    } else {
+        let mut model = ModelFile::read(&args.model)?;
+        let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
+        if !args.group.is_empty() {
+            // The model may have values for groups that were not asked for.
+            model.keep_groups(&args.group);
+        }
+        let found = match &model {
+            ModelFile::Ball(model) => discover(model, &data, &options, &mut told)?,
+            ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
+        };
+        (found, Subject::from(&model))
     };
     steps.finish();
     output.warn(&found.warnings);
@@ -50,7 +60,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    claim.write(REPORT, &augsim_report::discovery_report(&page(args, seed, &model, &found)))?;
+    claim.write(REPORT, &augsim_report::discovery_report(&page(args, seed, &subject, &found)))?;
     claim.write_timing(())?;
     Ok(found)
 }

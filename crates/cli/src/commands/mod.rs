@@ -13,6 +13,7 @@ mod model;
 mod predict;
 pub mod reproduce;
 mod simulate;
+mod sweep;
 mod train;
 
 use crate::args::{Args, Command, Global};
@@ -33,6 +34,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
         Command::Predict(a) => predict::run(a, output),
         Command::Evaluate(a) => evaluate::run(a, output),
         Command::Reproduce(a) => reproduce::run(a, seed, force, output),
+        Command::Sweep(a) => sweep::run(a, &args.global, output),
         Command::Data(a) => data::run(a, force, output),
     }
 }

@@ -1,11 +1,11 @@
 //! `augsim reproduce`.
 
-use crate::args::{Reproduce, Scenario};
-use crate::ball::{self, Experiment, NetPlan};
+use crate::args::{NetArg, Reproduce, Scenario};
 use crate::chain;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
+use crate::experiment::data::Data;
+use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::output::Output;
-use crate::push;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use crate::run_dir::DataSource;
@@ -19,14 +19,19 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    if args.net.is_some() && args.scenario != Scenario::Push {
+        return Err(
+            Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into()
+        );
+    }
     match args.scenario {
-        Scenario::Ball => ball(args, seed, force, output),
+        Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
     }
 }
 
-fn ball(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
@@ -68,30 +73,26 @@ fn ball(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Re
         }
     }
     let claim = claim(&out, record, &inputs, args.resume, force)?;
-    let experiment = Experiment {
-        title: "Bouncing ball: forecasts from the first state".to_owned(),
-        command: repeat(words),
-        train,
-        test,
-        test_name,
-        nets: [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
-            .map(|recipe| NetPlan { recipe, iterations })
-            .into(),
-        seed,
-        resume: args.resume,
+    let nets = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
+    let experiment = ball::experiment(
+        "Bouncing ball: forecasts from the first state",
+        &test_name,
+        &nets.map(|recipe| (recipe, iterations)),
+        (repeat(words), seed, args.resume),
+    );
+    let (data, truth) = Data::drops(&train, &test)?;
+    let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
+        return Ok(Outcome::Interrupted);
     };
-    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
-    output.result(&finished.result, || {
-        format!("{}report: {}", ball::table(&finished.result.rows), finished.report.display())
-    })?;
+    finished.tell(output)?;
     Ok(Outcome::Done)
 }
 
 fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let (mut published, mut runs) = (None, None);
     if let Some(folder) = &args.data {
-        published = push::PushData::is_published(folder).then(|| folder.clone());
-        runs = push::runs_folder(folder);
+        published = Data::is_published(folder).then(|| folder.clone());
+        runs = runs_folder(folder);
         if published.is_none() && runs.is_none() {
             anyhow::bail!(
                 "{}: neither published MIT Push files (folders `abs`, `delrin`, `plywood`, `pu`) nor \
@@ -100,7 +101,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             );
         }
     }
-    let plan = if args.quick { push::Plan::quick() } else { push::Plan::full() };
+    let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
     let plan = match args.iterations {
         Some(iterations) => plan.with_iterations(iterations),
         None => plan,
@@ -117,26 +118,52 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if let Some(iterations) = args.iterations {
         words.extend(["--iterations".to_owned(), iterations.to_string()]);
     }
+    let one = args
+        .net
+        .map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
+    if let Some(push::OneNet { recipe, train_size }) = one {
+        let name = recipe.label().to_lowercase().replace('+', "-plus");
+        record = record.setting("net", &name);
+        words.extend(["--net".to_owned(), name]);
+        if let Some(size) = train_size {
+            record = record.setting("train-size", size);
+            words.extend(["--train-size".to_owned(), size.to_string()]);
+        }
+    }
     if let Some(folder) = &args.data {
         words.extend(["--data".to_owned(), folder.display().to_string()]);
         record = record.input("data", folder);
     }
     let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
     let claim = claim(&out, record, &inputs, args.resume, force)?;
-    let experiment = push::Experiment {
-        command: repeat(words),
-        plan,
-        published,
-        runs,
-        quick: args.quick,
-        seed,
-        resume: args.resume,
+    let data = match &published {
+        Some(folder) => Data::published(folder, &plan, seed)?,
+        None => {
+            output.note("no published files: making pushes in the virtual laboratory");
+            Data::laboratory(&plan, seed)?
+        }
     };
-    let Some(finished) = experiment.run(&claim, output)? else { return Ok(Outcome::Interrupted) };
-    output.result(&finished.result, || {
-        format!("{}\nreport: {}", push::table(&finished.result), finished.report.display())
-    })?;
+    let data = match one.and_then(|one| one.train_size) {
+        None => data,
+        Some(size) => data.first(size)?,
+    };
+    let experiment =
+        push::experiment(&plan, &data, one, runs, args.quick, (repeat(words), seed, args.resume));
+    let Some(finished) = experiment.run(&data, None, &claim, output)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    finished.tell(output)?;
     Ok(Outcome::Done)
+}
+
+/// The net that a word on the command line means.
+fn recipe(net: NetArg) -> Recipe {
+    match net {
+        NetArg::Neural => Recipe::Neural,
+        NetArg::NeuralPlus => Recipe::NeuralPlus,
+        NetArg::Hybrid => Recipe::Hybrid,
+        NetArg::HybridPlus => Recipe::HybridPlus,
+    }
 }
 
 fn words(words: &[&str]) -> Vec<String> {

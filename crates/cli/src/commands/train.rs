@@ -3,12 +3,13 @@
 use crate::args::{RecipeArg, Train};
 use crate::destination::{RESULT, check_file};
 use crate::exit::{Outcome, Usage};
+use crate::experiment::data::paper_engine;
 use crate::output::Output;
 use crate::record::RECORD;
 use crate::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use crate::run_lock::RunLock;
 use crate::session::{self, Ended};
-use crate::{ball, residual, run_data};
+use crate::{residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             let recipe = recipe(args.recipe);
             let engine = match (&args.residual_of, &args.data) {
                 (Some(found), Some(data)) => residual::engine(found, data, recipe, output)?,
-                _ => ball::paper_engine(),
+                _ => paper_engine(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);
             Config {

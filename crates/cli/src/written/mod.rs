@@ -1,5 +1,6 @@
 //! Systems that users write: their model files, their data, fits and forecasts.
 
+pub mod discovery;
 pub mod fit;
 pub mod forecast;
 pub mod records;

@@ -3,6 +3,8 @@
 use super::evaluate::{Piece, piece};
 use super::hypothesis::{Hypothesis, amounts};
 use super::measured::{Measured, Window};
+use crate::covariance::undetermined;
+use crate::dispersion::Quadratic;
 use crate::linear::Square;
 use crate::statistics::chi2_quantile;
 use rayon::prelude::*;
@@ -10,16 +12,8 @@ use std::ops::Range;
 
 const MOST_ITERATIONS: usize = 15;
 const MOST_TRIES: usize = 6;
-/// Curvature, in units of that of single parameters, below which a direction of the parameters changes nothing.
-const FLAT: f64 = 1e-9;
-/// Component of such a direction from which a parameter takes part in it.
-const TAKES_PART: f64 = 0.05;
-
 /// A window's mean squared residual from which its cost is bent, in units of the typical one: three standard deviations.
 pub(crate) const BEND: f64 = 9.0;
-
-/// Curvature and gradient.
-type Quadratic = (Square, Vec<f64>);
 
 /// Windows that a fit sees.
 #[derive(Clone, Debug)]
@@ -196,18 +190,7 @@ impl Fit {
 
     /// Which globals can be changed together without a change in any pose.
     fn undetermined(&self, sample: &Sample<'_>) -> Vec<bool> {
-        let p = self.theta.len();
-        let (s, ..) = sample.normal(&self.pieces, p);
-        let scale: Vec<f64> = (0..p).map(|i| s.at(i, i).max(1e-300).sqrt().recip()).collect();
-        let mut unit = s.clone();
-        for i in 0..p {
-            for j in 0..p {
-                *unit.at_mut(i, j) *= scale[i] * scale[j];
-            }
-        }
-        let (values, vectors) = unit.eigen();
-        let part = |i: usize, k: usize| values[k] < FLAT && vectors.at(i, k).abs() > TAKES_PART;
-        (0..p).map(|i| s.at(i, i) <= 0.0 || (0..p).any(|k| part(i, k))).collect()
+        undetermined(&sample.normal(&self.pieces, self.theta.len()).0)
     }
 }
 

@@ -21,10 +21,10 @@
 use super::evaluate::Piece;
 use super::fit::{BEND, Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
-use super::score::Dispersion;
 use super::search::Search;
 use super::spread::{interval, most_likely};
 use crate::decide::holds;
+use crate::dispersion::Dispersion;
 use crate::linear::Square;
 use crate::result::Estimate;
 use crate::statistics::median;
@@ -135,7 +135,7 @@ pub(crate) fn promise(search: &Search<'_>, fit: &Fit) -> [f64; 2] {
 impl Found {
     /// What chance would gain by one kind.
     fn penalty(&self, search: &Search<'_>, kind: &str) -> f64 {
-        let dispersion = Dispersion { factor: self.phi, windows: self.freedom + 1.0 };
+        let dispersion = Dispersion { factor: self.phi, clusters: self.freedom + 1.0 };
         search.resolution() / self.phi + dispersion.widened(search.quantile(kind), search.size(kind) as f64)
     }
 }

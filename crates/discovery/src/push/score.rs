@@ -1,42 +1,14 @@
 //! What an addition promises at a fit, before it is fitted.
 
 use super::evaluate::Piece;
-use super::fit::{BEND, Fit, Sample};
+use super::fit::{Fit, Sample};
 use super::hypothesis::{Hypothesis, polar, probe};
+use crate::dispersion::{Dispersion, dispersion};
 use crate::linear::Square;
-use crate::statistics::median;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::spec_of;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// By how much gains in cost by some parameters exceed those under white noise: the windows' gradients scatter more than their
-/// curvature says, each direction by its own factor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dispersion {
-    pub factor: f64,
-    /// Number of windows (or pushes, where theirs are not independent) that it is estimated from, each by its information.
-    pub windows: f64,
-}
-
-impl Dispersion {
-    /// The quantile of gains in cost over `factor` that goes with the quantile `q` of chi-squared with `k` degrees of freedom:
-    /// that of `k F(k, n - 1)`, in the expansion of first order (Abramowitz and Stegun 26.6.15 for large denominators).
-    pub fn widened(&self, q: f64, k: f64) -> f64 {
-        q * (1.0 + (q + 2.0 - k) / (2.0 * self.freedom()))
-    }
-
-    /// The inverse of [`widened`](Self::widened).
-    pub fn narrowed(&self, x: f64, k: f64) -> f64 {
-        let n = self.freedom();
-        let b = 1.0 + (2.0 - k) / (2.0 * n);
-        n * ((b * b + 2.0 * x / n).sqrt() - b)
-    }
-
-    fn freedom(&self) -> f64 {
-        (self.windows - 1.0).max(1.0)
-    }
-}
 
 /// An addition tested at a fit, by one Gauss-Newton step from its probe.
 #[derive(Clone, Debug)]
@@ -57,47 +29,10 @@ impl Score {
 }
 
 impl Sample<'_> {
-    /// Dispersion of the globals in `range`, the others eliminated (after Rotnitzky and Jewell 1990): the mean over clusters of
-    /// `u' S^-1 u / tr(S^-1 S_w)`, weighted by their information, each at most [`BEND`] times the median.
+    /// Dispersion of the globals in `range`, the others eliminated.
     pub fn dispersion(&self, pieces: &[Piece], p: usize, range: Range<usize>) -> Dispersion {
-        let least = self.data.noise.white_share();
-        let k = range.len();
-        if k == 0 {
-            return Dispersion { factor: f64::max(1.0, least), windows: self.clusters().len().max(1) as f64 };
-        }
         let (s, u, each) = self.normal(pieces, p);
-        let n = each.len().max(1) as f64;
-        let inverse = s.cholesky().inverse();
-        // Precision of the parameters asked for: the curvature that is left when the others follow.
-        let keep: Vec<usize> = range.clone().collect();
-        let precision = inverse.sub(&keep).cholesky().inverse();
-        let (mut ratios, mut shares) = (Vec::new(), Vec::new());
-        for (sw, uw) in &each {
-            // Steps of the parameters asked for, and their covariance under white noise.
-            let x: Vec<f64> =
-                keep.iter().map(|&i| (0..p).map(|j| inverse.at(i, j) * (uw[j] - u[j] / n)).sum()).collect();
-            let rows: Vec<Vec<f64>> = keep
-                .iter()
-                .map(|&i| (0..p).map(|h| (0..p).map(|g| inverse.at(i, g) * sw.at(g, h)).sum()).collect())
-                .collect();
-            let (mut share, mut square) = (0.0, 0.0);
-            for a in 0..k {
-                for b in 0..k {
-                    let white: f64 = (0..p).map(|h| rows[a][h] * inverse.at(keep[b], h)).sum();
-                    share += precision.at(a, b) * white;
-                    square += precision.at(a, b) * x[a] * x[b];
-                }
-            }
-            if share > 1e-9 {
-                ratios.push(square / share);
-                shares.push(share);
-            }
-        }
-        let most = BEND * median(&mut ratios.clone());
-        let total: f64 = shares.iter().sum();
-        let mean = ratios.iter().zip(&shares).map(|(r, w)| r.min(most) * w).sum::<f64>() / total.max(1e-300);
-        let squares: f64 = shares.iter().map(|w| w * w).sum();
-        Dispersion { factor: mean.max(least), windows: total * total / squares.max(1e-300) }
+        dispersion(&s, &u, &each, range, self.data.noise.white_share())
     }
 }
 

@@ -293,6 +293,7 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
                 unit: "m".into(),
                 period: None,
                 sd: declares.position_sd_m,
+                sd_at_most: None,
             })
             .collect(),
         inputs: Vec::new(),

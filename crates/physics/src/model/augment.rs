@@ -49,7 +49,6 @@ fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
 fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
     let (target, against) = (*Target::ALL.get(table.target)?, *Against::ALL.get(table.against)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
-    // A table in a model file is a list of values, without intervals.
     block.parameters.iter_mut().for_each(|p| p.ci95 = None);
     block.table = Some(Table { target, against, first: table.first, last: table.last });
     Some(block)
@@ -65,6 +64,9 @@ fn put_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [Eff
             fitted.put(p);
         }
     }
+    // A table in a model file is a list of values, without intervals.
+    let tables = effects.iter_mut().filter(|b| b.table.is_some());
+    tables.flat_map(|b| &mut b.parameters).for_each(|p| p.ci95 = None);
 }
 
 /// Puts the standard deviation into the first scatter of a model.

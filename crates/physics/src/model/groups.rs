@@ -37,21 +37,6 @@ impl Model {
     }
 }
 
-impl Model {
-    /// The model of one group: where a parameter has a value for it, that is the one for all trajectories.
-    pub fn of_group(&self, group: &str) -> Self {
-        let mut model = self.clone();
-        let effects = model.effects.iter_mut().flat_map(|b| &mut b.parameters);
-        for p in model.parameters.iter_mut().chain(effects) {
-            if let Some((_, value)) = p.groups.iter().find(|(name, _)| name == group) {
-                (p.nominal, p.per) = (*value, Per::All);
-                p.groups.clear();
-            }
-        }
-        model
-    }
-}
-
 impl PushModel {
     /// The first value by group whose group is none of `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
@@ -68,14 +53,36 @@ impl ModelFile {
         }
     }
 
-    /// Drops the values of all groups but `groups`, where only these are looked at.
-    pub fn keep_groups(&mut self, groups: &[String]) {
+    /// All parameters: the declared ones, then those of the effects.
+    pub fn parameters(&self) -> impl Iterator<Item = &Parameter> {
+        let (parameters, effects) = match self {
+            ModelFile::Ball(model) => (&model.parameters, &model.effects),
+            ModelFile::Push(model) => (&model.parameters, &model.effects),
+        };
+        parameters.iter().chain(effects.iter().flat_map(|b| &b.parameters))
+    }
+
+    fn parameters_mut(&mut self) -> impl Iterator<Item = &mut Parameter> {
         let (parameters, effects) = match self {
             ModelFile::Ball(model) => (&mut model.parameters, &mut model.effects),
             ModelFile::Push(model) => (&mut model.parameters, &mut model.effects),
         };
-        for p in parameters.iter_mut().chain(effects.iter_mut().flat_map(|b| &mut b.parameters)) {
-            p.groups.retain(|(name, _)| groups.contains(name));
+        parameters.iter_mut().chain(effects.iter_mut().flat_map(|b| &mut b.parameters))
+    }
+
+    /// Drops the values of all groups but `groups`, where only these are looked at.
+    pub fn keep_groups(&mut self, groups: &[String]) {
+        self.parameters_mut().for_each(|p| p.groups.retain(|(name, _)| groups.contains(name)));
+    }
+
+    /// The model of one group: where a parameter has a value for it, that is the one for all trajectories.
+    pub fn of_group(mut self, group: &str) -> Self {
+        for p in self.parameters_mut() {
+            if let Some((_, value)) = p.groups.iter().find(|(name, _)| name == group) {
+                (p.nominal, p.per) = (*value, Per::All);
+                p.groups.clear();
+            }
         }
+        self
     }
 }

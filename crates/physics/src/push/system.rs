@@ -133,6 +133,7 @@ fn schema() -> Schema {
         unit: unit.into(),
         period: (unit == "rad").then_some(TAU),
         sd: None,
+        sd_at_most: None,
     };
     let measure = |name: &str, channels: &[usize], unit: &str, factor: f64| Measure {
         name: name.into(),

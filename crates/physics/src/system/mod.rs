@@ -112,6 +112,11 @@ pub trait System: Debug + Send + Sync {
         Quantity::new(name, "")
     }
 
+    /// A value that fits of a declared parameter begin at, where a better one than the nominal value is known.
+    fn fit_from(&self, _parameter: usize) -> Option<f64> {
+        None
+    }
+
     /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
     ///
     /// The default takes the column of the covariate's own name.

@@ -56,6 +56,8 @@ pub struct Record {
     pub memory_s: f64,
     /// How many samples, from the first, a forecast may begin from.
     pub known: usize,
+    /// Whether the record begins in the middle of a motion, so that nothing is known of its start.
+    pub under_way: bool,
 }
 
 impl Record {

@@ -51,6 +51,8 @@ pub struct Channel {
     pub period: Option<f64>,
     /// Declared standard deviation of the sensor, in the unit of the channel.
     pub sd: Option<f64>,
+    /// A standard deviation that the sensor does not exceed, where one is known before (misfit over the shortest windows).
+    pub sd_at_most: Option<f64>,
 }
 
 /// How an input goes between its samples.

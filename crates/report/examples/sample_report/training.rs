@@ -1,9 +1,10 @@
 //! A training report with made-up but plausible content.
 
-use augsim_report::page::{DataSource, Method, Provenance};
-use augsim_report::training::{
-    ErrorCurve, Forecast, LearningCurve, LossPart, MetricRow, Protocol, TrainingReport, TrainingRun,
+use augsim_report::BenchmarkReport;
+use augsim_report::benchmark::{
+    ErrorCurve, Forecast, LearningCurve, LossPart, Protocol, ResultRow, Results, TrainingRun,
 };
+use augsim_report::page::{Best, Column, DataSource, Method, Provenance};
 
 /// Numbers that look random and are the same everywhere.
 pub struct Noise(u64);
@@ -150,18 +151,33 @@ fn learning() -> Vec<LearningCurve> {
         .to_vec()
 }
 
-fn rows() -> Vec<MetricRow> {
-    let row = |model: &str, protocol, estimator: &str, v: [f64; 5], cover: Option<[f64; 2]>| MetricRow {
+fn results() -> Results {
+    let lowest =
+        |title: &str, unit: &str, decimals| Column::number(title, unit).decimals(decimals).best(Best::Lowest);
+    Results {
+        caption: "Error on test_1000: 1000 trajectories of 400 steps at 60 Hz".into(),
+        columns: vec![
+            lowest("translation", "%", 2),
+            lowest("position", "m", 3),
+            lowest("velocity", "m/s", 3),
+            lowest("CRPS position", "m", 3),
+            lowest("CRPS velocity", "m/s", 3),
+            Column::number("50 % band holds", "%").decimals(1).best(Best::Nearest(50.0)),
+            Column::number("90 % band holds", "%").decimals(1).best(Best::Nearest(90.0)),
+        ],
+        rows: rows(),
+        footnotes: vec!["Bold and underlined: best of its protocol.".into()],
+    }
+}
+
+fn rows() -> Vec<ResultRow> {
+    let row = |model: &str, protocol, estimator: &str, v: [f64; 5], cover: Option<[f64; 2]>| ResultRow {
         model: model.into(),
         protocol,
         estimator: estimator.into(),
-        trans_percent: Some(v[0]),
-        pos_m: Some(v[1]),
-        vel_m_s: Some(v[2]),
-        crps_pos_m: Some(v[3]),
-        crps_vel_m_s: Some(v[4]),
-        coverage50: cover.map(|c| c[0]),
-        coverage90: cover.map(|c| c[1]),
+        values: (v.into_iter().map(Some))
+            .chain([0, 1].map(|i| cover.map(|c: [f64; 2]| 100.0 * c[i])))
+            .collect(),
     };
     use Protocol::{Floor, Forecast, Reconstruction};
     vec![
@@ -177,14 +193,13 @@ fn rows() -> Vec<MetricRow> {
     ]
 }
 
-pub fn sample() -> TrainingReport {
-    TrainingReport {
+pub fn sample() -> BenchmarkReport {
+    BenchmarkReport {
+        kind: "training report · ball".into(),
         title: "Bouncing ball: forecasts from the initial state".into(),
         summary: "Hybrid forecasts the height to 0.129 m from the initial state alone, ahead of Neural (0.149 m) and Physics (0.168 m), and 3 % above what ten exact samples of the true law would give.".into(),
-        scenario: "ball".into(),
-        test_set: "test_1000: 1000 trajectories of 400 steps at 60 Hz".into(),
         subject: "Hybrid".into(),
-        rows: rows(),
+        results: vec![results()],
         learning: learning(),
         forecasts: forecasts(),
         errors: errors(),
@@ -202,7 +217,7 @@ pub fn sample() -> TrainingReport {
             Method { name: "CRPS".into(), purpose: "proper score of sampled forecasts.".into(), reference: "Gneiting and Raftery, Strictly proper scoring rules, JASA 102, 2007.".into() },
         ],
         provenance: provenance("pybullet-ball/test_1000.csv.gz"),
-        ..TrainingReport::default()
+        ..BenchmarkReport::default()
     }
 }
 

@@ -15,6 +15,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
 
 use crate::plot::palette;
+pub use crate::plot::text::significant;
 use figures::Ids;
 
 /// A page.

@@ -98,7 +98,8 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// A number to `digits` significant digits; powers of ten outside 10⁻³ to 10⁶.
-pub(crate) fn significant(value: f64, digits: usize) -> String {
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }

@@ -1,6 +1,6 @@
 //! The true law of the generated data, as a predictor: no forecast from s_0 can be better calibrated.
 
-use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::PaperLaw;
@@ -25,7 +25,7 @@ impl Forecaster for Law {
         let mut rng = random_stream(self.seed, "exact-law", task.index);
         for sample in 0..samples {
             let ball = BulletBall { restitution: self.law.draw_restitution(&mut rng), ..self.law.ball };
-            let path = EngineSpec::PybulletBall(ball).rollout(task.start, &[], task.time);
+            let path = Engine::PybulletBall(ball).rollout(task.start, &[], task.time);
             for (slot, v) in values[sample..].iter_mut().step_by(samples).zip(path) {
                 *slot = v as f32;
             }

@@ -1,15 +1,16 @@
 //! A trained net as a predictor.
 
+use crate::engine::{Engine, ModelPush};
+use crate::featuriser::Featuriser;
 use crate::latent::infer;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;
-use crate::prepare::{Fitted, Scales, conditions};
-use crate::push::condition::Condition;
-use crate::push::{ACTIONS, PushEngine, STATES};
+use crate::push::features::{self, Condition};
 use crate::sequences::Sequence;
-use crate::settings::Recipe;
+use crate::settings::{Correction, Recipe};
+use crate::steps::conditions;
 use crate::training::{TrainingState, net_of};
-use crate::{Engine, EngineSpec, Forecaster, Samples, TILE, Task, TrainerError};
+use crate::{Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
@@ -56,60 +57,52 @@ impl NetModel {
     /// [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
-        if matches!(settings.engine, EngineSpec::Push(_)) {
+        if settings.correction == Correction::Rollout {
             return Err(TrainerError::Foreign { what: "nets of pushes only forecast".to_owned() });
         }
-        let Some(prepared) = self.state.scales.prepare(settings.recipe, &settings.engine, q) else {
-            return Err(Self::mixed());
-        };
-        match (&self.net, &self.state.scales) {
-            (Net::Dcvrnn(net), Fitted::States(scales)) => {
+        let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
+        match &self.net {
+            Net::Dcvrnn(net) => {
                 let (mut tape, bound) = self.frozen()?;
-                let wide = |v: &[f32]| -> Vec<f32> {
-                    v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
-                };
-                let x = tape.constant(&[q.time, prepared.x_width, samples], &wide(&prepared.x))?;
-                let u = tape.constant(&[q.time, prepared.u_width, samples], &wide(&prepared.u))?;
+                let x =
+                    tape.constant(&[q.time, prepared.x_width, samples], &repeated(&prepared.x, samples))?;
+                let u =
+                    tape.constant(&[q.time, prepared.u_width, samples], &repeated(&prepared.u, samples))?;
                 let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
                 let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
                 let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
-                Ok(self.samples(scales, samples, tape.value(passed.mean_x).to_vec()))
+                Ok(self.samples(samples, tape.value(passed.mean_x).to_vec()))
             }
-            (Net::Stepwise(net), Fitted::States(scales)) => {
+            Net::Stepwise(net) => {
                 let (mean, sd) = infer(net, &self.params, &prepared)?;
-                let draws = self.noise("reconstruction", index, mean.len() * samples);
-                let mut w = draws;
+                let mut w = self.noise("reconstruction", index, mean.len() * samples);
                 for (i, w) in w.iter_mut().enumerate() {
                     let l = i / samples;
                     *w = (mean[l] + sd[l] * f64::from(*w)) as f32;
                 }
                 let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index };
-                self.roll(net, scales, task, &w, samples, StepNoise::Mean)
+                self.roll(net, task, &w, samples, StepNoise::Mean)
             }
-            (_, Fitted::Push(_)) => Err(Self::mixed()),
         }
-    }
-
-    fn mixed() -> TrainerError {
-        TrainerError::Foreign { what: "its scales are those of another scenario".to_owned() }
     }
 
     /// The same net with another engine: another object or support, the same scenario.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the engine is that of another scenario.
-    pub fn with_engine(&self, engine: EngineSpec) -> Result<Self, TrainerError> {
+    pub fn with_engine(&self, engine: Engine) -> Result<Self, TrainerError> {
         let mut state = self.state.clone();
-        if std::mem::discriminant(&state.settings.engine) != std::mem::discriminant(&engine) {
-            return Err(Self::mixed());
+        let there = &state.settings.engine;
+        if (there.columns(), there.action_columns()) != (engine.columns(), engine.action_columns()) {
+            return Err(TrainerError::Foreign { what: "it moves another kind of system".to_owned() });
         }
         state.settings.engine = engine;
         Self::new(state)
     }
 
-    fn samples(&self, scales: &Scales, count: usize, mut values: Vec<f32>) -> Samples {
+    fn samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
         if self.state.settings.recipe == Recipe::HybridStandardised {
-            scales.restore(&mut values, count);
+            self.state.scales.restore(&mut values, count);
         }
         Samples { count, values }
     }
@@ -129,15 +122,16 @@ impl NetModel {
     fn roll(
         &self,
         net: &Stepwise,
-        scales: &Scales,
         task: Task<'_>,
         w: &[f32],
         samples: usize,
         noise: StepNoise,
     ) -> Result<Samples, TrainerError> {
-        let Task { start, time, index, .. } = task;
+        let Task { start, actions, time, index } = task;
         let (s, sizes) = (start.len(), net.sizes());
-        let engine = &self.state.settings.engine;
+        let (engine, scales) = (&self.state.settings.engine, &self.state.scales);
+        let width = engine.action_columns().len();
+        let action = |t: usize| &actions[t * width..(t + 1) * width];
         let mut tape = Tape::new();
         let mut bound = Bound::default();
         let mut rng = random_stream(self.state.settings.seed, "step-noise", index);
@@ -158,7 +152,7 @@ impl NetModel {
             }
             for sample in 0..samples {
                 let (from, to) = (&now[sample * s..][..s], &mut next[sample * s..][..s]);
-                engine.step(from, &[], &[], to);
+                engine.step(from, action(t), action(t + 1), to);
                 scales.write_features(from, to, &mut row);
                 for (slot, v) in u[sample..].iter_mut().step_by(samples).zip(&row) {
                     *slot = *v;
@@ -187,10 +181,10 @@ impl NetModel {
         Ok(Samples { count: samples, values })
     }
 
-    fn generate(&self, net: &Dcvrnn, scales: &Scales, task: Task<'_>, samples: usize) -> Samples {
-        let Task { start, time, index, .. } = task;
+    fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Samples {
+        let Task { start, actions, time, index } = task;
         let (settings, sizes) = (&self.state.settings, net.sizes());
-        let u = conditions(settings.recipe, &settings.engine, scales, start, time);
+        let u = conditions(settings.recipe, &settings.engine, &self.state.scales, start, actions, time);
         let mut values = vec![0.0; time * sizes.state * samples];
         let mut wide = Vec::new();
         let mut eps = Vec::new();
@@ -214,7 +208,7 @@ impl NetModel {
                 }
             }
         }
-        self.samples(scales, samples, values)
+        self.samples(samples, values)
     }
 
     /// Latents drawn from the fitted law, `[L, samples]`.
@@ -227,23 +221,16 @@ impl NetModel {
     }
 
     /// A push from its first pose and the rod's path: draws of the decoder, its own noise included.
-    fn push(&self, engine: &PushEngine, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
-        let Fitted::Push(scales) = &self.state.scales else { return Err(Self::mixed()) };
-        if task.start.len() != STATES.len() || task.actions.len() != ACTIONS.len() * task.time {
-            let wanted = [&STATES[..], &ACTIONS].concat().join(", ");
-            let what = format!("it forecasts pushes from {wanted} of every sample, which the data lack");
-            return Err(TrainerError::Foreign { what });
-        }
+    fn push(&self, engine: &ModelPush, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+        let scales = &self.state.scales;
         let condition = Condition::new(self.state.settings.recipe, engine, task.start, task.actions);
-        let u = scales.standard(&condition);
+        let u = features::standard(scales, &condition);
         let (time, width) = (condition.time, condition.width);
         let (mut tape, bound) = self.frozen()?;
-        let wide =
-            |v: &[f32]| -> Vec<f32> { v.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect() };
         let (mean, sd) = match &self.net {
             Net::Dcvrnn(net) => {
                 let latent = net.sizes().latent;
-                let u = tape.constant(&[time, width, samples], &wide(&u))?;
+                let u = tape.constant(&[time, width, samples], &repeated(&u, samples))?;
                 let eps = self.noise("forecast", task.index, time * latent * samples);
                 let eps = tape.constant(&[time, latent, samples], &eps)?;
                 net.generate(&mut tape, &bound, u, eps)?
@@ -253,7 +240,7 @@ impl NetModel {
                 let u = tape.constant(&[time, width, 1], &u)?;
                 let read = net.remember(&mut tape, &bound, u)?;
                 let shape = [time, tape.shape(read).dims()[1], samples];
-                let read = wide(tape.value(read));
+                let read = repeated(tape.value(read), samples);
                 let read = tape.constant(&shape, &read)?;
                 let w = tape.constant(&[1, net.sizes().latent, samples], &w)?;
                 let g = net.correct(&mut tape, &bound, read, w)?;
@@ -267,7 +254,7 @@ impl NetModel {
                 *v += sd * e;
             }
         }
-        scales.restore(&condition, &mut values, samples);
+        features::restore(scales, &condition, &mut values, samples);
         // What is measured at the start is known.
         for (row, start) in values.chunks_exact_mut(samples).zip(task.start) {
             row.fill(*start as f32);
@@ -282,16 +269,27 @@ impl Forecaster for NetModel {
     }
 
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
-        if let EngineSpec::Push(engine) = &self.state.settings.engine {
-            return self.push(engine, task, samples);
+        let settings = &self.state.settings;
+        let (states, actions) = (settings.engine.columns(), settings.engine.action_columns());
+        if task.start.len() != states.len() || task.actions.len() != actions.len() * task.time {
+            let wanted = [states, actions].concat().join(", ");
+            let what = format!("it forecasts from {wanted} of every sample, which the data lack");
+            return Err(TrainerError::Foreign { what });
         }
-        match (&self.net, &self.state.scales) {
-            (Net::Dcvrnn(net), Fitted::States(scales)) => Ok(self.generate(net, scales, task, samples)),
-            (Net::Stepwise(net), Fitted::States(scales)) => {
+        if let Some(push) = settings.rollouts()? {
+            return self.push(push, task, samples);
+        }
+        match &self.net {
+            Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
+            Net::Stepwise(net) => {
                 let w = self.latents(net, task.index, samples)?;
-                self.roll(net, scales, task, &w, samples, StepNoise::Drawn)
+                self.roll(net, task, &w, samples, StepNoise::Drawn)
             }
-            (_, Fitted::Push(_)) => Err(Self::mixed()),
         }
     }
+}
+
+/// Each value `samples` times: `[row]` to `[row, sample]`.
+fn repeated(values: &[f32], samples: usize) -> Vec<f32> {
+    values.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
 }

@@ -1,12 +1,12 @@
 //! The analytical model alone.
 
-use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 
 /// Rolls the engine out from the first state.
 #[derive(Debug, Clone)]
 pub struct Physics(
     /// The engine.
-    pub EngineSpec,
+    pub Engine,
 );
 
 impl Forecaster for Physics {

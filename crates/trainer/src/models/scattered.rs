@@ -1,7 +1,7 @@
 //! The analytical model with what a discovery says about its restitution: calibrated, and different from drop to drop or
 //! from bounce to bounce.
 
-use crate::{Engine, EngineSpec, Forecaster, Samples, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::system::ScatterPer;
@@ -35,7 +35,7 @@ impl Forecaster for ScatteredBall {
         };
         let mut next = vec![0.0; s];
         for sample in 0..samples {
-            let engine = |restitution| EngineSpec::PybulletBall(BulletBall { restitution, ..self.ball });
+            let engine = |restitution| Engine::PybulletBall(BulletBall { restitution, ..self.ball });
             let mut ball = engine(draw());
             let mut state = task.start.to_vec();
             for t in 0..task.time {

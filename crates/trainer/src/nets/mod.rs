@@ -8,10 +8,8 @@ pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 pub use sampler::{DcvrnnSampler, Predicted};
 pub use stepwise::{Stepwise, StepwiseSizes};
 
-use crate::engine::EngineSpec;
-use crate::prepare::Scales;
-use crate::push::condition;
-use crate::settings::{Recipe, Settings};
+use crate::featuriser::width;
+use crate::settings::{Correction, Recipe, Settings};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
@@ -66,17 +64,12 @@ impl Net {
     /// Registers the net of `settings` for states of `state` columns.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
         let net = settings.net;
-        let pushing = matches!(settings.engine, EngineSpec::Push(_));
-        let condition = match settings.recipe {
-            recipe if pushing => condition::width(recipe),
-            Recipe::Neural => state,
-            Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-            Recipe::HybridPlus | Recipe::NeuralPlus => Scales::features(state),
-        };
+        let rollouts = settings.correction == Correction::Rollout;
+        let condition = width(settings.recipe, settings.correction, state);
         if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
             let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor };
-            return Net::Stepwise(match pushing {
+            return Net::Stepwise(match rollouts {
                 true => Stepwise::with_memory(params, sizes),
                 false => Stepwise::new(params, sizes),
             });
@@ -88,9 +81,9 @@ impl Net {
             hidden: net.hidden,
             layers: net.layers,
             sd_floor: net.sd_floor,
-            decoder: if pushing { Decoder::Learned } else { Decoder::Fixed },
+            decoder: if rollouts { Decoder::Learned } else { Decoder::Fixed },
         };
-        let phi = if pushing { Extractors::PUSH } else { Extractors::default() };
+        let phi = if rollouts { Extractors::PUSH } else { Extractors::default() };
         Net::Dcvrnn(Dcvrnn::with_extractors(params, sizes, phi))
     }
 

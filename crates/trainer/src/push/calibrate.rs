@@ -5,14 +5,16 @@
 //! by hand) is weighted down by Huber's rule. Intervals come from the sandwich estimator with one cluster a recording
 //! (White 1980; Liang and Zeger 1986), since windows of one recording are not independent.
 
-use super::engine::PushEngine;
+use crate::engine::ModelPush;
 use crate::{Sequence, Sequences, TrainerError};
+use augsim_physics::model::PushModel;
+use augsim_physics::push::{C, CONTACT_FRICTION, ROD_RADIUS};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Parameters that are fitted, in this order.
-pub const PARAMETERS: [&str; 3] = ["c_m", "contact_friction", "rod_radius_m"];
+/// Parameters that are fitted, in this order: places among those of the model.
+const FITTED: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
 /// Huber's threshold, in medians of the pushes' root mean square errors.
 const HUBER: f64 = 2.0;
 /// Step of the derivatives, on logarithms.
@@ -32,27 +34,24 @@ pub struct Estimate {
     pub ci95: [f64; 2],
 }
 
-/// The fitted engine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The fitted model.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// The engine with fitted parameters.
-    pub engine: PushEngine,
+    /// The model with fitted parameters.
+    pub model: PushModel,
     /// The parameters.
     pub estimates: Vec<Estimate>,
 }
 
 type Row = Vec<f64>;
 
-fn with(engine: &PushEngine, logs: &[f64; 3]) -> PushEngine {
-    PushEngine {
-        c_m: logs[0].exp(),
-        contact_friction: logs[1].exp(),
-        rod_radius_m: logs[2].exp(),
-        ..engine.clone()
-    }
+fn with(model: &PushModel, logs: &[f64; 3]) -> PushModel {
+    let mut model = model.clone();
+    FITTED.iter().zip(logs).for_each(|(place, log)| model.parameters[*place].nominal = log.exp());
+    model
 }
 
-fn residuals(engine: &PushEngine, weight_m: f64, q: &Sequence) -> Row {
+fn residuals(engine: &ModelPush, weight_m: f64, q: &Sequence) -> Row {
     let path = engine.poses(q.state(0), &q.actions);
     let rows = path.chunks_exact(3).zip(q.states.chunks_exact(3));
     rows.flat_map(|(p, s)| [p[0] - s[0], p[1] - s[1], weight_m * (p[2] - s[2])]).collect()
@@ -67,16 +66,17 @@ fn rms(r: &[f64]) -> f64 {
 ///
 /// # Errors
 /// No push to fit to.
-pub fn calibrate(engine: &PushEngine, pushes: &Sequences) -> Result<Calibration, TrainerError> {
+pub fn calibrate(model: &PushModel, pushes: &Sequences) -> Result<Calibration, TrainerError> {
     if pushes.items.is_empty() {
         return Err(TrainerError::NoTrajectories { what: "the set to calibrate on" });
     }
-    let weight_m = engine.c_m;
+    let nominal = FITTED.map(|place| model.parameters[place].nominal);
+    let weight_m = nominal[0];
     let all = |logs: &[f64; 3]| -> Vec<Row> {
-        let engine = with(engine, logs);
+        let engine = ModelPush::new(&with(model, logs));
         pushes.items.par_iter().map(|q| residuals(&engine, weight_m, q)).collect()
     };
-    let mut logs = [engine.c_m.ln(), engine.contact_friction.ln(), engine.rod_radius_m.ln()];
+    let mut logs = nominal.map(f64::ln);
     let mut now = all(&logs);
     let mut errors: Vec<f64> = now.iter().map(|r| rms(r)).collect();
     errors.sort_unstable_by(f64::total_cmp);
@@ -109,14 +109,13 @@ pub fn calibrate(engine: &PushEngine, pushes: &Sequences) -> Result<Calibration,
         }
     }
     let sd = normal.sandwich().unwrap_or([f64::INFINITY; 3]);
-    let nominal = [engine.c_m, engine.contact_friction, engine.rod_radius_m];
     let estimates = (0..3).map(|k| Estimate {
-        name: PARAMETERS[k].to_owned(),
+        name: model.parameters[FITTED[k]].name.clone(),
         nominal: nominal[k],
         value: logs[k].exp(),
         ci95: [-1.96, 1.96].map(|z| (logs[k] + z * sd[k]).exp()),
     });
-    Ok(Calibration { engine: with(engine, &logs), estimates: estimates.collect() })
+    Ok(Calibration { model: with(model, &logs), estimates: estimates.collect() })
 }
 
 /// Derivatives of all residuals by each parameter.

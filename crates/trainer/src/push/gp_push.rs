@@ -10,9 +10,8 @@
 //! That is GP-SUM without observations: each of M components is carried to the mean at a sample of the belief before,
 //! with the predicted covariance, at equal weights; one draw from each component is one trajectory here.
 
-use super::engine::PushEngine;
 use super::gp::Heteroscedastic;
-use crate::{Forecaster, Samples, Sequence, Sequences, Task, TrainerError};
+use crate::{Engine, Forecaster, Samples, Sequence, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::push::planar::{Rotation, Vector, dot, norm, rot90, scale, sub};
 use augsim_physics::push::{Pose, World};
@@ -67,17 +66,17 @@ impl GpPush {
     /// Fits the processes on steps of `train`. Of `engine` only outline and rod are used.
     ///
     /// # Errors
-    /// Fewer than 20 steps with contact.
-    pub fn fit(engine: &PushEngine, train: &Sequences, options: GpOptions) -> Result<Self, TrainerError> {
+    /// An engine without a rod, or fewer than 20 steps with contact.
+    pub fn fit(engine: &Engine, train: &Sequences, options: GpOptions) -> Result<Self, TrainerError> {
         let few = TrainerError::Setting {
             key: "train",
             value: format!("{} pushes", train.items.len()),
             rule: "must hold at least 20 steps of 5 mm with contact for a Gaussian process",
         };
-        let Some((world, _)) = engine.world() else { return Err(few) };
+        let push = engine.pushing().ok_or_else(no_rod)?;
         let mut model = GpPush {
-            world,
-            rod_radius_m: engine.rod_radius_m,
+            world: push.world().clone(),
+            rod_radius_m: push.rod_radius_m(),
             seed: options.seed,
             inputs: [[0.0, 1.0]; 3],
             ends: [[0.0; 2]; 3],
@@ -129,9 +128,12 @@ impl GpPush {
     }
 
     /// The same processes for another object: its outline decides where the rod touches.
-    pub fn with_engine(&self, engine: &PushEngine) -> Self {
-        let world = engine.world().map_or_else(|| self.world.clone(), |(world, _)| world);
-        GpPush { world, rod_radius_m: engine.rod_radius_m, ..self.clone() }
+    ///
+    /// # Errors
+    /// An engine without a rod.
+    pub fn with_engine(&self, engine: &Engine) -> Result<Self, TrainerError> {
+        let push = engine.pushing().ok_or_else(no_rod)?;
+        Ok(GpPush { world: push.world().clone(), rod_radius_m: push.rod_radius_m(), ..self.clone() })
     }
 
     fn standard(&self, x: [f64; 3]) -> [f64; 3] {
@@ -241,6 +243,11 @@ impl GpPush {
             visit(t, pose);
         }
     }
+}
+
+fn no_rod() -> TrainerError {
+    let rule = "must push an object for a Gaussian process of pushes";
+    TrainerError::Setting { key: "engine", value: "an engine without a rod".to_owned(), rule }
 }
 
 impl Forecaster for GpPush {

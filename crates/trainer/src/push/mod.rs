@@ -1,4 +1,4 @@
-//! Planar pushing: the engine as the nets use it with what a discovery has added, frames and features, scores, the Gaussian-process baseline,
+//! Planar pushing: frames and features, the Gaussian-process baseline,
 //! calibration, and distances between clouds of points.
 //!
 //! A push is a [`crate::Sequence`] whose states are the object's pose and whose actions are the rod's
@@ -7,18 +7,12 @@
 
 pub mod calibrate;
 pub mod cloud;
-pub(crate) mod condition;
-mod effect;
-mod engine;
+pub(crate) mod features;
 mod frame;
 pub mod gp;
 mod gp_push;
-pub mod score;
 mod sequences;
 
-pub use condition::PushScales;
-pub use effect::PushEffect;
-pub use engine::{ObjectName, PushEngine};
 pub use frame::StartFrame;
 pub use gp_push::{GpOptions, GpPush};
 pub use sequences::{Thinning, pushes, windows};

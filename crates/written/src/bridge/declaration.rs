@@ -1,10 +1,8 @@
 //! A model file with the sizes of data in it, for the loop to open.
 
 use super::WrittenSystem;
-use crate::engine::Options;
-use crate::library::Scales;
+use crate::error::ModelError;
 use crate::model::{Model, Parameter};
-use crate::system::System as Compiled;
 use augsim_data::checks::Expected;
 use augsim_physics::system::{
     Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, Record, System,
@@ -12,15 +10,12 @@ use augsim_physics::system::{
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A model whose library has numbers, and whose steps are chosen, by the data that it is to explain.
+/// A model with the system that it declares, whose library has numbers, and whose steps and windows are chosen, by the data
+/// that it is to explain.
 #[derive(Debug, Clone)]
 pub struct MeasuredModel {
     model: Model,
-    scales: Scales,
-    options: Option<Options>,
-    window_s: Option<f64>,
-    /// The system whose widths of smoothed jumps suit the data.
-    tuned: Option<Arc<Compiled>>,
+    system: WrittenSystem,
 }
 
 #[derive(Debug, Error)]
@@ -32,9 +27,16 @@ enum Lacking {
 }
 
 impl MeasuredModel {
-    /// A model with the sizes of its quantities in data; `options` are the steps, `window_s` the length of windows.
-    pub fn new(model: Model, scales: Scales, options: Option<Options>, window_s: Option<f64>) -> Self {
-        Self { model, scales, options, window_s, tuned: None }
+    /// A model with its system.
+    pub fn new(model: Model, system: WrittenSystem) -> Self {
+        Self { model, system }
+    }
+
+    /// The same with what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
+    /// windows, in its unit.
+    pub fn calibrated(mut self, values: Vec<f64>, misfit: &[f64]) -> Self {
+        self.system = self.system.with_fit(values, misfit);
+        self
     }
 
     /// The model.
@@ -42,18 +44,8 @@ impl MeasuredModel {
         &self.model
     }
 
-    fn system(&self) -> Result<WrittenSystem, Objection> {
-        let system = WrittenSystem::new(&self.model, &self.scales).map_err(Objection::new)?;
-        let options = self.options.clone().unwrap_or_else(|| system.options().clone());
-        let system = system.with_options(options).with_windows(self.window_s);
-        Ok(match &self.tuned {
-            Some(tuned) => system.with_widths_of(tuned),
-            None => system,
-        })
-    }
-
     fn written(&self, found: &Augmentation) -> Option<String> {
-        let system = self.system().ok()?;
+        let system = &self.system;
         let laws: Vec<Law> = found
             .additions
             .iter()
@@ -95,17 +87,18 @@ impl MeasuredModel {
 }
 
 impl WrittenSystem {
-    /// The model of this system, which was tuned on these records, with their sizes in its library.
-    pub fn measured(&self, records: &[Record]) -> MeasuredModel {
-        let (model, scales) = (self.model().clone(), self.scales(records));
-        let options = Some(self.options.clone());
-        MeasuredModel { model, scales, options, window_s: self.window_s, tuned: Some(self.compiled.clone()) }
-    }
-
-    fn with_widths_of(mut self, tuned: &Compiled) -> Self {
-        self.compiled = Arc::new((*self.compiled).clone().with_widths_of(tuned));
-        self.complete = Arc::default();
-        self
+    /// The model `declared`, which this system is of but for its values, with what is known from these records: the sizes in
+    /// its library, the widths of jumps, the steps and the windows. This system was tuned on them.
+    ///
+    /// # Errors
+    /// A candidate that cannot be placed.
+    pub fn measured(&self, declared: Model, records: &[Record]) -> Result<MeasuredModel, ModelError> {
+        let mut system = WrittenSystem::new(&declared, &self.scales(records))?
+            .with_options(self.options.clone())
+            .with_windows(self.window_s);
+        system.compiled = Arc::new((*system.compiled).clone().with_widths_of(&self.compiled));
+        system.complete = Arc::default();
+        Ok(MeasuredModel { model: declared, system })
     }
 }
 
@@ -124,7 +117,7 @@ impl Declaration for MeasuredModel {
         if let Some((column, what)) = outputs.chain(inputs).find(|(name, _)| !has(name)) {
             return Err(Objection::new(Lacking::Column { column: column.clone(), what }));
         }
-        Ok(Arc::new(self.system()?))
+        Ok(Arc::new(self.system.clone()))
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {

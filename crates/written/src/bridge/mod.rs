@@ -43,6 +43,8 @@ pub struct WrittenSystem {
     /// Place of each of these among the parameters of the model.
     places: Vec<usize>,
     laws: Vec<Law>,
+    /// Values that fits of declared parameters begin at; empty: the nominal ones.
+    fit_from: Vec<f64>,
 }
 
 impl WrittenSystem {
@@ -81,6 +83,7 @@ impl WrittenSystem {
             parameters: model.parameters.iter().map(schema::parameter).collect(),
             places: (0..model.parameters.len()).collect(),
             laws: Vec::new(),
+            fit_from: Vec::new(),
             compiled: Arc::new(compiled),
         })
     }
@@ -88,6 +91,16 @@ impl WrittenSystem {
     /// The same with steps chosen from data.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
+        self
+    }
+
+    /// The same with values that fits of declared parameters begin at, and the standard deviation that the sensor of each
+    /// output does not exceed.
+    pub fn with_fit(mut self, values: Vec<f64>, noise: &[f64]) -> Self {
+        self.fit_from = values;
+        let mut schema = (*self.schema).clone();
+        schema.channels.iter_mut().zip(noise).for_each(|(c, sd)| c.sd_at_most = Some(*sd));
+        self.schema = Arc::new(schema);
         self
     }
 
@@ -308,6 +321,10 @@ impl System for WrittenSystem {
 
     fn scan_points(&self, effect: usize) -> Vec<Vec<f64>> {
         self.free_points(effect, Candidate::scan_points)
+    }
+
+    fn fit_from(&self, parameter: usize) -> Option<f64> {
+        self.fit_from.get(parameter).copied()
     }
 
     fn quantity(&self, parameter: usize) -> Quantity {

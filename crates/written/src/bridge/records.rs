@@ -89,6 +89,12 @@ impl WrittenSystem {
     /// that no output tells begins a window where a simulation of the record with nominal values passes.
     pub(super) fn prepare_record(&self, record: &mut Record) {
         let model = self.model();
+        for (output, values) in model.outputs.iter().zip(&mut record.values) {
+            if let Some([low, high]) = output.range {
+                // At the end of its range a sensor says nothing but that the value is beyond.
+                values.iter_mut().filter(|v| **v <= low || **v >= high).for_each(|v| *v = f64::NAN);
+            }
+        }
         record.whole(&self.schema);
         for (input, stream) in model.inputs.iter().zip(&mut record.inputs) {
             if let [_] = &stream.values[..] {

@@ -20,6 +20,7 @@ pub(super) fn of(model: &Model) -> Schema {
         unit: text(output.unit),
         period: output.period,
         sd: output.sd,
+        sd_at_most: None,
     });
     let inputs = model.inputs.iter().map(|input| Input {
         columns: vec![input.name.clone()],

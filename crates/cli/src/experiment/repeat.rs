@@ -1,0 +1,128 @@
+//! The distribution of one push that is repeated (paper, section IV-B): samples of the models against the truth of
+//! the virtual laboratory.
+
+use super::data::{LABORATORY, recipe};
+use augsim_physics::push::laboratory::Protocol;
+use augsim_trainer::push::{cloud, pushes};
+use augsim_trainer::{Forecaster, Sequence, Sequences, Task};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Time of the push at which its distribution is looked at, s: 20 mm of the rod's travel, as published.
+const HORIZON_S: f64 = 1.0;
+/// Added to the seed of the truth; the second set takes the next.
+const SEED_OFFSET: u64 = 50_000_000;
+
+/// A cloud of displacements, mm, in the frame of each push's first pose.
+pub type Points = Vec<[f64; 2]>;
+
+/// Distances of one cloud from the truth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Distance {
+    /// Model; `truth` for the second truth, which is the floor.
+    pub model: String,
+    /// Chamfer distance to the truth, mm.
+    pub chamfer_mm: f64,
+    /// The same, relative to the floor.
+    pub over_floor: f64,
+    /// Energy distance to the truth, mm.
+    pub energy_mm: f64,
+    /// Mean displacement, mm.
+    pub mean_mm: [f64; 2],
+    /// Standard deviation of the displacement, mm.
+    pub sd_mm: [f64; 2],
+}
+
+/// What `result.json` says about the repeated push.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Repeated {
+    /// Where the truth comes from.
+    pub data: &'static str,
+    /// Points in each cloud.
+    pub points: usize,
+    /// Time after the start, s.
+    pub horizon_s: f64,
+    /// The distances, the floor first.
+    pub distances: Vec<Distance>,
+}
+
+/// The clouds, the truth first.
+#[derive(Debug)]
+pub struct Clouds {
+    /// Name and points.
+    pub clouds: Vec<(String, Points)>,
+    /// The distances.
+    pub result: Repeated,
+}
+
+/// Samples `models` once for each push of a second set of repeats (its first poses are theirs), and measures how far
+/// they and that set itself lie from the first set.
+pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
+    let make = |k: u64| -> anyhow::Result<Sequences> {
+        let recipe = recipe(Protocol::Repeat, "rect1", "abs", repeats)?;
+        let data = recipe.generate(seed.wrapping_add(SEED_OFFSET + k))?.data;
+        let mut all = pushes(&data, augsim_trainer::push::Thinning { samples: usize::MAX, rate_hz: 20.0 })?;
+        for q in &mut all.items {
+            cut(q);
+        }
+        Ok(all)
+    };
+    let (first, second) = (make(0)?, make(1)?);
+    let truth = |set: &Sequences| -> Points {
+        set.items.iter().map(|q| displacement(q.state(0), q.state(q.time - 1))).collect()
+    };
+    let mut clouds = vec![("truth".to_owned(), truth(&first)), ("truth, again".to_owned(), truth(&second))];
+    for (name, model) in models {
+        let points = (second.items.par_iter().enumerate())
+            .map(|(i, q)| {
+                let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
+                let samples = model.forecast(task, 1)?;
+                let end: Vec<f64> =
+                    samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
+                Ok(displacement(q.state(0), &end))
+            })
+            .collect::<anyhow::Result<Points>>()?;
+        clouds.push((name.clone(), points));
+    }
+    let reference = clouds[0].1.clone();
+    let floor = cloud::chamfer(&reference, &clouds[1].1);
+    let distances = clouds[1..]
+        .iter()
+        .map(|(name, points)| {
+            let chamfer_mm = cloud::chamfer(&reference, points);
+            let (mean_mm, sd_mm) = moments(points);
+            Distance {
+                model: name.clone(),
+                chamfer_mm,
+                over_floor: chamfer_mm / floor,
+                energy_mm: cloud::energy(&reference, points),
+                mean_mm,
+                sd_mm,
+            }
+        })
+        .collect();
+    let result = Repeated { data: LABORATORY, points: repeats, horizon_s: HORIZON_S, distances };
+    Ok(Clouds { clouds, result })
+}
+
+/// Leaves out what comes after the horizon.
+fn cut(q: &mut Sequence) {
+    let begin = q.action(0)[2];
+    let kept = (0..q.time).filter(|&t| q.action(t)[2] - begin <= HORIZON_S + 1e-9).count();
+    q.time = kept.max(2);
+    q.states.truncate(3 * q.time);
+    q.actions.truncate(3 * q.time);
+}
+
+fn displacement(start: &[f64], end: &[f64]) -> [f64; 2] {
+    let (sin, cos) = start[2].sin_cos();
+    let (dx, dy) = (1e3 * (end[0] - start[0]), 1e3 * (end[1] - start[1]));
+    [cos * dx + sin * dy, cos * dy - sin * dx]
+}
+
+fn moments(points: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
+    let n = points.len() as f64;
+    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
+    let sd = [0, 1].map(|k| (points.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>() / n).sqrt());
+    (mean, sd)
+}

@@ -1,0 +1,103 @@
+//! What an experiment comes to.
+
+use super::repeat::Repeated;
+use super::rows::{self, Row};
+use augsim_trainer::Protocol;
+use augsim_trainer::push::calibrate::Estimate;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// A point of the training-set-size curve, on the test set.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Model.
+    pub model: String,
+    /// Training pushes.
+    pub train_pushes: usize,
+    /// Position error of the mean of 100 samples, mm.
+    pub pos_mm: f64,
+    /// Angle error, degrees.
+    pub rot_deg: f64,
+    /// Continuous ranked probability score of the position, mm.
+    pub crps_mm: f64,
+}
+
+/// What `result.json` holds. What an experiment has not is absent.
+#[derive(Debug, Serialize)]
+pub struct ResultFile {
+    /// `augsim.reproduce/1`.
+    pub schema: &'static str,
+    /// `ball` or `push`.
+    pub scenario: &'static str,
+    /// Test set, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_set: Option<String>,
+    /// Trajectories in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_trajectories: Option<usize>,
+    /// `virtual laboratory` or `published MIT Push files`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<&'static str>,
+    /// The tables; each row says what it was measured on.
+    pub rows: Vec<Row>,
+    /// Training-set-size curve.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub curve: Vec<CurvePoint>,
+    /// The repeated push.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeated: Option<Repeated>,
+    /// Parameters fitted to the measured runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Vec<Estimate>>,
+    /// Measured runs that were tested on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub test_runs: Vec<String>,
+    /// Most samples of a trajectory and samples a second, after thinning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thinning: Option<[f64; 2]>,
+    /// Iterations, by model.
+    pub iterations: BTreeMap<String, u64>,
+    /// Remarks about the data.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl ResultFile {
+    /// The row of a forecasting model on the first test set.
+    pub fn forecast(&self, model: &str) -> Option<&Row> {
+        let first = self.rows.first().and_then(Row::set);
+        self.rows
+            .iter()
+            .find(|r| r.model == model && r.set() == first && r.protocol != Protocol::Reconstruction)
+    }
+}
+
+/// The tables as text: one a set, the repeated push, the fitted parameters.
+pub fn table(result: &ResultFile) -> String {
+    let mut out = rows::table(&result.rows);
+    if let Some(r) = &result.repeated {
+        let _ = writeln!(
+            out,
+            "\none push {} times, {} s after its start, {}\n  {:<16} {:>10} {:>8} {:>10}",
+            r.points, r.horizon_s, r.data, "cloud", "Chamfer mm", "x floor", "energy mm"
+        );
+        for d in &r.distances {
+            let _ = writeln!(
+                out,
+                "  {:<16} {:>10.4} {:>8.2} {:>10.4}",
+                d.model, d.chamfer_mm, d.over_floor, d.energy_mm
+            );
+        }
+    }
+    for e in result.calibration.iter().flatten() {
+        let _ = writeln!(
+            out,
+            "fitted {:<18} {:.5} [{:.5}, {:.5}], declared {:.5}",
+            e.name, e.value, e.ci95[0], e.ci95[1], e.nominal
+        );
+    }
+    out
+}

@@ -1,0 +1,227 @@
+//! Rows of the tables: models under their protocols on a test set.
+
+use super::layout::{Layout, Shown, Value};
+use augsim_report::benchmark::{self, ResultRow, Results};
+use augsim_trainer::Protocol;
+use augsim_trainer::score::Score;
+use serde::{Serialize, Serializer};
+
+/// Numbers by name, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Numbers(pub Vec<(&'static str, f64)>);
+
+impl Serialize for Numbers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().copied())
+    }
+}
+
+impl Numbers {
+    fn get(&self, name: &str) -> Option<f64> {
+        self.0.iter().find(|(n, _)| *n == name).map(|(_, v)| *v)
+    }
+
+    fn value(&self, value: Value) -> Option<f64> {
+        if let Value::Key(name) = value { self.get(name) } else { None }
+    }
+}
+
+/// What a row was measured on, where there is more than one test set.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tested {
+    /// Support.
+    pub surface: String,
+    /// Object.
+    pub object: String,
+    /// `test`, `unseen surface`, `unseen object`, `test runs`, `test runs without knocks`.
+    pub split: &'static str,
+    /// Trajectories (or windows) that the model was trained on.
+    pub train_pushes: usize,
+    /// Trajectories (or windows) that it is scored on.
+    pub test_pushes: usize,
+}
+
+/// One model under one protocol.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// Where the trajectories come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<&'static str>,
+    /// Model.
+    pub model: String,
+    /// What it could see.
+    pub protocol: Protocol,
+    /// What it was measured on.
+    #[serde(flatten)]
+    pub tested: Option<Tested>,
+    /// How samples became the one prediction of the next numbers.
+    pub estimate: &'static str,
+    /// Errors of that estimate.
+    #[serde(flatten)]
+    pub errors: Numbers,
+    /// Errors of another estimate, by its name, where there are samples.
+    #[serde(flatten)]
+    pub second: Option<Second>,
+    /// Continuous ranked probability scores.
+    #[serde(flatten)]
+    pub crps: Numbers,
+    /// Share of true values in the 50 % band.
+    pub coverage50: Option<f64>,
+    /// Share in the 90 % band.
+    pub coverage90: Option<f64>,
+    #[serde(skip)]
+    layout: &'static Layout,
+}
+
+/// Errors of another estimate, under its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Second(&'static str, Numbers);
+
+impl Serialize for Second {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map([(self.0, &self.1)])
+    }
+}
+
+impl Row {
+    /// A scored model.
+    pub fn new(layout: &'static Layout, model: &str, protocol: Protocol, s: &Score) -> Self {
+        let sampled = s.coverage50.is_some();
+        let (second, _, estimate) = layout.second;
+        let crps = layout.crps.iter().map(|(name, measure, factor)| (*name, factor * s.crps[*measure]));
+        Row {
+            data: None,
+            model: model.to_owned(),
+            protocol,
+            tested: None,
+            estimate: if sampled { layout.estimate.0 } else { "single" },
+            errors: Numbers(layout.numbers((layout.estimate.1)(s))),
+            second: sampled.then(|| Second(second, Numbers(layout.numbers(estimate(s))))),
+            crps: Numbers(crps.collect()),
+            coverage50: s.coverage50,
+            coverage90: s.coverage90,
+            layout,
+        }
+    }
+
+    /// The floor, as far as it is known: the conditional median, which has no samples.
+    pub fn floor(layout: &'static Layout, errors: [f64; 3], crps: [f64; 2]) -> Self {
+        Row {
+            data: None,
+            model: "Floor".to_owned(),
+            protocol: Protocol::Floor,
+            tested: None,
+            estimate: "median of the law",
+            errors: Numbers(layout.errors.iter().map(|(name, _)| *name).zip(errors).collect()),
+            second: None,
+            crps: Numbers(layout.crps.iter().map(|(name, ..)| *name).zip(crps).collect()),
+            coverage50: None,
+            coverage90: None,
+            layout,
+        }
+    }
+
+    /// A number by its name.
+    pub fn number(&self, name: &str) -> f64 {
+        self.errors.get(name).or(self.crps.get(name)).unwrap_or(f64::NAN)
+    }
+
+    /// What stands in a column of tables.
+    fn value(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Trained => self.tested.as_ref().map(|t| t.train_pushes as f64),
+            Value::Key(_) => self.errors.value(value).or(self.crps.value(value)),
+            Value::Inside50 => self.coverage50.map(|v| 100.0 * v),
+            Value::Inside90 => self.coverage90.map(|v| 100.0 * v),
+        }
+    }
+
+    /// Name and numbers of the other estimate, where tables have it.
+    fn told_second(&self) -> Option<(&'static str, &Numbers)> {
+        let second = self.second.as_ref().filter(|_| self.layout.names_estimates());
+        second.map(|s| (self.layout.second.1, &s.1))
+    }
+
+    /// What the row was measured on, in a few words; nothing where there is one test set.
+    pub fn set(&self) -> Option<String> {
+        let Tested { split, object, surface, test_pushes, .. } = self.tested.as_ref()?;
+        let (data, many) = (self.data.unwrap_or_default(), self.layout.words[1]);
+        Some(format!("{split}: {object} on {surface}, {test_pushes} {many}, {data}"))
+    }
+
+    fn heading(&self) -> String {
+        self.set().unwrap_or_else(|| {
+            let explanation = match self.protocol {
+                Protocol::Forecast => self.layout.sees,
+                Protocol::Reconstruction => "the encoder sees the whole trajectory: not a prediction",
+                Protocol::Floor => "the best from the first state, from the known law of the data",
+            };
+            format!("{} ({explanation})", self.protocol.label())
+        })
+    }
+}
+
+/// The rows as text, one block per test set or protocol: what one gives is not comparable with another.
+pub fn table(rows: &[Row]) -> String {
+    let Some(layout) = rows.first().map(|r| r.layout) else { return String::new() };
+    let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(layout.width);
+    let shown: Vec<&Shown> = (layout.shown.iter())
+        // A run that is evaluated does not say how much it was trained on.
+        .filter(|c| !matches!(c.value, Value::Trained) || rows.iter().any(|r| r.tested.is_some()))
+        .collect();
+    let line = |model: &str, estimate: &str, cells: Vec<String>| {
+        let estimate = if layout.names_estimates() { format!(" {estimate:<18}") } else { String::new() };
+        let cells: String =
+            cells.iter().zip(&shown).map(|(cell, c)| format!(" {cell:>0$}", c.text.1)).collect();
+        format!("  {model:<width$}{estimate}{cells}\n")
+    };
+    let number = |c: &Shown, v: Option<f64>| v.map(|v| format!("{v:.0$}", c.text.2));
+    let (mut out, mut block) = (String::new(), String::new());
+    for r in rows {
+        if r.heading() != block {
+            block = r.heading();
+            let heads = shown.iter().map(|c| c.text.0.to_owned()).collect();
+            out += if out.is_empty() { "" } else { "\n" };
+            out += &format!("{block}\n{}", line("model", "estimate", heads));
+        }
+        let cell = |c: &&Shown| number(c, r.value(c.value)).unwrap_or_else(|| "-".to_owned());
+        out += &line(&r.model, r.estimate, shown.iter().map(cell).collect());
+        if let Some((name, second)) = r.told_second() {
+            let cells = shown.iter().map_while(|c| number(c, second.value(c.value)));
+            out += &line("", name, cells.collect());
+        }
+    }
+    out
+}
+
+/// The rows for a page, one table per test set; `caption` is that of the only one.
+pub fn results(rows: &[Row], caption: &str) -> Vec<Results> {
+    let mut sets: Vec<(Option<String>, Results)> = Vec::new();
+    for r in rows {
+        let layout = r.layout;
+        if sets.last().is_none_or(|(set, _)| *set != r.set()) {
+            let results = Results {
+                caption: r.set().map_or(caption.to_owned(), |set| format!("Forecasts, {set}")),
+                columns: layout.shown.iter().map(Shown::column).collect(),
+                rows: Vec::new(),
+                footnotes: layout.footnotes.iter().map(|f| (*f).to_owned()).collect(),
+            };
+            sets.push((r.set(), results));
+        }
+        let row = |estimator: &str, value: &dyn Fn(Value) -> Option<f64>| ResultRow {
+            model: r.model.clone(),
+            protocol: match r.protocol {
+                Protocol::Forecast => benchmark::Protocol::Forecast,
+                Protocol::Reconstruction => benchmark::Protocol::Reconstruction,
+                Protocol::Floor => benchmark::Protocol::Floor,
+            },
+            estimator: if layout.names_estimates() { estimator.to_owned() } else { String::new() },
+            values: layout.shown.iter().map(|c| value(c.value)).collect(),
+        };
+        if let Some((_, results)) = sets.last_mut() {
+            results.rows.push(row(r.estimate, &|v| r.value(v)));
+            results.rows.extend(r.told_second().map(|(name, second)| row(name, &|v| second.value(v))));
+        }
+    }
+    sets.into_iter().map(|(_, results)| results).collect()
+}

@@ -1,0 +1,120 @@
+//! Measured runs of the pusher-slider (Hogan and Rodriguez 2016): windows of a second, trained on some runs, tested
+//! on others.
+
+use super::data::{Set, engine_of};
+use super::rows::Row;
+use anyhow::Context;
+use augsim_data::Dataset;
+use augsim_data::convert::CONVERTERS;
+use augsim_data::push::resample;
+use augsim_physics::model::PushModel;
+use augsim_physics::push::Object;
+use augsim_trainer::models::{Physics, Still, Zero};
+use augsim_trainer::push::calibrate::{Calibration, calibrate};
+use augsim_trainer::push::{Thinning, pushes, windows};
+use augsim_trainer::{
+    Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, Training, evaluate_forecast,
+};
+use std::path::Path;
+
+/// Where the rows say they come from.
+const DATA: &str = "mit-pusher-slider-runs";
+/// Rate of the windows, Hz, and their samples: one second.
+const RATE_HZ: f64 = 25.0;
+const SAMPLES: usize = 26;
+/// Samples from one window to the next: training windows overlap, test windows do so by half.
+const EVERY: [usize; 2] = [3, 13];
+/// Every third run is held out.
+const TEST_EVERY: usize = 3;
+/// Iterations of the nets: there are few runs.
+const ITERATIONS: u64 = 1500;
+
+/// What came of the measured runs.
+#[derive(Debug)]
+pub struct Measured {
+    /// Table.
+    pub rows: Vec<Row>,
+    /// Calibrated parameters.
+    pub calibration: Calibration,
+    /// Names of the runs that were tested on.
+    pub test_runs: Vec<String>,
+}
+
+/// The folder of the runs below `data`, or `data` itself, if it is there.
+pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
+    let below = data.join(DATA);
+    [below, data.to_owned()].into_iter().find(|p| p.join("index.csv").is_file() && p.join("runs").is_dir())
+}
+
+/// Trains, calibrates and scores.
+pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
+    let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
+    let convert = convert.context("no converter for the pusher-slider runs")?;
+    let data = resample(&convert(folder)?.data, RATE_HZ)?;
+    let declared = PushModel::textbook(Object::named("rect1").context("rect1 is built in")?);
+    let declared = declared.with_nominal(|name| match name {
+        "support_friction" => Some(0.35),
+        "mass_kg" => Some(1.053),
+        _ => None,
+    });
+    let (mut train, mut test, mut calm) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, t) in data.trajectories().iter().enumerate() {
+        if i % TEST_EVERY == TEST_EVERY - 1 {
+            test.push(i);
+            // Names say whether a hand knocked the square.
+            if t.id().contains("NoPerturbations") {
+                calm.push(i);
+            }
+        } else {
+            train.push(i);
+        }
+    }
+    let cut = |items: &[usize], every: usize| -> anyhow::Result<Sequences> {
+        let set: Dataset = data.select(items);
+        Ok(windows(&pushes(&set, Thinning { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
+    };
+    let train = cut(&train, EVERY[0])?;
+    let calibration = calibrate(&declared, &train)?;
+    let [engine, fitted] = [engine_of(declared)?, engine_of(calibration.model.clone())?];
+    let set = |split, items| Set {
+        on: Some(("square".into(), "table".into(), split)),
+        engine: engine.clone(),
+        items,
+    };
+    let mut sets = vec![set("test runs", cut(&test, EVERY[1])?)];
+    if !calm.is_empty() {
+        sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
+    }
+    let mut nets = Vec::new();
+    for (recipe, engine) in [
+        (Recipe::Neural, &engine),
+        (Recipe::NeuralPlus, &engine),
+        (Recipe::Hybrid, &fitted),
+        (Recipe::HybridPlus, &fitted),
+    ] {
+        let iterations = if quick { ITERATIONS / 4 } else { ITERATIONS };
+        let mut training = Training::new(Settings::new(recipe, iterations, seed, engine.clone()), &train)?;
+        while training.iteration() < iterations {
+            training.step()?;
+        }
+        nets.push(NetModel::new(training.finish()?.clone())?);
+    }
+    let [nominal, fitted] = [engine.clone(), fitted].map(Physics);
+    let whole = train.items.len();
+    let mut models: Vec<(&str, &dyn Forecaster, usize)> = vec![
+        ("Zero", &Zero, 0),
+        ("Still", &Still, 0),
+        ("Physics", &nominal, 0),
+        ("Physics, fitted", &fitted, whole),
+    ];
+    models.extend(nets.iter().map(|n| (n.name(), n as &dyn Forecaster, whole)));
+    let mut rows = Vec::new();
+    for set in &sets {
+        for &(label, model, trained) in &models {
+            let score = evaluate_forecast(model, &set.items)?;
+            rows.push(set.row(Some(DATA), label, Protocol::Forecast, trained, &score));
+        }
+    }
+    let name = |i: &usize| data.trajectories()[*i].id().to_owned();
+    Ok(Measured { rows, calibration, test_runs: test.iter().map(name).collect() })
+}

@@ -1,0 +1,39 @@
+//! A written system as the loop takes it: calibrated first, with windows over which the declared model follows the data.
+
+use super::fit::{fit, prepared};
+use super::records;
+use augsim_data::Dataset;
+use augsim_physics::system::Record;
+use augsim_written::{MeasuredModel, Model, WrittenSystem};
+use std::path::Path;
+
+/// Windows that the data are to have at least, where they are long enough: some of them are held out.
+const WINDOWS: f64 = 24.0;
+/// Samples of the longest windows of the search: the engine carries many windows in one pass, and a few long ones leave it idle.
+const SAMPLES: f64 = 500.0;
+
+/// The declaration of a model for data, and the data in the columns of the model.
+///
+/// # Errors
+/// A column is missing, or the declared model cannot be simulated.
+pub fn measured(model: &Model, data: &Path) -> anyhow::Result<(MeasuredModel, Dataset)> {
+    let measured = records::read(data, model)?;
+    let records = records::records(&measured.data, model, true)?;
+    let fitted = fit(model, &records)?;
+    let stages = &fitted.calibration.stages;
+    let lasts = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
+    let step_s = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
+    let longest_s = (records.iter().map(lasts).sum::<f64>() / WINDOWS).min(SAMPLES * step_s);
+    let short = stages.iter().rev().find(|stage| stage.window_s <= longest_s);
+    let window_s = short.or(stages.first()).map(|stage| stage.window_s);
+    let shortest = fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.rms.clone());
+    // Sizes, steps and widths are those of a simulation with the values that were found; what is declared stays declared.
+    let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
+    let windows = prepared(&found, &records)?;
+    let mut declared = model.clone();
+    for (input, found) in declared.inputs.iter_mut().zip(&fitted.model.inputs) {
+        input.hold = found.hold;
+    }
+    let declared = found.tuned(&windows)?.measured(declared, &windows)?;
+    Ok((declared.calibrated(fitted.calibration.values, &shortest), measured.data))
+}

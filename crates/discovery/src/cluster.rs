@@ -1,0 +1,78 @@
+//! Shares of records, or of their windows, in a fit: what its covariance and its dispersion are estimated from.
+
+use crate::dispersion::Quadratic;
+use crate::evaluate::{Lanes, Normal};
+use crate::linear::{Square, eliminate};
+use std::ops::Range;
+
+/// Records from which on they are the clusters; with fewer, their windows are.
+const FEWEST_RECORDS: usize = 15;
+
+/// Curvature and gradient of the cost of a record, or of one of its windows, in the entries of theta that it knows, nuisances
+/// eliminated.
+#[derive(Clone, Debug)]
+pub(crate) struct Cluster {
+    /// Entries of theta.
+    places: Vec<usize>,
+    curvature: Square,
+    gradient: Vec<f64>,
+    /// By how much the derivative of the weights lowers the curvature: `softening u u'`, summed over windows.
+    softened: Square,
+}
+
+impl Cluster {
+    fn of(lanes: &Lanes, normal: &Normal) -> Self {
+        let (curvature, gradient, _) = eliminate(&normal.h, &normal.g, lanes.common());
+        let mut softened = Square::zero(gradient.len());
+        for (i, u) in gradient.iter().enumerate() {
+            for (j, v) in gradient.iter().enumerate() {
+                *softened.at_mut(i, j) = normal.softening * u * v;
+            }
+        }
+        Self { places: lanes.theta.clone(), curvature, gradient, softened }
+    }
+
+    /// Adds another window of the same record, which knows the same entries.
+    fn add(&mut self, other: &Self) {
+        let sum = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
+        sum(&mut self.curvature.a, &other.curvature.a);
+        sum(&mut self.gradient, &other.gradient);
+        sum(&mut self.softened.a, &other.softened.a);
+    }
+
+    /// The same with an entry for each of the `p` entries of theta.
+    pub fn dense(&self, p: usize) -> Quadratic {
+        let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
+        for (a, &i) in self.places.iter().enumerate() {
+            u[i] += self.gradient[a];
+            for (b, &j) in self.places.iter().enumerate() {
+                *s.at_mut(i, j) += self.curvature.at(a, b);
+            }
+        }
+        (s, u)
+    }
+
+    /// Takes the derivative of the weights out of the curvature of all clusters.
+    pub fn soften(&self, bread: &mut Square) {
+        for (a, &i) in self.places.iter().enumerate() {
+            for (b, &j) in self.places.iter().enumerate() {
+                *bread.at_mut(i, j) -= self.softened.at(a, b);
+            }
+        }
+    }
+}
+
+/// The clusters of a fit whose windows are `records`, record by record.
+pub(crate) fn clusters(records: &[Range<usize>], lanes: &[Lanes], normals: &[Normal]) -> Vec<Cluster> {
+    let windows: Vec<Cluster> = lanes.iter().zip(normals).map(|(l, n)| Cluster::of(l, n)).collect();
+    if records.len() < FEWEST_RECORDS {
+        return windows;
+    }
+    let together = |range: &Range<usize>| {
+        let (first, rest) = windows.get(range.clone())?.split_first()?;
+        let mut sum = first.clone();
+        rest.iter().for_each(|window| sum.add(window));
+        Some(sum)
+    };
+    records.iter().filter_map(together).collect()
+}

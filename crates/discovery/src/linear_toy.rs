@@ -1,0 +1,98 @@
+//! A linear model with a robust cost, for tests of levels and coverage: 60 windows of 75 residuals, smooth sensitivities.
+//!
+//! The truth of every parameter is 0. A smooth misfit is three low harmonics in every window, 2 standard deviations of the
+//! noise each: what a fit meets where something is missing that differs from window to window.
+
+use crate::dispersion::Quadratic;
+use crate::linear::Square;
+use augsim_data::random_stream;
+use rand_distr::{Distribution, StandardNormal};
+
+const WINDOWS: usize = 60;
+const RESIDUALS: usize = 75;
+/// Degrees of freedom of the t density, as in the loop.
+const SCALE_FREEDOM: f64 = 8.0;
+
+/// Fit of a toy at the minimum of its cost.
+pub(crate) struct ToyFit {
+    pub theta: Vec<f64>,
+    pub cost: f64,
+    pub information: Square,
+    /// `information` less the derivative of the weights.
+    pub bread: Square,
+    pub windows: Vec<Quadratic>,
+}
+
+/// Data of one repetition: `[window][residual]`, and the sensitivities of each of the parameters.
+pub(crate) struct Toy {
+    y: Vec<Vec<f64>>,
+    columns: Vec<Vec<Vec<f64>>>,
+}
+
+impl Toy {
+    /// Draws noise of sd 1, a smooth misfit of `misfit` sd, and the sensitivities of `parameters` parameters.
+    pub fn draw(seed: u64, misfit: f64, parameters: usize) -> Self {
+        let mut rng = random_stream(seed, "linear toy", 0);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (mut y, mut columns) = (Vec::new(), Vec::new());
+        for _ in 0..WINDOWS {
+            let waves: Vec<(f64, f64)> = (0..3).map(|_| (misfit * normal(), normal())).collect();
+            let smooth = |u: f64, scale: &[(f64, f64)]| -> f64 {
+                let turn = |n: usize| std::f64::consts::PI * (n + 1) as f64 * u;
+                scale.iter().enumerate().map(|(n, (a, p))| a * (turn(n) + p).sin()).sum()
+            };
+            let places: Vec<f64> = (0..RESIDUALS).map(|k| k as f64 / RESIDUALS as f64).collect();
+            y.push(places.iter().map(|&u| smooth(u, &waves) + normal()).collect());
+            let of_window: Vec<Vec<f64>> = (0..parameters)
+                .map(|_| {
+                    let shape = [(normal(), normal()), (normal(), normal())];
+                    places.iter().map(|&u| smooth(u, &shape)).collect()
+                })
+                .collect();
+            columns.push(of_window);
+        }
+        Self { y, columns }
+    }
+
+    /// Fits the first `p` parameters.
+    pub fn fit(&self, p: usize) -> ToyFit {
+        let mut theta = vec![0.0; p];
+        loop {
+            let fit = self.at(&theta);
+            let mut step: Vec<f64> = (0..p).map(|i| fit.windows.iter().map(|(_, u)| u[i]).sum()).collect();
+            fit.information.cholesky().solve(&mut step);
+            theta.iter_mut().zip(&step).for_each(|(t, d)| *t += d);
+            if step.iter().all(|d| d.abs() < 1e-9) {
+                return fit;
+            }
+        }
+    }
+
+    fn at(&self, theta: &[f64]) -> ToyFit {
+        let p = theta.len();
+        let n = SCALE_FREEDOM + RESIDUALS as f64;
+        let (mut information, mut cost) = (Square::zero(p), 0.0);
+        let mut bread = Square::zero(p);
+        let mut windows = Vec::new();
+        for (y, columns) in self.y.iter().zip(&self.columns) {
+            let r: Vec<f64> = (0..RESIDUALS)
+                .map(|k| y[k] - (0..p).map(|i| columns[i][k] * theta[i]).sum::<f64>())
+                .collect();
+            let q: f64 = r.iter().map(|v| v * v).sum();
+            let weight = n / (SCALE_FREEDOM + q);
+            cost += n * (q / SCALE_FREEDOM).ln_1p();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            let u: Vec<f64> = (0..p).map(|i| weight * dot(&columns[i], &r)).collect();
+            let mut s = Square::zero(p);
+            for i in 0..p {
+                for j in 0..p {
+                    *s.at_mut(i, j) = weight * dot(&columns[i], &columns[j]);
+                    *information.at_mut(i, j) += s.at(i, j);
+                    *bread.at_mut(i, j) += s.at(i, j) - 2.0 / n * u[i] * u[j];
+                }
+            }
+            windows.push((s, u));
+        }
+        ToyFit { theta: theta.to_vec(), cost, information, bread, windows }
+    }
+}

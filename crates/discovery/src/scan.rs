@@ -1,0 +1,58 @@
+//! Thresholds, which no score test sees: they have no slope at their null.
+//!
+//! The overflow of a tank changes nothing until it is reached. Each threshold is put at a few places of the range that it
+//! watches; one Gauss-Newton step from there foretells what a fit from there would gain.
+
+use crate::addition::Addition;
+use crate::candidates::may_join;
+use crate::evaluate::{Lanes, Point, normals};
+use crate::fit::{Fit, Sample, reduce};
+use crate::hypothesis::Hypothesis;
+
+/// An addition with the place from which a fit of it begins, and the gain in cost that is foretold.
+#[derive(Clone, Debug)]
+pub(crate) struct Scanned {
+    pub addition: Addition,
+    pub start: Vec<f64>,
+    pub gain: f64,
+}
+
+/// The best place of every threshold of `library` that may join a fit, best gain first.
+pub(crate) fn scan(sample: &Sample<'_>, fit: &Fit, library: &[Addition]) -> Vec<Scanned> {
+    let mut out: Vec<Scanned> = Vec::new();
+    for addition in library.iter().filter(|a| may_join(a, &fit.hypothesis)) {
+        let Addition::Effect(listed, _) = addition else { continue };
+        let places = fit.hypothesis.system.scan_points(listed.index);
+        let each = places.into_iter().filter_map(|start| {
+            let gain = foretold(sample, fit, addition, &start)?;
+            Some(Scanned { addition: addition.clone(), start, gain })
+        });
+        out.extend(each.max_by(|a, b| a.gain.total_cmp(&b.gain)));
+    }
+    out.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    out
+}
+
+/// The decrease in cost that a Gauss-Newton step from `start` leads to; `None` where nothing can be simulated there.
+fn foretold(sample: &Sample<'_>, fit: &Fit, addition: &Addition, start: &[f64]) -> Option<f64> {
+    sample.data.tally.score();
+    let mut additions = fit.hypothesis.additions.clone();
+    additions.push(addition.clone());
+    let h = Hypothesis::new(sample.data, &additions);
+    let mut theta = h.theta_start(0.0);
+    theta[..fit.theta.len()].copy_from_slice(&fit.theta);
+    let own = h.range_of(additions.len() - 1);
+    theta[own].copy_from_slice(start);
+    let windows = sample.excerpts();
+    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
+    let each = windows.iter().zip(&lanes).zip(&fit.nuisance);
+    let points: Vec<Point<'_>> =
+        each.map(|((at, lanes), n)| Point::new(&h, &*h.system, lanes, at.record, &theta, n)).collect();
+    let there = normals(&points, &lanes, &windows, sample.correlation);
+    let (s, u, starts) = reduce(&h, &lanes, &there, 0.0);
+    let mut step = u.clone();
+    s.cholesky().solve(&mut step);
+    let promised = starts + u.iter().zip(&step).map(|(u, d)| u * d).sum::<f64>();
+    let gain = fit.cost - there.iter().map(|n| n.q).sum::<f64>() + promised;
+    gain.is_finite().then_some(gain)
+}

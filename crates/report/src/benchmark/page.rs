@@ -1,0 +1,161 @@
+//! From the results of a benchmark to a page.
+
+use super::curves::{errors, learning, parts, sizes};
+use super::sections::{clouds, parameters};
+use super::tones::{Tones, distinct};
+use super::{BenchmarkReport, Forecast, ResultRow, Results};
+use crate::figure::{Axis, Fan, Figure, Tone};
+use crate::page::{Block, Cell, Column, Columns, Grid, LegendEntry, Page, Row, Section, Table};
+use crate::plot::scale::extent;
+use crate::plot::text::capitalised;
+
+pub(super) fn page(report: &BenchmarkReport) -> Page {
+    let tones = Tones::of(report);
+    let [one, many] = &report.words;
+    Page {
+        overline: format!("augsim · {}", report.kind),
+        title: report.title.clone(),
+        verdict: String::new(),
+        summary: report.summary.clone(),
+        key_figures: report.key_figures.clone(),
+        sections: vec![
+            Section::new("Results", results(report)),
+            Section::new(&format!("Training {many}"), sizes(report, &tones)),
+            Section::new(&format!("The same {one} again and again"), clouds(report)),
+            Section::new("Forecasts over what happened", forecasts(report, &tones)),
+            Section::new("Error over time", errors(report, &tones)),
+            Section::new(&format!("Error over the {one}"), parts(report, &tones)),
+            Section::new("Fitted parameters", parameters(report)),
+            Section::new("Learning curves", learning(report, &tones)),
+            Section::new("Remarks", report.notes.iter().cloned().map(Block::Prose).collect()),
+            Section::new("Methods and references", methods(report)),
+            Section::new("How to reproduce", reproduce(report)),
+        ],
+        provenance: report.provenance.clone(),
+    }
+}
+
+fn results(report: &BenchmarkReport) -> Vec<Block> {
+    if report.results.iter().all(|r| r.rows.is_empty()) {
+        return vec![Block::Prose("No model was evaluated.".to_owned())];
+    }
+    let mut blocks: Vec<Block> = report.results.iter().map(|r| Block::Table(r.table())).collect();
+    if report.results.iter().any(names_protocols) {
+        blocks.push(Block::Heading("What the protocols mean".to_owned()));
+        blocks.push(Block::Definitions(protocols()));
+    }
+    blocks
+}
+
+fn names_protocols(results: &Results) -> bool {
+    results.rows.iter().any(|r| !r.estimator.is_empty())
+}
+
+impl Results {
+    /// The table of them, rows by protocol.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let named = names_protocols(self);
+        let mut columns = vec![Column::text("model")];
+        if named {
+            columns.extend(["protocol", "prediction"].map(Column::text));
+        }
+        columns.extend(self.columns.iter().cloned());
+        let row = |r: &ResultRow| {
+            let mut cells = vec![Cell::text(&r.model)];
+            if named {
+                let estimator = if r.estimator.is_empty() { Cell::Missing } else { Cell::text(&r.estimator) };
+                cells.extend([Cell::text(r.protocol.name()), estimator]);
+            }
+            cells.extend(r.values.iter().map(|v| Cell::number(*v)));
+            Row { cells, compare: Some(r.protocol.name().to_owned()), strong: false }
+        };
+        let mut sorted: Vec<&ResultRow> = self.rows.iter().collect();
+        sorted.sort_by_key(|r| r.protocol);
+        Table {
+            caption: self.caption.clone(),
+            columns,
+            rows: sorted.into_iter().map(row).collect(),
+            footnotes: self.footnotes.clone(),
+        }
+    }
+}
+
+fn protocols() -> Vec<(String, String)> {
+    [
+        ("forecast", "The model sees the initial state and nothing else, draws samples from its prior, and is judged on the whole trajectory. This is a prediction."),
+        ("reconstruction", "The encoder has seen the very trajectory that is then decoded. This shows what the latent variables can carry. It is not a prediction, and no forecast can be expected to reach it."),
+        ("floor", "The best that any predictor can do from the initial state, computed by Monte Carlo from the known law. What is drawn per trajectory and cannot be seen at the start, such as the restitution, no model can know: a forecast below the floor would be luck or a mistake."),
+    ]
+    .map(|(term, meaning)| (term.to_owned(), meaning.to_owned()))
+    .to_vec()
+}
+
+fn forecasts(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let models = distinct(&report.forecasts, |f| &f.model);
+    for channel in distinct(&report.forecasts, |f| &f.channel) {
+        let mut fans = Vec::new();
+        for trajectory in distinct(&report.forecasts, |f| &f.trajectory) {
+            let find = |model: &str| {
+                report
+                    .forecasts
+                    .iter()
+                    .find(|f| f.channel == channel && f.trajectory == trajectory && f.model == model)
+            };
+            fans.extend(models.iter().filter_map(|model| find(model)).map(|f| fan(f, tones.get(&f.model))));
+        }
+        // One range for all panels of a channel, so that they can be compared.
+        if let Some((low, high)) = extent(fans.iter().flat_map(Fan::values)).filter(|(low, high)| low < high)
+        {
+            let margin = (high - low) * 0.04;
+            for fan in &mut fans {
+                fan.y = fan.y.clone().with_domain(low - margin, high + margin);
+            }
+        }
+        if fans.is_empty() {
+            continue;
+        }
+        let legend_tone = match models.as_slice() {
+            [only] => tones.get(only),
+            _ => Tone::Muted,
+        };
+        blocks.push(Block::Heading(capitalised(channel)));
+        blocks.push(Block::Grid(Grid {
+            columns: if models.len() == 2 || models.len() == 4 { Columns::Two } else { Columns::Three },
+            legend: vec![LegendEntry::Fan(legend_tone)],
+            figures: fans.into_iter().map(Figure::from).collect(),
+            caption: format!("Forecasts of the {channel} from the initial state alone: median, 50 and 90 % bands of the samples, over the true trajectory."),
+        }));
+    }
+    blocks
+}
+
+fn fan(f: &Forecast, tone: Tone) -> Fan {
+    Fan {
+        title: format!("{}, {}", f.model, f.trajectory),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear(&f.channel, &f.unit),
+        tone,
+        t: f.t_s.clone(),
+        median: f.median.clone(),
+        lower50: f.lower50.clone(),
+        upper50: f.upper50.clone(),
+        lower90: f.lower90.clone(),
+        upper90: f.upper90.clone(),
+        truth: f.truth.clone(),
+        events: Vec::new(),
+        hide_legend: true,
+    }
+}
+
+fn methods(report: &BenchmarkReport) -> Vec<Block> {
+    if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] }
+}
+
+fn reproduce(report: &BenchmarkReport) -> Vec<Block> {
+    if report.reproduce.is_empty() {
+        return Vec::new();
+    }
+    vec![Block::Code { caption: String::new(), text: report.reproduce.join("\n") }]
+}

@@ -1,0 +1,146 @@
+//! The ball of a model file as the nets use it.
+
+use super::error::EngineError;
+use super::motion::Motion;
+use augsim_data::checks::Expected;
+use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
+use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
+use augsim_physics::model::{EffectBlock, Model};
+
+/// Kind of contacts that last.
+const CONTACT_KIND: &str = "contact-duration";
+
+/// State columns of a ball that moves up and down.
+pub(super) const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
+
+/// The exact engine of a model file for a ball that moves up and down, one step of the data at a time.
+///
+/// A state below the ground, which noise makes, counts as on the ground. A step of its own cannot know that a contact has
+/// begun before it, so single steps bounce in an instant where the model has contacts that last; a roll-out follows them.
+#[derive(Debug)]
+pub(super) struct ModelBall {
+    /// Seconds from one sample to the next.
+    step_s: f64,
+    expected: Expected,
+    left_out: Vec<String>,
+    contact_s: Option<f64>,
+    /// World and parameters of a roll-out.
+    whole: (World, Vec<f64>),
+    /// World and parameters of single steps.
+    step: (World, Vec<f64>),
+}
+
+impl ModelBall {
+    /// The engine of `model` with steps of `step_s` seconds.
+    pub fn new(model: &Model, step_s: f64) -> Result<Self, EngineError> {
+        if !(step_s > 0.0 && step_s.is_finite()) {
+            return Err(EngineError::Step { step_s });
+        }
+        if let Some((kind, what)) = model.effects.iter().find_map(hidden) {
+            return Err(EngineError::Hidden { kind: kind.to_owned(), what });
+        }
+        let world = |keep: &dyn Fn(&EffectBlock) -> bool| {
+            let effects = model.effects.iter().filter(|b| moves(b) && keep(b)).cloned().collect();
+            Model { effects, ..model.clone() }.world(Axes::Vertical)
+        };
+        let lasts = |b: &&EffectBlock| b.kind == CONTACT_KIND;
+        let contact = model.effects.iter().find(lasts).and_then(|b| b.parameters.first());
+        Ok(ModelBall {
+            step_s,
+            expected: Expected { gravity_m_s2: model.expected().gravity_m_s2, ..Expected::default() },
+            left_out: model.effects.iter().filter(|b| !moves(b)).map(|b| b.kind.clone()).collect(),
+            contact_s: contact.map(|tau| tau.nominal),
+            whole: world(&|_| true),
+            step: world(&|b| b.kind != CONTACT_KIND),
+        })
+    }
+}
+
+impl Motion for ModelBall {
+    fn columns(&self) -> Vec<&str> {
+        COLUMNS.to_vec()
+    }
+
+    fn step_s(&self) -> Option<f64> {
+        Some(self.step_s)
+    }
+
+    fn expected(&self) -> Expected {
+        self.expected
+    }
+
+    fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
+        let run = run(&self.step, state, &[self.step_s]);
+        (next[0], next[1]) = (run.positions[0][2], run.velocities[0][2]);
+    }
+
+    fn rollout(&self, start: &[f64], _: &[f64], time: usize) -> Vec<f64> {
+        let times: Vec<f64> = (0..time).map(|t| t as f64 * self.step_s).collect();
+        let run = run(&self.whole, start, &times);
+        let mut out: Vec<f64> =
+            run.positions.iter().zip(&run.velocities).flat_map(|(p, v)| [p[2], v[2]]).collect();
+        // The start is what was measured, also where that is below the ground.
+        out[..2].copy_from_slice(start);
+        out
+    }
+
+    fn left_out(&self) -> &[String] {
+        &self.left_out
+    }
+
+    fn contact_s(&self) -> Option<f64> {
+        self.contact_s
+    }
+}
+
+/// Positions and velocities at `times` from height and velocity at time zero.
+fn run((world, parameters): &(World, Vec<f64>), state: &[f64], times: &[f64]) -> Run<f64> {
+    let start = State { velocity: [0.0, 0.0, state[1]], ..State::at_rest(state[0].max(0.0)) };
+    let covariates = Covariates::default();
+    let throw =
+        Throw { world, parameters, start, covariates: &covariates, offsets: Offsets::None, velocities: true };
+    let mut run = Run::default();
+    simulate(&throw, times, &mut run);
+    run
+}
+
+/// Whether an effect changes the motion, and not at random.
+fn moves(block: &EffectBlock) -> bool {
+    block.kind != SCATTER_KIND && location(block) != Some(Location::Sensor)
+}
+
+fn location(block: &EffectBlock) -> Option<Location> {
+    match &block.table {
+        Some(table) => Some(table.target.location()),
+        None => spec_of(&block.kind).map(|s| s.location),
+    }
+}
+
+/// Kind of an effect that depends on more than height and velocity, and what that is.
+fn hidden(block: &EffectBlock) -> Option<(&str, &'static str)> {
+    if !moves(block) {
+        return None;
+    }
+    let what = match &block.table {
+        Some(table) => match table.against {
+            Against::Time => Some("the time since the release"),
+            Against::Clock => Some("the clock of the session"),
+            Against::Bounce => Some("the number of the bounce"),
+            Against::Slip | Against::Spin => Some("the spin"),
+            Against::X | Against::Y | Against::VelocityX | Against::TangentialSpeed => {
+                Some("motion along the ground")
+            }
+            Against::NormalSpeed | Against::Speed | Against::Z | Against::VelocityZ => None,
+        },
+        // What acts through another effect (a wind through the drag) shows in the height alone as well.
+        None if spec_of(&block.kind)?.joins.is_some() => None,
+        None => match spec_of(&block.kind)?.needs {
+            Needs::Horizontal | Needs::Slip | Needs::Lateral => Some("motion along the ground"),
+            Needs::Spin | Needs::SpinInSpace => Some("the spin"),
+            Needs::StartTime => Some("the clock of the session"),
+            Needs::AreaPerMass => Some("the ball's size and mass"),
+            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting => None,
+        },
+    };
+    what.map(|what| (block.kind.as_str(), what))
+}

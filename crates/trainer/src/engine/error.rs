@@ -1,0 +1,28 @@
+//! Why a model file gives no engine.
+
+use augsim_physics::model::ModelError;
+
+/// Why a model cannot be stepped.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// The step makes no sense.
+    #[error("a step of {step_s} s must be a positive number")]
+    Step {
+        /// The step; not a number where none is given.
+        step_s: f64,
+    },
+    /// A law that the states do not decide.
+    #[error(
+        "effect `{kind}` depends on {what}, which height and velocity do not tell; take it out of the model file, or \
+         find a model without it (`discover`)"
+    )]
+    Hidden {
+        /// Kind of the effect.
+        kind: String,
+        /// What it depends on.
+        what: &'static str,
+    },
+    /// The text is no model file.
+    #[error(transparent)]
+    Model(#[from] Box<ModelError>),
+}

@@ -1,0 +1,81 @@
+//! The analytical model as the nets use it: one step at a time, or rolled out from the first state.
+
+mod ball;
+mod bullet;
+mod error;
+mod motion;
+mod push;
+mod system;
+
+pub use error::EngineError;
+pub(crate) use push::ModelPush;
+pub use system::SystemEngine;
+
+use augsim_data::checks::Expected;
+use augsim_physics::ball::bullet::BulletBall;
+use augsim_physics::model::ModelFile;
+use motion::Motion;
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+
+/// A physics engine: the f_p of the paper (section II). Kept in the run's configuration and checkpoint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Engine {
+    /// PyBullet's stepping scheme for a ball on flat ground.
+    PybulletBall(BulletBall),
+    /// The system of a model file.
+    Model(SystemEngine),
+}
+
+impl Engine {
+    /// The engine of a model file; `step_s` as [`SystemEngine::new`] takes it.
+    ///
+    /// # Errors
+    /// As [`SystemEngine::new`].
+    pub fn of(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
+        SystemEngine::new(file, step_s).map(Engine::Model)
+    }
+
+    fn motion(&self) -> &dyn Motion {
+        match self {
+            Engine::PybulletBall(ball) => ball,
+            Engine::Model(system) => system.motion(),
+        }
+    }
+
+    /// Names of the state columns, with units.
+    pub fn columns(&self) -> Vec<&str> {
+        self.motion().columns()
+    }
+
+    /// Names of the action columns, with units; none where nobody acts.
+    pub fn action_columns(&self) -> Vec<&str> {
+        self.motion().action_columns()
+    }
+
+    /// What the engine expects of the data that it is trained on: its gravity, where a ball falls.
+    pub fn expected(&self) -> Expected {
+        self.motion().expected()
+    }
+
+    /// Seconds from one state to the next, where the engine has a step of its own: that of the data must be the same.
+    pub fn step_s(&self) -> Option<f64> {
+        self.motion().step_s()
+    }
+
+    /// State one step after `state`, while the actions go from `from` to `to` (both empty without actions).
+    pub fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
+        self.motion().step(state, from, to, next);
+    }
+
+    /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
+    pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
+        self.motion().rollout(start, actions, time)
+    }
+
+    /// The pushing, where a rod pushes an object: contacts are what features of its path are made of.
+    pub(crate) fn pushing(&self) -> Option<&ModelPush> {
+        (self.motion() as &dyn Any).downcast_ref()
+    }
+}

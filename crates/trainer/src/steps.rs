@@ -1,0 +1,146 @@
+//! What the nets read and give where single physics steps are corrected; the paper's nets give states outright.
+
+use crate::engine::Engine;
+use crate::prepared::Prepared;
+use crate::scales::{Scales, positive};
+use crate::sequences::{Sequence, Sequences};
+use crate::settings::Recipe;
+
+/// How fast the compressed features grow: about a thousandth of the states' spread stays visible.
+const FINE: f64 = 500.0;
+
+/// Size of the smallest physics step that corrections are measured against, in units of the root mean
+/// square step: at an apex or at rest the physics hardly moves, but may still be wrong.
+const QUIET: f64 = 0.05;
+
+/// Fits all scales on a training set.
+pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
+    let s = train.state_dim();
+    let mut next = vec![0.0; s];
+    let (mut n, mut sum, mut sum2) = (0.0, vec![0.0; s], vec![0.0; s]);
+    let (mut step, mut pairs) = (vec![0.0; s], 0.0);
+    for q in &train.items {
+        for t in 0..q.time {
+            let now = q.state(t);
+            n += 1.0;
+            for j in 0..s {
+                sum[j] += now[j];
+                sum2[j] += now[j] * now[j];
+            }
+            if t + 1 < q.time {
+                engine.step(now, q.action(t), q.action(t + 1), &mut next);
+                pairs += 1.0;
+                for j in 0..s {
+                    step[j] += (next[j] - now[j]).powi(2);
+                }
+            }
+        }
+    }
+    let mean: Vec<f64> = sum.iter().map(|v| v / n).collect();
+    let rms =
+        |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / pairs).sqrt(), 0.0)).collect() };
+    let sd = sum2.iter().zip(&mean).map(|(v, m)| positive((v / n - m * m).max(0.0).sqrt(), 0.0)).collect();
+    let mut scales = Scales { sd, mean, step: rms(step), correction: vec![1.0; s] };
+    let mut correction = vec![0.0; s];
+    for q in &train.items {
+        for t in 0..q.time - 1 {
+            let (now, after) = (q.state(t), q.state(t + 1));
+            engine.step(now, q.action(t), q.action(t + 1), &mut next);
+            for j in 0..s {
+                correction[j] += ((after[j] - next[j]) / scales.unit(j, now, &next)).powi(2);
+            }
+        }
+    }
+    scales.correction = rms(correction);
+    scales
+}
+
+impl Scales {
+    /// Unit in which column `j`'s correction of a physics step from `now` to `next` is measured: it grows
+    /// with how far the physics moves, so that a wrong restitution and a wrong drag are of one size.
+    pub(crate) fn unit(&self, j: usize, now: &[f64], next: &[f64]) -> f64 {
+        self.correction[j] * ((next[j] - now[j]).abs() / self.step[j] + QUIET)
+    }
+
+    /// Features of one physics step from `now` to `next`, written to `out`: both states in standard
+    /// units, both compressed by asinh so that what happens near zero (a ball about to rest) stays
+    /// visible, and the step in its own unit.
+    pub(crate) fn write_features(&self, now: &[f64], next: &[f64], out: &mut [f32]) {
+        for j in 0..now.len() {
+            let fine = |v: f64| ((FINE * v / self.sd[j]).asinh() / 4.0) as f32;
+            let features = [
+                ((now[j] - self.mean[j]) / self.sd[j]) as f32,
+                ((next[j] - self.mean[j]) / self.sd[j]) as f32,
+                fine(now[j]),
+                fine(next[j]),
+                ((next[j] - now[j]) / self.step[j]) as f32,
+            ];
+            out[5 * j..5 * (j + 1)].copy_from_slice(&features);
+        }
+    }
+}
+
+/// Width of a condition row.
+pub(crate) fn width(recipe: Recipe, state: usize) -> usize {
+    match recipe {
+        Recipe::Neural => state,
+        Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
+        // As many as `write_features` gives.
+        Recipe::HybridPlus | Recipe::NeuralPlus => 5 * state,
+    }
+}
+
+/// What `recipe` reads of a whole trajectory.
+pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequence) -> Prepared {
+    let s = q.states.len() / q.time;
+    match recipe {
+        Recipe::Neural | Recipe::Hybrid | Recipe::HybridStandardised => {
+            let u = conditions(recipe, engine, scales, q.state(0), &q.actions, q.time);
+            let mut x: Vec<f32> = q.states.iter().map(|v| *v as f32).collect();
+            if recipe == Recipe::HybridStandardised {
+                scales.standardise(&mut x);
+            }
+            Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
+        }
+        Recipe::HybridPlus | Recipe::NeuralPlus => {
+            let (rows, u_width) = (q.time - 1, width(recipe, s));
+            let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
+            let mut next = vec![0.0; s];
+            for (t, u) in u.chunks_exact_mut(u_width).enumerate() {
+                engine.step(q.state(t), q.action(t), q.action(t + 1), &mut next);
+                scales.write_features(q.state(t), &next, u);
+                let after = q.state(t + 1);
+                x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.unit(j, q.state(t), &next)) as f32));
+            }
+            Prepared { time: rows, x_width: s, u_width, x, u }
+        }
+    }
+}
+
+/// Conditions `[time, U]` of the paper's nets, from the first state alone: s_0, and for Hybrid the
+/// physics roll-out.
+pub(crate) fn conditions(
+    recipe: Recipe,
+    engine: &Engine,
+    scales: &Scales,
+    start: &[f64],
+    actions: &[f64],
+    time: usize,
+) -> Vec<f32> {
+    let s = start.len();
+    let path = match recipe {
+        Recipe::Neural => Vec::new(),
+        _ => engine.rollout(start, actions, time),
+    };
+    let mut u = Vec::with_capacity(time * 2 * s);
+    for t in 0..time {
+        u.extend(start.iter().map(|v| *v as f32));
+        if !path.is_empty() {
+            u.extend(path[t * s..(t + 1) * s].iter().map(|v| *v as f32));
+        }
+    }
+    if recipe == Recipe::HybridStandardised {
+        scales.standardise(&mut u);
+    }
+    u
+}
