@@ -95,6 +95,9 @@ fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
             }
         }
     }
+    if p == 0 {
+        return None;
+    }
     let reduced = Reduced::of(problem, &normal, 0.0)?;
     let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
     let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
@@ -134,7 +137,9 @@ fn outcome(
     if let Some(reduced) = Reduced::of(problem, &fit.normal, 0.0) {
         let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
         let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
-        if let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) {
+        if p > 0
+            && let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower)
+        {
             let (values, vectors) = (eigen.S(), eigen.U());
             let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
             let told: Vec<usize> = (0..p).filter(|k| values[*k] > UNTOLD * largest).collect();

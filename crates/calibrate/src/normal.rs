@@ -4,8 +4,11 @@ use crate::windows::{Problem, Shot};
 use augsim_physics::system::{Offsets, Seed, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
-/// Misfits beyond this many of their root mean square count in proportion and not by their square.
+/// Misfits beyond this many of their scale count in proportion and not by their square.
 const KNEE: f64 = 4.0;
+
+/// Standard deviation of normal numbers in the median of their sizes.
+const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 
 /// One window's part: square matrices in rows.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +26,8 @@ pub(crate) struct Part {
     pub cost: f64,
     /// Sums of squared misfits and counts, by channel.
     pub squares: Vec<(f64, usize)>,
+    /// Sizes of the misfits of each channel, with the slopes alone.
+    pub sizes: Vec<Vec<f64>>,
     /// Sums of products of neighbouring misfits over their scale, and of their squares.
     pub neighbours: (f64, f64),
 }
@@ -43,6 +48,23 @@ impl Normal {
             (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX)).max(1.0)).sqrt()
         };
         (0..channels).map(of).collect()
+    }
+
+    /// Scale of the misfits of each channel, in its unit: by their median, so that a few wild samples do not stretch it, but
+    /// at least a quarter of their root mean square, because where a system rests most misfits are next to nothing.
+    pub fn scales(&self, channels: usize) -> Vec<f64> {
+        let rms = self.rms(channels);
+        let scale = |(channel, rms): (usize, f64)| {
+            let mut sizes: Vec<f64> =
+                self.parts.iter().filter_map(|p| p.sizes.get(channel)).flatten().copied().collect();
+            let middle = sizes.len() / 2;
+            if sizes.is_empty() {
+                return rms;
+            }
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            (OF_MEDIAN * *median).max(0.25 * rms)
+        };
+        rms.into_iter().enumerate().map(scale).collect()
     }
 
     /// Number of measured values.
@@ -107,6 +129,7 @@ impl Problem<'_> {
             g: vec![0.0; p],
             h: vec![0.0; n],
             squares: vec![(0.0, 0); channels],
+            sizes: vec![Vec::new(); if with_slopes { channels } else { 0 }],
             ..Part::default()
         };
         let record = &self.records[shot.record];
@@ -129,6 +152,9 @@ impl Problem<'_> {
                     if scaled.abs() > KNEE { KNEE * (2.0 * scaled.abs() - KNEE) } else { scaled * scaled };
                 part.squares[channel].0 += misfit * misfit;
                 part.squares[channel].1 += 1;
+                if with_slopes {
+                    part.sizes[channel].push(misfit.abs());
+                }
                 if let Some(before) = before {
                     part.neighbours.0 += scaled * before;
                     part.neighbours.1 += scaled * scaled;

@@ -1,4 +1,4 @@
-//! What a calibration gives.
+//! Results of a calibration: values, their errors, starts, and the lengths of windows on the way.
 
 use augsim_physics::system::SimulationError;
 use thiserror::Error;

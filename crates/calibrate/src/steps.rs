@@ -12,12 +12,14 @@ const MOST_STEPS: usize = 60;
 pub(crate) const SETTLED: f64 = 1e-8;
 /// The same for windows on the way to longer ones: their values are a beginning.
 pub(crate) const ROUGHLY_SETTLED: f64 = 1e-4;
+/// Share of the cost that rounding may add to a step that changes nothing.
+const ROUNDING: f64 = 1e-10;
 /// Damping that no fit comes back from.
 const MOST_DAMPING: f64 = 1e12;
 /// Share of a diagonal that is always added: a start state that a short window does not show has no curvature.
 const RIDGE: f64 = 1e-12;
 
-/// Where a fit ended.
+/// The end of a fit.
 #[derive(Debug)]
 pub(crate) struct Fit {
     pub values: Vec<f64>,
@@ -28,7 +30,7 @@ pub(crate) struct Fit {
 }
 
 impl Problem<'_> {
-    /// Fits from `values` and the starts of `shots`. The scale of misfits is set to their root mean square on the way.
+    /// Fits from `values` and the starts of `shots`. The scale of misfits is set by their median on the way.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the beginning.
@@ -53,12 +55,13 @@ impl Problem<'_> {
         let mut damping = 1e-3;
         let mut converged = false;
         let mut steps = 0;
-        // Twice: misfits are large before the first fit, and what is an outlier shows after it.
-        for _ in 0..2 {
-            let rms = normal.rms(channels);
-            for (channel, (sd, rms)) in self.sd.iter_mut().zip(rms).enumerate() {
+        // Misfits are large before the first fit, and what is an outlier shows after it: twice for a fit that counts.
+        let rounds = if settled < ROUGHLY_SETTLED { 2 } else { 1 };
+        for _ in 0..rounds {
+            let scales = normal.scales(channels);
+            for (channel, (sd, scale)) in self.sd.iter_mut().zip(scales).enumerate() {
                 let floor = (1e-9 * *sd).max(f64::MIN_POSITIVE);
-                *sd = known.get(channel).copied().flatten().unwrap_or(rms).max(floor);
+                *sd = known.get(channel).copied().flatten().unwrap_or(scale).max(floor);
             }
             normal = self.normal(&values, &shots, true)?;
             converged = false;
@@ -68,23 +71,20 @@ impl Problem<'_> {
                     damping *= 10.0;
                     continue;
                 };
-                let trial = match self.normal(&moved, &starts, false) {
-                    Ok(trial) if trial.cost.is_finite() => trial.cost,
-                    _ => f64::INFINITY,
-                };
-                if trial > normal.cost {
-                    // Beyond rounding nothing is left to gain.
-                    if trial - normal.cost < 1e-10 * normal.cost {
-                        converged = true;
-                        break;
-                    }
+                // With derivatives at once: most steps are taken, and then these are the next equations.
+                let trial = self.normal(&moved, &starts, true).ok().filter(|t| t.cost.is_finite());
+                let Some(trial) = trial.filter(|t| t.cost <= normal.cost * (1.0 + ROUNDING)) else {
                     damping *= 5.0;
                     continue;
+                };
+                let gain = normal.cost - trial.cost;
+                if gain <= 0.0 {
+                    // Beyond rounding nothing is left to gain.
+                    converged = true;
+                    break;
                 }
-                let gain = normal.cost - trial;
                 let is_settled = gain <= settled * normal.cost;
-                (values, shots) = (moved, starts);
-                normal = self.normal(&values, &shots, true)?;
+                (values, shots, normal) = (moved, starts, trial);
                 damping = (damping * 0.2).max(1e-12);
                 if is_settled {
                     converged = true;

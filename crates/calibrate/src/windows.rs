@@ -11,7 +11,7 @@ pub(crate) struct Shot {
     pub start: Vec<f64>,
 }
 
-/// What is fitted, and to what.
+/// Parameters and starts to fit, and the records that they are fitted to.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub system: &'a dyn System,

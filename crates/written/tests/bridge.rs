@@ -243,3 +243,30 @@ fn what_was_found_is_written_and_read_back() {
         "the data have no column `angle_rad`, an output of the model; rename one, or take it out of the model"
     );
 }
+
+#[test]
+fn a_tuned_system_and_its_measured_model_are_one() {
+    let declared = system("servo", 4);
+    let mut record = record(&declared);
+    let [clock, driven] = [record.inputs[0].times.clone(), record.inputs[0].values[0].clone()];
+    declared.prepare(&mut record, &[]).expect("a record");
+    assert_eq!(record.inputs[0].times, clock);
+    assert_eq!(record.inputs[0].values[0], driven, "the first column of a prepared input is the input");
+    let records = [record];
+    let tuned = declared.with_windows(Some(0.5)).tuned(&records).expect("steps are found");
+    let opened = tuned.measured(&records).open(&|_| true).expect("a system");
+    let parameters: Vec<f64> = tuned.parameters().iter().map(|p| p.nominal).collect();
+    let task = Task {
+        parameters: &parameters,
+        record: &records[0],
+        window: 0..190,
+        start: &[0.1, 0.5],
+        offsets: Offsets::None,
+        seeds: &[Seed::Parameter(0), Seed::Start(1)],
+    };
+    assert_eq!(bytes(&run(&tuned, &task)), bytes(&run(&*opened, &task)));
+    let coulomb = opened.library().iter().position(|e| e.kind == "coulomb").expect("in the library");
+    let typical = opened.library()[coulomb].parameters[0].typical;
+    assert!(typical > 0.0 && typical != 1.0, "sizes are those of the record: {typical}");
+    assert_eq!(opened.null_points(coulomb).len(), 3, "widths stand on a grid");
+}

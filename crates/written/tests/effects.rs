@@ -71,7 +71,8 @@ fn every_candidate_of_every_example_vanishes_at_its_null() {
         let system = compiled(&model);
         let parameters = model.nominals();
         let window = Window { record: &record, first: 0, last: 59, start: &start, parameters: &parameters };
-        let plain = system.simulate(&[window.clone()], &[], &OPTIONS).remove(0).expect("it moves");
+        let plain =
+            system.simulate(std::slice::from_ref(&window), &[], &OPTIONS).remove(0).expect("it moves");
         let scales = Scales::of(&system, &[window], &OPTIONS);
         let all = candidates(&model).unwrap_or_else(|e| panic!("{e}"));
         assert!(all.len() > 15, "{name} has {} candidates", all.len());

@@ -253,3 +253,10 @@ fn the_five_examples_read_and_compile() {
         System::compile(&model, &active).unwrap_or_else(|e| panic!("{e}"));
     }
 }
+
+#[test]
+fn whole_numbers_are_those_of_toml() {
+    assert!(with("nominal = 0.153", "nominal = 99999999999999999999").contains("must be a finite number"));
+    let text = example("pendulum").expect("an example").replace("max = 10.0", "max = 0x10");
+    assert_eq!(model::parse(&text, "pendulum.toml").expect("a model").parameters[2].max, 16.0);
+}

@@ -13,7 +13,7 @@ use std::fmt::Write;
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
 
-/// What `fit` found.
+/// Results of `fit`.
 #[derive(Debug, Serialize)]
 struct Answer {
     schema: &'static str,

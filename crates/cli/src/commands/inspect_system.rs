@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// What a data set is to a model.
+/// A data set seen by a model: its columns with their roles, and the others.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     trajectories: usize,

@@ -19,7 +19,7 @@ pub const TELLING: f64 = 0.05;
 pub struct Fitted {
     /// The model with the values that were found, and the hold of its inputs.
     pub model: Model,
-    /// What the fit says.
+    /// Values, errors and windows of the fit.
     pub calibration: Calibration,
     /// Misfit of every hold that was tried, in that of the best.
     pub holds: Vec<(Hold, f64)>,
@@ -108,7 +108,9 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
         p.nominal = *value;
         p.ci95 = error
             .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
-            .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error]);
+            .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error])
+            // Data without noise leave no interval that could be written.
+            .filter(|[low, high]| low < high);
     }
     for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
         // Weighted by what each record says of it.

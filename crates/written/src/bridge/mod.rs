@@ -40,7 +40,7 @@ pub struct WrittenSystem {
     /// Seconds that a window of a fit lasts; whole records without it.
     window_s: Option<f64>,
     parameters: Vec<Parameter>,
-    /// Where each of these stands among the parameters of the model.
+    /// Place of each of these among the parameters of the model.
     places: Vec<usize>,
     laws: Vec<Law>,
     /// Values that fits of declared parameters begin at; empty: the nominal ones.
@@ -125,7 +125,7 @@ impl WrittenSystem {
         &self.options
     }
 
-    /// What stands behind an effect of the library.
+    /// The candidate behind an effect of the library.
     pub fn candidate(&self, effect: usize) -> Option<&Candidate> {
         self.candidates.get(effect)
     }

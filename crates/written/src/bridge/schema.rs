@@ -89,7 +89,7 @@ fn shows(model: &Model, output: usize, state: usize) -> bool {
     matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
 }
 
-/// What a table may depend on, each by a text that is an expression of the model.
+/// Quantities that a table may depend on, each by a text that is an expression of the model.
 fn features(model: &Model) -> Vec<Quantity> {
     let text = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let declared = model.states.iter().take(model.declared_states());

@@ -1,4 +1,4 @@
-//! What data say about how a system is to be simulated: steps, widths of jumps, the time constant, sizes.
+//! Settings of a simulation that data decide: steps, widths of jumps, the time constant, sizes.
 
 use super::WrittenSystem;
 use super::records::Scene;

@@ -130,7 +130,7 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
         if !broken(&index) {
             continue;
         }
-        let text = |i: usize| without_brackets(tree.text_of(i)).to_owned();
+        let text = |i: usize| augsim_data::shown(without_brackets(tree.text_of(i)));
         return Some(match &node.kind {
             Kind::Divide(a, b) if !broken(a) && values[*b] == 0.0 => {
                 format!("division by `{}` = 0", text(*b))

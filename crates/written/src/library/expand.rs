@@ -24,11 +24,11 @@ pub struct Candidate {
     pub formula: String,
     /// Its parameters.
     pub parameters: Vec<CandidateParameter>,
-    /// What the same term may stand for.
+    /// Other explanations that the same term may stand for.
     pub stands_for: Vec<String>,
     /// Kinds that describe the same thing.
     pub excludes: Vec<String>,
-    /// Where it is from.
+    /// Origin of the law.
     pub source: String,
     pub(super) states: Vec<DraftState>,
     pub(super) changes: Vec<(DraftTarget, String)>,
@@ -56,9 +56,9 @@ pub struct CandidateParameter {
     pub null: f64,
     /// A usual size, where one is known.
     pub typical: Option<f64>,
-    /// Where fits of an inner parameter begin.
+    /// Values at which fits of an inner parameter begin.
     pub grid: Vec<f64>,
-    /// Where scans of a threshold begin.
+    /// Values at which scans of a threshold begin.
     pub scan: Vec<f64>,
     pub(super) of: Option<String>,
 }

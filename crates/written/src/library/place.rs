@@ -1,4 +1,4 @@
-//! Where in a model a row may stand: force and flow equations, inputs, outputs, parameters.
+//! Places of a model at which a row may stand: force and flow equations, inputs, outputs, parameters.
 
 use crate::model::{Model, Target};
 use crate::text::{Kind, Symbol, Tree};

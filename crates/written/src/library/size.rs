@@ -3,7 +3,7 @@
 use crate::model::Model;
 use augsim_data::{Dimensions, Unit};
 
-/// What a name of a row stands for.
+/// Text of the model that a name of a row stands for.
 pub(super) fn meant(name: &str, names: &[(&'static str, String)]) -> String {
     names.iter().find(|(n, _)| *n == name).map_or_else(|| name.to_owned(), |(_, text)| text.clone())
 }

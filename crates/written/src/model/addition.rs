@@ -1,4 +1,4 @@
-//! What a model has beyond its equations: terms of effects that were found or that are tried, as extra expressions.
+//! Terms of a model beyond its equations: those of effects that were found or that are tried, as extra expressions.
 
 use super::{Expression, Model, Parameter, State};
 use crate::error::{Excerpt, Fault, ModelError, Place};
@@ -48,7 +48,7 @@ impl How {
 /// One change of the equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// What it changes.
+    /// The place that it changes.
     pub target: Target,
     /// How.
     pub how: How,
@@ -69,7 +69,7 @@ pub struct Addition {
     pub parameters: Range<usize>,
     /// Its states among those of the model.
     pub states: Range<usize>,
-    /// What it does.
+    /// Its changes of the equations.
     pub changes: Vec<Change>,
     /// Other forms that fit as well, as a search wrote them.
     pub also_fits: Vec<String>,
@@ -92,7 +92,7 @@ pub struct Draft {
     pub parameters: Vec<Parameter>,
     /// Its states: name, rate, and the value that it begins with.
     pub states: Vec<DraftState>,
-    /// What it does: target, how, and the text of the expression.
+    /// Its changes: target, how, and the text of the expression.
     pub changes: Vec<(DraftTarget, String)>,
     /// See [`Addition`].
     pub also_fits: Vec<String>,
@@ -102,7 +102,7 @@ pub struct Draft {
     pub line: usize,
 }
 
-/// What a text changes, and how.
+/// The place that a text changes, and how.
 pub type DraftTarget = (Target, How);
 
 /// A state that an effect brings along.

@@ -20,17 +20,17 @@ pub struct Row {
     pub how: How,
     /// The expression, in the row's names and those of the model.
     pub expression: String,
-    /// What it adds to the second equation of a pair.
+    /// Expression that it adds to the second equation of a pair.
     pub other: Option<String>,
     /// States that it brings along.
     pub states: Vec<DraftState>,
     /// Its parameters.
     pub parameters: Vec<RowParameter>,
-    /// What the same term may stand for.
+    /// Other explanations that the same term may stand for.
     pub stands_for: Vec<String>,
     /// Kinds that describe the same thing.
     pub excludes: Vec<String>,
-    /// Where it is from.
+    /// Origin of the law.
     pub source: String,
     /// File and line of the block.
     pub place: (String, usize),
@@ -43,7 +43,7 @@ pub struct RowParameter {
     pub name: String,
     /// Unit, where `unit` or the name states one.
     pub unit: Option<Unit>,
-    /// What its numbers are multiples of.
+    /// Quantity that its numbers are multiples of.
     pub of: Option<String>,
     /// Whether it stays where it begins.
     pub frozen: bool,
@@ -55,9 +55,9 @@ pub struct RowParameter {
     pub null: Option<f64>,
     /// A usual size.
     pub typical: Option<f64>,
-    /// Where fits of an inner parameter begin.
+    /// Values at which fits of an inner parameter begin.
     pub grid: Vec<f64>,
-    /// Where scans of a threshold begin.
+    /// Values at which scans of a threshold begin.
     pub scan: Vec<f64>,
 }
 

@@ -131,7 +131,10 @@ impl<'r, 't> Item<'r, 't> {
     pub(crate) fn maybe_number(&self) -> Option<f64> {
         let text = match self.value.get_ref() {
             DeValue::Float(f) => f.as_str(),
-            DeValue::Integer(i) => i.as_str(),
+            // Beyond 64 bits there are no whole numbers in TOML, and 0x10 is 16.
+            DeValue::Integer(i) => {
+                return i64::from_str_radix(i.as_str(), i.radix()).ok().map(|whole| whole as f64);
+            }
             _ => return None,
         };
         text.parse::<f64>().ok().filter(|x| x.is_finite())

@@ -3,7 +3,7 @@
 
 use super::Model;
 use crate::text::{Function, Kind, Problem, Side, Symbol, Tree};
-use augsim_data::{Dimensions, Unit};
+use augsim_data::{Dimensions, Unit, shown};
 use std::ops::Range;
 
 /// Dimension of an expression, where it can be decided. A number takes the dimension that it needs.
@@ -18,7 +18,7 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
             (Some(x), Some(y)) if x != y => {
                 let side = |node: usize, dimensions| {
                     let unit = unit_of(model, tree, node, dimensions);
-                    Box::new(Side { unit, text: tree.text_of(node).into() })
+                    Box::new(Side { unit, text: shown(tree.text_of(node)) })
                 };
                 let problem = Problem::Units { verb, sign, left: side(*a, x), right: side(*b, y) };
                 Err((problem, tree.nodes[index].span.clone()))

@@ -1,7 +1,7 @@
 //! `augsim simulate MODEL.toml`: a system of equations.
 
-use super::prepared;
 use crate::args::Simulate;
+use crate::destination::data_file;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::written::{self, fit, records, unit_text};
@@ -47,10 +47,10 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
         );
         return Err(Usage(text).into());
     }
-    let (out, []) = prepared(args.out.as_deref(), "out/system.csv", [])?;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out/system.csv"));
     let mut inputs = vec![model];
     inputs.extend(args.like.as_deref());
-    inputs.iter().try_for_each(|_| crate::destination::check_file(&out, &inputs))?;
+    data_file(&out, &[], &inputs)?;
     let mut model = written::read(model)?;
     model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
     let list = match &args.like {
