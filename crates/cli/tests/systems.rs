@@ -170,3 +170,63 @@ fn data_are_inspected_by_the_columns_of_a_model() {
         "{text}"
     );
 }
+
+/// Ten swings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and, beside it, quadratic friction `c`; noise of
+/// 2 mrad from a sum of congruential numbers.
+fn swings(c: f64) -> String {
+    let mut state: u64 = 7;
+    let mut noise = || {
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        // Twelve uniform numbers have the variance 1.
+        0.002 * ((0..12).map(|_| draw()).sum::<f64>() - 6.0)
+    };
+    let rates = |[x, v]: [f64; 2]| [v, -9.81 / 0.153 * x.sin() - 0.05 * v - c * v.abs() * v];
+    let mut text = String::from("trajectory,t_s,angle_rad\n");
+    for j in 0..10 {
+        let mut state = [0.3 + 0.12 * f64::from(j), 0.0];
+        for k in 0..400 {
+            text += &format!("{j},{:.2},{:.6}\n", f64::from(k) * 0.01, state[0] + noise());
+            for _ in 0..10 {
+                // The midpoint rule at a millisecond: an error far below the noise.
+                let half = rates(state);
+                let middle = rates([state[0] + 0.0005 * half[0], state[1] + 0.0005 * half[1]]);
+                state = [state[0] + 0.001 * middle[0], state[1] + 0.001 * middle[1]];
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn what_a_pendulum_lacks_is_found_named_and_can_be_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    std::fs::write(d.join("drag.csv"), swings(0.02)).unwrap();
+    let found = json(&["discover", "pendulum.toml", "drag.csv", "--out", "found", "--json"], d);
+    assert_eq!(found["verdict"], "explained", "{}", found["sentence"]);
+    let effect = &found["effects"][0];
+    assert_eq!(effect["kind"], "quadratic-damping");
+    let c = &effect["parameters"]["c"];
+    let bounds = [&c["ci95"][0], &c["ci95"][1]].map(|v| v.as_f64().expect("a number"));
+    assert!(bounds[0] < 0.02 && 0.02 < bounds[1] && bounds[1] - bounds[0] < 0.004, "{c}");
+    // The augmented file is a model like any other.
+    let rmse = |model: &str| {
+        let args = ["evaluate", model, "--data", "drag.csv", "--burn-in", "20", "--json"];
+        json(&args, d)["rows"][0]["rmse"].as_f64().expect("a number")
+    };
+    assert!(rmse("found/model.toml") < 0.2 * rmse("pendulum.toml"));
+}
+
+#[test]
+fn a_pendulum_that_lacks_nothing_gets_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    std::fs::write(d.join("plain.csv"), swings(0.0)).unwrap();
+    let found = json(&["discover", "pendulum.toml", "plain.csv", "--out", "found", "--json"], d);
+    assert_eq!(found["verdict"], "nothing-to-add", "{}", found["sentence"]);
+}

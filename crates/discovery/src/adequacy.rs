@@ -70,7 +70,8 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
     let bonferroni = |list: &[Score]| {
         let worst =
             list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
-        (worst * list.len() as f64).min(1.0)
+        // Without a test nothing speaks against the fit.
+        (worst * list.len().max(1) as f64).min(1.0)
     };
     let candidates = laws(sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);

@@ -272,12 +272,14 @@ fn sentence(
     let error = &parts.error;
     let schema = parts.search.train.data.system.schema();
     let (unit, scale) = schema.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1));
+    let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
+    // Two decimals, or three digits of the smallest where it is less.
+    let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
+    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
+    let [before, after, floor] = rows;
     let gain = format!(
-        "error on held-out {} {:.2} {unit} after calibration, {:.2} {unit} with it, noise floor {:.2} {unit}",
-        schema.record[1],
-        scale * error.calibrated.rmse,
-        scale * error.augmented.rmse,
-        scale * error.noise_floor.rmse
+        "error on held-out {} {before:.d$} {unit} after calibration, {after:.d$} {unit} with it, noise floor {floor:.d$} {unit}",
+        schema.record[1]
     );
     let law = unexplained.as_ref().map_or_else(
         || "the residual has structure that no law of one feature describes".to_string(),
