@@ -254,7 +254,8 @@ fn a_tuned_system_and_its_measured_model_are_one() {
     assert_eq!(record.inputs[0].values[0], driven, "the first column of a prepared input is the input");
     let records = [record];
     let tuned = declared.with_windows(Some(0.5)).tuned(&records).expect("steps are found");
-    let opened = tuned.measured(tuned.model().clone(), &records).expect("a model").open(&|_| true).expect("a system");
+    let measured = tuned.measured(tuned.model().clone(), &records).expect("a measured model");
+    let opened = measured.open(&|_| true).expect("a system");
     let parameters: Vec<f64> = tuned.parameters().iter().map(|p| p.nominal).collect();
     let task = Task {
         parameters: &parameters,

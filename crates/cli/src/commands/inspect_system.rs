@@ -27,8 +27,8 @@ struct Seen {
     rate_hz: f64,
     least: f64,
     most: f64,
-    /// Samples at the largest or the smallest value, where they are many: a limit of the sensor.
-    at_limit: Option<usize>,
+    /// The largest or the smallest value, where many samples stand at it, and how many: a limit of the sensor.
+    at_limit: Option<(f64, usize)>,
     /// Smallest difference of two values that all others are multiples of.
     step: Option<f64>,
 }
@@ -60,7 +60,7 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let at = |end: f64| values.iter().filter(|v| **v == end).count();
-        let limit = at(least).max(at(most));
+        let (limit, standing) = if at(least) > at(most) { (least, at(least)) } else { (most, at(most)) };
         let is_output = model.outputs.iter().any(|o| o.name == column.name());
         Seen {
             name: column.name().to_owned(),
@@ -70,7 +70,8 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
             rate_hz: 1.0 / step,
             least,
             most,
-            at_limit: (is_output && limit >= PLATEAU && limit * 5 < values.len()).then_some(limit),
+            at_limit: (is_output && standing >= PLATEAU && standing * 5 < values.len())
+                .then_some((limit, standing)),
             step: is_output.then(|| quantisation(&values)).flatten(),
         }
     };
@@ -116,11 +117,10 @@ impl fmt::Display for Inspection {
                 "  {:<6} {:<24} {} values at {:.4} Hz, {:.4e} to {:.4e}{unit}",
                 c.role, c.name, c.values, c.rate_hz, c.least, c.most
             )?;
-            if let Some(count) = c.at_limit {
-                let (least, most) = (c.least, c.most);
+            if let Some((limit, count)) = c.at_limit {
                 writeln!(
                     f,
-                    "    {count} readings stand at an end: range = [{least}, {most}] would mark them as saturated"
+                    "    {count} readings stand at {limit}{unit}: a range that ends there marks them as saturated"
                 )?;
             }
             if let Some(step) = c.step {
