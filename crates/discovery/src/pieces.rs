@@ -8,13 +8,11 @@ const LENGTHS: [usize; 5] = [12, 24, 48, 96, 192];
 /// Ratio of the misfit of polynomials to that over the shortest stretches from which on the motion is no longer smooth.
 const SMOOTH: f64 = 1.3;
 
-/// Cuts the pieces of records that are one piece from end to end into stretches over which polynomials follow every channel
-/// as well as over the shortest. Gives whether polynomials follow the motion at all: samples may be too few for that, and then
+/// Cuts records whose system names no pieces into stretches over which polynomials follow every channel as well as over the
+/// shortest. Gives whether polynomials follow the motion at all: samples may be too few for that, and then
 /// what they leave is no noise of the sensor.
 pub(crate) fn find(data: &mut Measured) -> bool {
-    let whole =
-        |r: &crate::record::Record| r.seen.pieces.len() == 1 && r.seen.pieces[0].len() == r.seen.times.len();
-    if !data.records.iter().all(whole) {
+    if data.records.iter().any(|r| !r.seen.pieces.is_empty()) {
         return true;
     }
     let mut best = LENGTHS[0];

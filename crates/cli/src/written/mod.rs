@@ -15,13 +15,14 @@ pub fn is_model(path: &Path) -> bool {
     struct Head {
         scenario: Option<String>,
     }
-    let head = std::fs::read_to_string(path).ok().and_then(|text| toml::from_str::<Head>(&text).ok());
-    match head {
-        Some(head) => head.scenario.as_deref() == Some("system"),
+    // A stream can be read once only, and an endless one never: what is no file is left to the reader of the others.
+    let Some(text) = path.is_file().then(|| augsim_data::read_text(path).ok()).flatten() else {
+        return false;
+    };
+    match toml::from_str::<Head>(&text) {
+        Ok(head) => head.scenario.as_deref() == Some("system"),
         // A syntax error further down does not change what the file is about.
-        None => std::fs::read_to_string(path).is_ok_and(|text| {
-            text.lines().any(|line| line.replace(' ', "").starts_with("scenario=\"system\""))
-        }),
+        Err(_) => text.lines().any(|line| line.replace(' ', "").starts_with("scenario=\"system\"")),
     }
 }
 

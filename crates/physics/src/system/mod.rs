@@ -127,7 +127,7 @@ pub trait System: Debug + Send + Sync {
     /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
     /// starts. `sd` is a rough noise of each channel, in its unit.
     ///
-    /// The default takes the whole record as one window and one piece, from its first samples; states that are no channel
+    /// The default takes the whole record as one window, from its first samples, and names no pieces; states that are no channel
     /// start at 0, or where the schema puts them.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ pub struct Record {
     pub covariates: Vec<f64>,
     /// Windows of fits.
     pub windows: Vec<Window>,
-    /// Sample ranges within which the motion is smooth.
+    /// Sample ranges within which the motion is smooth; none where the system does not know.
     pub pieces: Vec<Range<usize>>,
     /// Events that the data show.
     pub events: Vec<SeenEvent>,
@@ -77,7 +77,7 @@ impl Record {
         self.covariates.get(i).copied().filter(|v| v.is_finite())
     }
 
-    /// Makes the whole record one window and one piece. Measured states start at the first value of their channel, fixed
+    /// Makes the whole record one window, of which no smooth pieces are known. Measured states start at the first value of their channel, fixed
     /// ones where the schema puts them, those with a prior at its mean, and free ones at 0.
     pub fn whole(&mut self, schema: &Schema) {
         let first = |channel: usize| {
@@ -91,8 +91,8 @@ impl Record {
         });
         let start = start.collect();
         let samples = 0..self.times.len();
-        self.windows = vec![Window { samples: samples.clone(), start }];
-        self.pieces = vec![samples];
+        self.windows = vec![Window { samples, start }];
+        self.pieces.clear();
         self.memory_s = MEMORY * self.typical_step();
         self.known = 1.min(self.times.len());
     }
