@@ -2,15 +2,13 @@
 
 use crate::cluster::{Cluster, clusters};
 use crate::covariance::{sandwich, undetermined};
-use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::evaluate::{Lanes, Normal, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
-use crate::record::{Excerpt, Measured, Record};
+pub(crate) use crate::sample::Sample;
 use augsim_physics::system::{Event, Scatter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
 /// a valley whose floor is flat to the precision that matters.
@@ -28,37 +26,6 @@ const LEAST_SCATTER: f64 = 5e-4;
 /// Most steps of the scatter, and the relative step below which it stands still.
 const MOST_SCATTER_STEPS: usize = 12;
 const SCATTER_TOLERANCE: f64 = 0.01;
-
-/// What fits are made on.
-#[derive(Clone, Copy)]
-pub(crate) struct Sample<'a> {
-    pub data: &'a Measured,
-    /// Which records.
-    pub chosen: &'a [usize],
-    /// Correlation of neighbouring noise.
-    pub correlation: f64,
-}
-
-impl Sample<'_> {
-    pub fn records(&self) -> impl Iterator<Item = &Record> {
-        self.chosen.iter().map(|&j| &self.data.records[j])
-    }
-
-    /// The windows of its records, in order.
-    pub fn excerpts(&self) -> Vec<Excerpt<'_>> {
-        self.records().flat_map(Record::excerpts).collect()
-    }
-
-    /// Which of the windows are those of each record, in order.
-    pub fn of_records(&self) -> Vec<Range<usize>> {
-        let mut first = 0;
-        let range = |record: &Record| {
-            let last = first + record.seen.windows.len();
-            std::mem::replace(&mut first, last)..last
-        };
-        self.records().map(range).collect()
-    }
-}
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -92,15 +59,6 @@ impl Fit {
             gradients.push(cluster.dense(p).1);
         }
         sandwich(&self.information, &bread, &gradients)
-    }
-
-    /// Dispersion of the gradients of the records along the entries `range` of theta; never below that of white noise.
-    pub fn dispersion(&self, range: Range<usize>) -> Dispersion {
-        let p = self.theta.len();
-        let each: Vec<Quadratic> = self.clusters.iter().map(|c| c.dense(p)).collect();
-        let mut sum = vec![0.0; p];
-        each.iter().for_each(|(_, u)| sum.iter_mut().zip(u).for_each(|(a, b)| *a += b));
-        dispersion(&self.information, &sum, &each, range, 1.0)
     }
 
     /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.

@@ -46,6 +46,7 @@ mod report;
 mod residuals;
 mod result;
 mod rough_noise;
+mod sample;
 mod scan;
 mod score;
 mod search;

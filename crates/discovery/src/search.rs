@@ -143,20 +143,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Judges a fit on the training part: each addition pays its quantile in units of the dispersion that the records'
-    /// gradients have along its own parameters.
+    /// Judges a fit on the training part.
     pub fn judge(&self, fit: Fit) -> Judged {
-        let additions = &fit.hypothesis.additions;
-        let pays = |(number, addition): (usize, &Addition)| {
-            let quantile = self.penalty(addition);
-            let range = fit.hypothesis.range_of(number);
-            if range.is_empty() {
-                return quantile;
-            }
-            let own = fit.dispersion(range);
-            own.factor * own.widened(quantile, self.size(addition))
-        };
-        let penalty = additions.iter().enumerate().map(pays).sum();
+        // Penalties in units of the dispersion of the records' gradients would keep the level where every model misses
+        // something; but then the first of two effects that are both needed no longer pays (drag of a ball that also spins).
+        let penalty = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
         Judged { criterion: -2.0 * fit.ll + penalty, penalty, fit, heldout_ll: None }
     }
 
