@@ -187,7 +187,8 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
         if !close(found.rates[i], expected.0, tolerance * size) && expected.0.is_finite() {
             return Err(format!("{expression} = {} not {}", found.rates[i], expected.0));
         }
-        for k in 0..VARIABLES {
+        // Where the value itself is infinite, 1/0, there is no derivative to agree on.
+        for k in (0..VARIABLES).filter(|_| expected.0.is_finite()) {
             if d[k].is_finite() && size < 1e6 && !close(ours[k], d[k], tolerance * size) {
                 return Err(format!("{expression}: derivative {k} is {} not {}", ours[k], d[k]));
             }

@@ -37,13 +37,9 @@
 //!     system: "pendulum".into(),
 //!     record: ["swing".into(), "swings".into()],
 //!     states: vec![state("angle", "rad", Begin::Measured(0)), state("speed", "rad/s", Begin::Fixed(0.0))],
-//!     channels: vec![Channel { column: "theta_rad".into(), unit: "rad".into(), period: None }],
-//!     inputs: vec![],
-//!     covariates: vec![],
-//!     features: vec![],
-//!     targets: vec![],
+//!     channels: vec![Channel { column: "theta_rad".into(), unit: "rad".into(), ..Channel::default() }],
 //!     measures: vec![Measure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0) }],
-//!     event: None,
+//!     ..Schema::default()
 //! };
 //! let pendulum = Ode::new(Pendulum(schema, vec![Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0)]));
 //! let record = Record { times: vec![0.0, 0.5, 1.0], ..Record::default() };

@@ -41,7 +41,7 @@ pub struct State {
 }
 
 /// A measured channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
     /// Column of the data, its unit in the name.
     pub column: String,
