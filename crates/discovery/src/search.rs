@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
     /// Judges a fit on the training part.
     pub fn judge(&self, fit: Fit) -> Judged {
         // Penalties in units of the dispersion of the records' gradients would keep the level where every model misses
-        // something; but then the first of two effects that are both needed no longer pays (drag of a ball that also spins).
+        // something; but then the first of two effects that are both needed no longer pays.
         let penalty = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
         Judged { criterion: -2.0 * fit.ll + penalty, penalty, fit, heldout_ll: None }
     }
