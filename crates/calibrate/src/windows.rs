@@ -1,6 +1,6 @@
 //! Windows of records with the start states that are fitted with them.
 
-use augsim_physics::system::{Begin, Record, Schema, System};
+use augsim_physics::system::{Begin, Record, Schema, System, spread};
 use std::ops::Range;
 
 /// A window and its present start.
@@ -75,16 +75,4 @@ pub(crate) fn doubled(shots: &[Shot]) -> Vec<Shot> {
         }
     }
     out
-}
-
-/// Standard deviation of what a channel measured: the scale of misfits before anything is fitted.
-fn spread(records: &[Record], channel: usize) -> f64 {
-    let values = || {
-        let of = |r: &'_ Record| r.values.get(channel).cloned().unwrap_or_default();
-        records.iter().flat_map(of).filter(|v| v.is_finite())
-    };
-    let count = values().count().max(1) as f64;
-    let mean = values().sum::<f64>() / count;
-    let variance = values().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
-    if variance > 0.0 { variance.sqrt() } else { 1.0 }
 }

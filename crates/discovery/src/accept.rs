@@ -1,28 +1,8 @@
-//! When a result may be handed out: all of its numbers are numbers, and the model file in it can be read.
+//! When a result may be handed out: all of its numbers are numbers.
 
 use crate::DiscoveryError;
 use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
-use augsim_physics::model::ModelFile;
-use augsim_physics::system::NotReadable;
 use std::collections::BTreeMap;
-
-/// The result itself, if every number in it is finite and its model file reads back as `model`.
-///
-/// # Errors
-/// [`DiscoveryError::NotFinite`] and [`DiscoveryError::NotReadable`].
-pub(crate) fn accepted(found: Discovery, model: &ModelFile, data: &str) -> Result<Discovery, DiscoveryError> {
-    let found = all_finite(found, data)?;
-    let file = match model {
-        ModelFile::Ball(m) => &m.file,
-        ModelFile::Push(m) => &m.file,
-    };
-    let not = |source| NotReadable { model: file.clone(), source };
-    match ModelFile::parse(&found.model_toml, file) {
-        Ok(back) if back == *model => Ok(found),
-        Ok(_) => Err(not(None).into()),
-        Err(e) => Err(not(Some(Box::new(e))).into()),
-    }
-}
 
 /// The result itself, if every number in it is finite.
 ///

@@ -71,7 +71,7 @@ pub fn assess(
     let best = best.unwrap_or_else(|| search.judge(base.clone()));
     Ok(Assessment {
         gain: 2.0 * (best.fit.ll - base.ll),
-        penalty: best.penalty,
+        penalty: search.penalty_of(best.additions()),
         rmse: forecast::rmse(&forecast::errors(&search.test, &best.fit, &best.fit.theta)),
     })
 }

@@ -1,6 +1,5 @@
-//! Shares of records, or of their windows, in a fit: what its covariance and its dispersion are estimated from.
+//! Shares of records, or of their windows, in a fit: what its covariance is estimated from.
 
-use crate::dispersion::Quadratic;
 use crate::evaluate::{Lanes, Normal};
 use crate::linear::{Square, eliminate};
 use std::ops::Range;
@@ -8,13 +7,11 @@ use std::ops::Range;
 /// Records from which on they are the clusters; with fewer, their windows are.
 const FEWEST_RECORDS: usize = 15;
 
-/// Curvature and gradient of the cost of a record, or of one of its windows, in the entries of theta that it knows, nuisances
-/// eliminated.
+/// Gradient of the cost of a record, or of one of its windows, in the entries of theta that it knows, nuisances eliminated.
 #[derive(Clone, Debug)]
 pub(crate) struct Cluster {
     /// Entries of theta.
     places: Vec<usize>,
-    curvature: Square,
     gradient: Vec<f64>,
     /// By how much the derivative of the weights lowers the curvature: `softening u u'`, summed over windows.
     softened: Square,
@@ -22,34 +19,28 @@ pub(crate) struct Cluster {
 
 impl Cluster {
     fn of(lanes: &Lanes, normal: &Normal) -> Self {
-        let (curvature, gradient, _) = eliminate(&normal.h, &normal.g, lanes.common());
+        let (_, gradient, _) = eliminate(&normal.h, &normal.g, lanes.common());
         let mut softened = Square::zero(gradient.len());
         for (i, u) in gradient.iter().enumerate() {
             for (j, v) in gradient.iter().enumerate() {
                 *softened.at_mut(i, j) = normal.softening * u * v;
             }
         }
-        Self { places: lanes.theta.clone(), curvature, gradient, softened }
+        Self { places: lanes.theta.clone(), gradient, softened }
     }
 
     /// Adds another window of the same record, which knows the same entries.
     fn add(&mut self, other: &Self) {
         let sum = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
-        sum(&mut self.curvature.a, &other.curvature.a);
         sum(&mut self.gradient, &other.gradient);
         sum(&mut self.softened.a, &other.softened.a);
     }
 
-    /// The same with an entry for each of the `p` entries of theta.
-    pub fn dense(&self, p: usize) -> Quadratic {
-        let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
-        for (a, &i) in self.places.iter().enumerate() {
-            u[i] += self.gradient[a];
-            for (b, &j) in self.places.iter().enumerate() {
-                *s.at_mut(i, j) += self.curvature.at(a, b);
-            }
-        }
-        (s, u)
+    /// The gradient with an entry for each of the `p` entries of theta.
+    pub fn gradient(&self, p: usize) -> Vec<f64> {
+        let mut u = vec![0.0; p];
+        self.places.iter().zip(&self.gradient).for_each(|(&i, g)| u[i] += g);
+        u
     }
 
     /// Takes the derivative of the weights out of the curvature of all clusters.

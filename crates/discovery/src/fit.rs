@@ -40,7 +40,7 @@ pub(crate) struct Fit {
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
-    /// Shares in the information, and gradients.
+    /// Gradients of records or windows.
     pub clusters: Vec<Cluster>,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
@@ -56,7 +56,7 @@ impl Fit {
         let mut gradients = Vec::with_capacity(self.clusters.len());
         for cluster in &self.clusters {
             cluster.soften(&mut bread);
-            gradients.push(cluster.dense(p).1);
+            gradients.push(cluster.gradient(p));
         }
         sandwich(&self.information, &bread, &gradients)
     }
@@ -108,7 +108,7 @@ fn assemble(
 }
 
 /// The normal equations of all windows at a point.
-fn assembled(
+pub(crate) fn assembled(
     sample: &Sample<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],

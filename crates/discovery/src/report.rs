@@ -135,7 +135,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
         let pooled =
             parts.found.pool.iter().find(|p| labels(p.additions()) == labels(j.additions())).unwrap_or(j);
         let gain = 2.0 * (j.fit.ll - base.fit.ll);
-        let penalty = j.penalty;
+        let penalty = parts.search.penalty_of(j.additions());
         let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b);
         let chosen = labels(j.additions()) == labels(best.additions());
         let why = if chosen {

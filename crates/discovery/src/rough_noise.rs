@@ -2,7 +2,7 @@
 
 use crate::statistics::median;
 
-/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, m. Neighbours are samples
+/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, in its unit. Neighbours are samples
 /// that were measured one after the other.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
     let chosen: Vec<usize> = (0..y.len()).filter(|&k| y[k].is_finite()).collect();

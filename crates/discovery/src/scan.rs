@@ -5,8 +5,8 @@
 
 use crate::addition::Addition;
 use crate::candidates::may_join;
-use crate::evaluate::{Lanes, Point, normals};
-use crate::fit::{Fit, Sample, reduce};
+use crate::evaluate::Lanes;
+use crate::fit::{Fit, Sample, assembled, reduce};
 use crate::hypothesis::Hypothesis;
 
 /// An addition with the place from which a fit of it begins, and the gain in cost that is foretold.
@@ -43,12 +43,8 @@ fn foretold(sample: &Sample<'_>, fit: &Fit, addition: &Addition, start: &[f64]) 
     theta[..fit.theta.len()].copy_from_slice(&fit.theta);
     let own = h.range_of(additions.len() - 1);
     theta[own].copy_from_slice(start);
-    let windows = sample.excerpts();
-    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
-    let each = windows.iter().zip(&lanes).zip(&fit.nuisance);
-    let points: Vec<Point<'_>> =
-        each.map(|((at, lanes), n)| Point::new(&h, &*h.system, lanes, at.record, &theta, n)).collect();
-    let there = normals(&points, &lanes, &windows, sample.correlation);
+    let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(&h, at, &[])).collect();
+    let there = assembled(sample, &h, &lanes, &theta, &fit.nuisance);
     let (s, u, starts) = reduce(&h, &lanes, &there, 0.0);
     let mut step = u.clone();
     s.cholesky().solve(&mut step);

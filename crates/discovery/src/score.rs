@@ -1,8 +1,8 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
 use crate::addition::Addition;
-use crate::evaluate::{Lanes, Point, normal, normals};
-use crate::fit::{Fit, Sample};
+use crate::evaluate::{Lanes, Point, normals};
+use crate::fit::{Fit, Sample, assembled};
 use crate::linear::{Square, eliminate};
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
@@ -235,20 +235,11 @@ fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
 /// (Kristensen and Madsen 2004, pinpointing of model deficiencies).
 pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     let h = &fit.hypothesis;
-    let parts: Vec<Vec<(usize, f64, f64)>> = sample
-        .excerpts()
-        .par_iter()
-        .zip(&fit.nuisance)
-        .map(|(&at, nuisance)| {
-            let record = at.record;
-            sample.data.tally.simulation();
-            let lanes = Lanes::new(h, at, &[]);
-            let n = normal(
-                &Point::new(h, &*h.system, &lanes, record, &fit.theta, nuisance),
-                &lanes,
-                at,
-                sample.correlation,
-            );
+    let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
+    let parts: Vec<Vec<(usize, f64, f64)>> = assembled(sample, h, &lanes, &fit.theta, &fit.nuisance)
+        .into_par_iter()
+        .zip(&lanes)
+        .map(|(n, lanes)| {
             let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
             lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
         })

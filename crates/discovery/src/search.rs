@@ -44,10 +44,8 @@ pub(crate) struct Search<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub fit: Fit,
-    /// -2 ln likelihood on the training part plus the penalty.
+    /// -2 ln likelihood on the training part plus penalties.
     pub criterion: f64,
-    /// Gain that the additions have to exceed together.
-    pub penalty: f64,
     /// Ln likelihood of the held-out part.
     pub heldout_ll: Option<f64>,
 }
@@ -143,12 +141,17 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Penalty of a set.
+    pub fn penalty_of(&self, additions: &[Addition]) -> f64 {
+        additions.iter().map(|a| self.penalty(a)).sum()
+    }
+
     /// Judges a fit on the training part.
     pub fn judge(&self, fit: Fit) -> Judged {
         // Penalties in units of the dispersion of the records' gradients would keep the level where every model misses
         // something; but then the first of two effects that are both needed no longer pays.
-        let penalty = fit.hypothesis.additions.iter().map(|a| self.penalty(a)).sum();
-        Judged { criterion: -2.0 * fit.ll + penalty, penalty, fit, heldout_ll: None }
+        let penalty = self.penalty_of(&fit.hypothesis.additions);
+        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.

@@ -5,7 +5,7 @@ use super::experiment::{confirm, separate, stands_for};
 use super::fit::{Fit, Sample};
 use super::numbers::Numbers;
 use crate::DiscoveryError;
-use crate::accept::accepted;
+use crate::accept::all_finite;
 use crate::folds::again;
 use crate::result::{
     Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
@@ -201,7 +201,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
     let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
     let noise = &parts.decided.search.train.data.noise;
-    let augmented = augmented(&parts, &numbers);
+    let model_toml = ModelFile::Push(augmented(&parts, &numbers)).readable()?;
     let search = &parts.decided.search;
     let found = Discovery {
         schema: SCHEMA.into(),
@@ -238,9 +238,9 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
             rotation: parts.rotation.clone(),
             horizons: parts.horizons.clone(),
         }),
-        model_toml: augmented.to_toml(),
+        model_toml,
         error: parts.error,
         work: search.train.data.tally.work(),
     };
-    accepted(found, &ModelFile::Push(augmented), &search.train.data.name)
+    all_finite(found, &search.train.data.name)
 }

@@ -1,12 +1,10 @@
 //! Models with what was found in them.
 
-use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per, PushModel};
+use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per};
 use crate::ball::Axes;
 use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
-use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer,
-    System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, System,
 };
 use augsim_data::checks::Expected;
 use std::sync::Arc;
@@ -101,42 +99,22 @@ impl Model {
     }
 }
 
-impl PushModel {
-    /// The model with what was found; a parameter that was fitted stands in the file.
-    fn with(&self, found: &Augmentation) -> Self {
-        let mut out = self.clone();
-        put_declared(found, &mut out.parameters, &mut out.effects);
-        let library = push::effects::all::<f64>();
-        for addition in &found.additions {
-            out.effects.extend(match addition {
-                Addition::Law(Law::Effect(i), values) => {
-                    library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
-                }
-                Addition::Law(Law::Table(_), _) => None,
-                Addition::Scatter(..) => {
-                    let kind = push::effects::SCATTER_KIND;
-                    let parameters = blank(push::effects::SCATTER_SPEC.parameters);
-                    Some(EffectBlock { scatter: Some(ScatterPer::Record), ..block(kind, parameters, &[]) })
-                }
-            });
+impl ModelFile {
+    /// The text of a model that a fit has changed, if reading it gives back the same model.
+    ///
+    /// # Errors
+    /// [`NotReadable`].
+    pub fn readable(&self) -> Result<String, NotReadable> {
+        let (file, text) = match self {
+            ModelFile::Ball(model) => (&model.file, model.to_toml()),
+            ModelFile::Push(model) => (&model.file, model.to_toml()),
+        };
+        let not = |source: Option<Box<ModelError>>| NotReadable { model: file.clone(), source };
+        match ModelFile::parse(&text, file) {
+            Ok(back) if back == *self => Ok(text),
+            Ok(_) => Err(not(None)),
+            Err(e) => Err(not(Some(Box::new(e)))),
         }
-        put_scatter(found, &mut out.effects);
-        for p in &out.parameters {
-            if p.ci95.is_some() && !out.declared.contains(&p.name) {
-                out.declared.push(p.name.clone());
-            }
-        }
-        out
-    }
-}
-
-/// The text, if reading it gives back the same model.
-fn readable(model: &ModelFile, text: String, file: &str) -> Result<String, NotReadable> {
-    let not = |source: Option<Box<ModelError>>| NotReadable { model: file.into(), source };
-    match ModelFile::parse(&text, file) {
-        Ok(back) if back == *model => Ok(text),
-        Ok(_) => Err(not(None)),
-        Err(e) => Err(not(Some(Box::new(e)))),
     }
 }
 
@@ -165,38 +143,6 @@ impl Declaration for Model {
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        let model = self.with(found);
-        let text = model.to_toml();
-        readable(&ModelFile::Ball(model), text, &self.file)
-    }
-}
-
-impl Declaration for PushModel {
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn expected(&self) -> Expected {
-        PushModel::expected(self)
-    }
-
-    fn open(&self, _has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
-        Ok(Arc::new(PushModel::open(self)))
-    }
-
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        let model = self.with(found);
-        let text = model.to_toml();
-        readable(&ModelFile::Push(model), text, &self.file)
-    }
-}
-
-impl ModelFile {
-    /// The model as the loop takes it, whatever its scenario.
-    pub fn declaration(&self) -> &dyn Declaration {
-        match self {
-            ModelFile::Ball(model) => model,
-            ModelFile::Push(model) => model,
-        }
+        ModelFile::Ball(self.with(found)).readable()
     }
 }

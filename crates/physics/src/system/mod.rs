@@ -33,7 +33,7 @@ pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
-pub use record::{MEMORY, Record, SeenEvent, Stream, Window, typical_step};
+pub use record::{MEMORY, Record, SeenEvent, Stream, Window, spread, typical_step};
 pub use scatter::{Scatter, ScatterPer};
 pub use schema::{Begin, Between, Channel, EventSchema, Input, Measure, Quantity, Schema, State, Target};
 pub use simulated::{Event, Simulated};

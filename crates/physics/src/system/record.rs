@@ -101,6 +101,16 @@ impl Record {
 /// One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
 pub const MEMORY: f64 = 2.6;
 
+/// Standard deviation of what a channel of the records measured, in its unit; 1 where that is nothing.
+pub fn spread(records: &[Record], channel: usize) -> f64 {
+    let each = records.iter().filter_map(|r| r.values.get(channel)).flatten().copied();
+    let values: Vec<f64> = each.filter(|v| v.is_finite()).collect();
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
+    if variance > 0.0 { variance.sqrt() } else { 1.0 }
+}
+
 /// Median time from one of these times to the next, s.
 pub fn typical_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)

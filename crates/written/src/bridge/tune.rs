@@ -4,7 +4,7 @@ use super::WrittenSystem;
 use super::records::Scene;
 use crate::engine::{Method, Options, Point, SimulationError as EngineError, Window, fastest};
 use crate::library::Scales;
-use augsim_physics::system::{Offsets, Record, SimulationError, Task};
+use augsim_physics::system::{Offsets, Record, SimulationError, Task, spread};
 use std::sync::Arc;
 
 /// Windows that steps and widths are chosen on, spread over the records.
@@ -109,17 +109,4 @@ fn windows(scenes: &[Scene]) -> Vec<Window<'_>> {
             Window { record: &scene.record, first, last, start, parameters }
         })
         .collect()
-}
-
-/// Standard deviation of what a channel measured.
-fn spread(records: &[Record], channel: usize) -> f64 {
-    let values: Vec<f64> = records
-        .iter()
-        .flat_map(|r| r.values.get(channel).cloned().unwrap_or_default())
-        .filter(|v| v.is_finite())
-        .collect();
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
-    if variance > 0.0 { variance.sqrt() } else { 1.0 }
 }
