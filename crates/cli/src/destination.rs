@@ -4,11 +4,11 @@
 //! regular files and folders are written to.
 
 use crate::exit::Usage;
-use crate::folders;
 use crate::record::{RECORD, Record};
-use crate::run_dir;
-use crate::run_lock::RunLock;
 use augsim_data::{atomic_write, check_writable, remove_stale};
+use augsim_session::RunLock;
+use augsim_session::folders;
+use augsim_session::run_dir;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -6,8 +6,8 @@
 //! unless it comes with the first: a scheduler that stops a job signals each of its processes, and so does `sweep run` above a
 //! task.
 
-use crate::folders;
 use augsim_data::abandon_writes;
+use augsim_session::folders;
 use std::io::Write;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};

@@ -2,26 +2,17 @@
 
 mod args;
 mod chain;
-mod command_line;
 mod commands;
 mod destination;
-mod discovery_page;
 mod exit;
 mod experiment;
-mod folders;
 mod interrupt;
 mod output;
 mod progress;
 mod record;
 mod reproduction;
-mod residual;
-mod run_data;
-mod run_dir;
-mod run_lock;
 mod session;
 mod sweep;
-mod usage;
-mod written;
 
 use args::Args;
 use augsim_data::Limit;
@@ -38,7 +29,7 @@ fn main() -> ExitCode {
         .and_then(|()| limits())
         .and_then(|()| threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
-    folders::remove_empty();
+    augsim_session::folders::remove_empty();
     match result {
         Ok(outcome) => outcome.code(),
         Err(error) => exit::report(&error),

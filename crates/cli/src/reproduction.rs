@@ -1,10 +1,10 @@
 //! What all reproductions share: their size, the folder of their results, the command that repeats them.
 
-use crate::command_line::quoted;
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::exit::Usage;
 use crate::record::Record;
-use crate::run_dir::CHECKPOINT;
+use augsim_session::command_line::quoted;
+use augsim_session::run_dir::CHECKPOINT;
 use std::path::{Path, PathBuf};
 
 /// The paper's number of iterations.

@@ -1,42 +1,15 @@
-//! A training run from the command line: progress, metrics, checkpoints, interruption, resumption.
+//! A training run from the command line: progress on the terminal, signals, and runs that are gone on with.
 
 use crate::interrupt::Keeper;
 use crate::output::Output;
 use crate::progress::TrainingProgress;
-use crate::run_dir::{Config, RunDir};
-use crate::run_lock::RunLock;
-use anyhow::Context;
-use augsim_trainer::{Forecaster, NetModel, Sequences, Training};
+use augsim_session::RunLock;
+use augsim_session::run_dir::{Config, RunDir};
+use augsim_session::training_run::{self, Begin, Ended, Trained, Watch};
+use augsim_trainer::{Forecaster, Losses, Sequences};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
-
-/// Iterations between lines of the metrics file.
-const LOG_EVERY: u64 = 10;
-
-/// How a training run ended.
-#[derive(Debug)]
-pub enum Ended {
-    /// All iterations are done.
-    Trained(Box<Trained>),
-    /// The user stopped it; the checkpoint holds everything.
-    Interrupted {
-        /// Iterations done.
-        iteration: u64,
-    },
-}
-
-/// A finished run.
-#[derive(Debug)]
-pub struct Trained {
-    /// The model.
-    pub model: NetModel,
-    /// Wall-clock seconds per iteration of this session; absent if nothing was left to do.
-    pub seconds_per_iteration: Option<f64>,
-    /// Number of parameters.
-    pub parameters: usize,
-}
 
 /// Wall-clock times of trained nets, for `timing.json`.
 #[derive(Debug, Serialize)]
@@ -82,7 +55,8 @@ pub fn train_again(
     }
 }
 
-/// Trains as `config` says, into `run`. With `resume` an existing checkpoint is continued.
+/// Trains as `config` says, into `run`, with a bar on a terminal; a signal stops it after a checkpoint. With `resume` an
+/// existing checkpoint is continued.
 pub fn train(
     run: &RunDir,
     config: &Config,
@@ -92,55 +66,44 @@ pub fn train(
 ) -> anyhow::Result<Ended> {
     // From the first file that is written on, the user who stops the run finds a checkpoint.
     let keeper = Keeper::new();
-    let state = if resume { run.read_checkpoint()? } else { None };
-    let mut training = match state {
-        Some(state) => {
-            let checkpoint = run.checkpoint();
-            Training::resume(state, train).with_context(|| checkpoint.display().to_string())?
-        }
-        None => Training::new(config.settings.clone(), train)?,
-    };
-    let (total, first) = (config.settings.iterations, training.iteration());
-    output.detail(format!(
-        "{} parameters, {} training trajectories",
-        training.params().values().len(),
-        train.items.len()
-    ));
-    if resume {
-        output.note(format!("going on at iteration {first} of {total}"));
+    let label = config.settings.recipe.label();
+    let mut watch = Terminal { keeper, output, label, resume, progress: None };
+    training_run::train(run, config, train, resume, &mut watch)
+}
+
+/// Shows a training run on the terminal.
+#[derive(Debug)]
+struct Terminal<'a> {
+    keeper: Keeper,
+    output: &'a Output,
+    label: &'a str,
+    resume: bool,
+    progress: Option<TrainingProgress>,
+}
+
+impl Watch for Terminal<'_> {
+    fn must_stop(&mut self) -> bool {
+        self.keeper.must_stop()
     }
-    let mut metrics = run.metrics_after(first)?;
-    let progress = TrainingProgress::new(output, config.settings.recipe.label(), first, total);
-    let started = Instant::now();
-    while training.iteration() < total {
-        if keeper.must_stop() {
+
+    fn begins(&mut self, from: Begin) {
+        let Begin { parameters, trajectories, iteration, total } = from;
+        self.output.detail(format!("{parameters} parameters, {trajectories} training trajectories"));
+        if self.resume {
+            self.output.note(format!("going on at iteration {iteration} of {total}"));
+        }
+        self.progress = Some(TrainingProgress::new(self.output, self.label, iteration, total));
+    }
+
+    fn step(&mut self, losses: &Losses) {
+        if let Some(progress) = &self.progress {
+            progress.update(losses);
+        }
+    }
+
+    fn ends(&mut self) {
+        if let Some(progress) = self.progress.take() {
             progress.finish();
-            run.write_checkpoint(training.state())?;
-            return Ok(Ended::Interrupted { iteration: training.iteration() });
         }
-        let losses = training.step()?;
-        if losses.iteration.is_multiple_of(LOG_EVERY) || losses.iteration == total {
-            metrics.push(&losses)?;
-        }
-        if losses.iteration.is_multiple_of(config.checkpoint_every) && losses.iteration < total {
-            run.write_checkpoint(training.state())?;
-        }
-        progress.update(&losses);
     }
-    progress.finish();
-    // What follows looks at all training data once more, which may take longer than a signal leaves.
-    run.write_checkpoint(training.state())?;
-    if keeper.must_stop() {
-        return Ok(Ended::Interrupted { iteration: training.iteration() });
-    }
-    let seconds = started.elapsed().as_secs_f64();
-    let done = total - first;
-    let state = training.finish()?.clone();
-    run.write_checkpoint(&state)?;
-    run.write_weights(training.params())?;
-    Ok(Ended::Trained(Box::new(Trained {
-        parameters: state.params.len(),
-        model: NetModel::new(state)?,
-        seconds_per_iteration: (done > 0).then(|| seconds / done as f64),
-    })))
 }

@@ -35,6 +35,14 @@ impl NamedCsv {
         Ok(Self { source: CsvSource::open(path)? })
     }
 
+    /// The file that a table in memory would be written to; `name` is for messages.
+    ///
+    /// # Errors
+    /// It is no CSV file.
+    pub fn of_table(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
+        Ok(Self { source: CsvSource::of_bytes(Path::new(name), csv)? })
+    }
+
     /// Names in the header.
     pub fn header(&self) -> &[String] {
         self.source.header()

@@ -37,6 +37,14 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     read_long(source, missing)
 }
 
+/// Reads the CSV file in long form that a table in memory would be written to; `name` is for messages.
+///
+/// # Errors
+/// As [`read_csv`](crate::read_csv).
+pub fn read_table(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dataset, DataError> {
+    read_long(CsvSource::of_bytes(Path::new(name), csv)?, missing)
+}
+
 /// Writes a data set, as NPZ where the name ends in `.npz`, otherwise as CSV in long form; all or nothing.
 ///
 /// # Errors

@@ -43,7 +43,7 @@ pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use csv_named::NamedCsv;
 pub use dataset::Dataset;
 pub use error::{ColumnError, DataError, RowRemedy};
-pub use format::{read_dataset, write_dataset};
+pub use format::{read_dataset, read_table, write_dataset};
 pub use legacy_ball::read_legacy_ball;
 pub use limits::{Limit, LimitExceeded, LimitSetting};
 pub use normalise::{ColumnScale, Normaliser};

@@ -1,15 +1,16 @@
 //! The chain on the ball: from a model that is almost right to the net on the augmented one.
 
 use super::nets::{Chain, Runs};
-use crate::experiment::data::{Data, paper_engine};
+use crate::experiment::data::Data;
 use crate::experiment::rows::Row;
 use crate::output::Output;
-use crate::run_dir::DataSource;
 use augsim_discovery::Discovery;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
 use augsim_physics::effects::SCATTER_KIND;
 use augsim_physics::system::ScatterPer;
+use augsim_session::run_data::paper_engine;
+use augsim_session::run_dir::DataSource;
 use augsim_trainer::Engine;
 use augsim_trainer::models::ScatteredBall;
 use std::path::Path;

@@ -4,8 +4,8 @@
 use crate::experiment::data::Set;
 use crate::experiment::rows::Row;
 use crate::output::Output;
-use crate::run_dir::{Config, DataSource};
 use crate::session;
+use augsim_session::run_dir::{Config, DataSource};
 use augsim_trainer::models::{Physics, Zero};
 use augsim_trainer::{
     Engine, Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, evaluate_forecast,

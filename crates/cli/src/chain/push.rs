@@ -54,7 +54,7 @@ mod tests {
     //! net has seen; the augmented physics is that of the discovery's model file; going on repeats nothing and changes nothing.
 
     use super::*;
-    use crate::run_dir::RunDir;
+    use augsim_session::run_dir::RunDir;
     use augsim_trainer::Engine;
 
     const ROWS: [&str; 9] = [

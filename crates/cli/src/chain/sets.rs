@@ -3,12 +3,12 @@
 use crate::args::{Accept, Discover};
 use crate::commands::discover::close_loop;
 use crate::destination::{REPORT, RESULT};
-use crate::folders;
 use crate::output::Output;
 use anyhow::Context;
 use augsim_data::convert::{CONVERTERS, is_of_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
 use augsim_discovery::Discovery;
+use augsim_session::folders;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};

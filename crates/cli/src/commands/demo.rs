@@ -6,11 +6,11 @@ use crate::destination::{REPORT, RESULT, Results};
 use crate::exit::Outcome;
 use crate::experiment::data::Data;
 use crate::experiment::{ball, table};
-use crate::folders;
 use crate::output::Output;
 use crate::record::Record;
-use crate::run_dir::DataSource;
 use augsim_data::atomic_write;
+use augsim_session::folders;
+use augsim_session::run_dir::DataSource;
 use augsim_trainer::Recipe;
 use std::io::Write;
 

@@ -2,16 +2,13 @@
 
 use crate::args::Discover;
 use crate::destination::{Claim, REPORT, RESULT, Results};
-use crate::discovery_page::{Subject, page};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
-use crate::written;
-use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
-use augsim_discovery::{Discovery, Options, discover, discover_push};
-use augsim_physics::model::ModelFile;
-use std::collections::BTreeSet;
+use augsim_discovery::{Discovery, Options};
+use augsim_session::discovery_page::page;
+use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover};
 use std::fmt::Write as _;
 
 /// Runs the subcommand.
@@ -31,36 +28,22 @@ const MODEL: &str = "model.toml";
 /// left in the folder.
 pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
-    let accepted = args.accept.accept.iter().copied().collect();
-    let options = Options { seed, train_share: args.train_share, accepted };
+    let accept = args.accept.accept.clone();
+    let options = Options { seed, train_share: args.train_share, accepted: accept.iter().copied().collect() };
+    let wanted = Wanted { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
-    let (found, subject) = if written::is_model(&args.model) {
-        let model = written::read(&args.model)?;
-        told(augsim_discovery::Progress::Calibration);
-        let (declared, data) = written::discovery::measured(&model, &args.data)?;
-        let data = of_groups(args, data)?;
-        (discover(&declared, &data, &options, &mut told)?, Subject::from(&model))
-    } else {
-        let mut model = ModelFile::read(&args.model)?;
-        let data = of_groups(args, read_dataset(&args.data, MissingCells::AsGap)?)?;
-        if !args.group.is_empty() {
-            // The model may have values for groups that were not asked for.
-            model.keep_groups(&args.group);
-        }
-        let found = match &model {
-            ModelFile::Ball(model) => discover(model, &data, &options, &mut told)?,
-            ModelFile::Push(model) => discover_push(model, &data, &options, &mut told)?,
-        };
-        (found, Subject::from(&model))
-    };
+    let subject = Subject::read(&args.model)?;
+    let data = DataFrom::from(&args.data);
+    let found = discover(&subject, &data, &wanted, &mut told)?;
     steps.finish();
     output.warn(&found.warnings);
 
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    claim.write(REPORT, &augsim_report::discovery_report(&page(args, seed, &subject, &found)))?;
+    let circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
+    claim.write(REPORT, &augsim_report::discovery_report(&page(&circumstances, &subject, &found)))?;
     claim.write_timing(())?;
     Ok(found)
 }
@@ -76,28 +59,6 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .input("data", &args.data);
     let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
     Results { folder: &args.out, files, inputs, record, force }.claim()
-}
-
-/// The trajectories of the groups asked for; all without such a wish.
-fn of_groups(args: &Discover, data: Dataset) -> anyhow::Result<Dataset> {
-    if args.group.is_empty() {
-        return Ok(data);
-    }
-    let known: BTreeSet<&str> = data.trajectories().iter().filter_map(Trajectory::group).collect();
-    if let Some(unknown) = args.group.iter().find(|g| !known.contains(g.as_str())) {
-        let list: Vec<&str> = known.into_iter().collect();
-        let file = args.data.display();
-        let remedy = if list.is_empty() {
-            format!("{file} has no column `group`; leave --group out")
-        } else {
-            format!("{file} has {}", list.join(", "))
-        };
-        return Err(Usage(format!("--group {unknown}: no trajectory is in this group; {remedy}")).into());
-    }
-    let wanted = |t: &Trajectory| t.group().is_some_and(|g| args.group.iter().any(|w| w == g));
-    let all = data.trajectories().iter().enumerate();
-    let indices: Vec<usize> = all.filter(|(_, t)| wanted(t)).map(|(i, _)| i).collect();
-    Ok(data.select(&indices))
 }
 
 /// The result in a few lines.

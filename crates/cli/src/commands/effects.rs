@@ -3,9 +3,9 @@
 use crate::args::Effects;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
-use crate::written::{self, fit, records};
 use augsim_physics::model::ModelFile;
 use augsim_physics::system::{Effect, System};
+use augsim_session::written::{self, fit, records};
 use augsim_written::WrittenSystem;
 use augsim_written::library::Scales;
 use serde::Serialize;

@@ -3,12 +3,12 @@
 use super::evaluate_system;
 use crate::args::{Evaluate, ProtocolArg};
 use crate::exit::{Outcome, Usage};
-use crate::experiment::data::load;
 use crate::experiment::layout::Layout;
 use crate::experiment::rows::{Row, table};
 use crate::output::Output;
-use crate::run_dir::{DataSource, RunDir};
-use crate::written;
+use augsim_session::run_data::load;
+use augsim_session::run_dir::{DataSource, RunDir};
+use augsim_session::written;
 use augsim_trainer::{Correction, NetModel, Protocol, evaluate_forecast, evaluate_reconstruction};
 
 /// Runs the subcommand.

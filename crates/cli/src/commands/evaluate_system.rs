@@ -3,7 +3,7 @@
 use crate::args::Evaluate;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
-use crate::written::{self, forecast, records};
+use augsim_session::written::{self, forecast, records};
 use serde::Serialize;
 use std::fmt::Write;
 

@@ -2,131 +2,33 @@
 
 use crate::args::Fit;
 use crate::destination::{RESULT, Results};
-use crate::exit::{Outcome, Usage};
+use crate::exit::Outcome;
 use crate::output::Output;
 use crate::record::Record;
-use crate::written::fit::{Fitted, TELLING, fit, gauge_sentence};
-use crate::written::{self, records, unit_text};
-use serde::Serialize;
+use augsim_session::written::fit::TELLING;
+use augsim_session::written::fitted::{Answer, calibrate};
+use augsim_session::{DataFrom, Subject};
 use std::fmt::Write;
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
 
-/// Results of `fit`.
-#[derive(Debug, Serialize)]
-struct Answer {
-    schema: &'static str,
-    parameters: Vec<Parameter>,
-    rows: Vec<Row>,
-    windows: Vec<Stage>,
-    stopped: Option<&'static str>,
-    /// Sentences about parameters that cannot be found one by one.
-    gauges: Vec<String>,
-    holds: Vec<HoldTried>,
-    substeps: usize,
-    /// Columns of the data that the model does not name.
-    unnamed_columns: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Parameter {
-    name: String,
-    unit: String,
-    declared: f64,
-    value: f64,
-    ci95: Option<[f64; 2]>,
-    frozen: bool,
-    at_bound: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct Row {
-    output: String,
-    rmse: f64,
-    unit: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Stage {
-    window_s: f64,
-    windows: usize,
-    rmse: Vec<f64>,
-    converged: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct HoldTried {
-    hold: &'static str,
-    misfit_of_best: f64,
-}
-
 /// Runs the subcommand.
 pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    if !written::is_model(&args.model) {
-        // Whatever is wrong with the file is said before what kind of model it is.
-        augsim_physics::model::ModelFile::read(&args.model)?;
-        let text = format!(
-            "{}: fit takes models of equations (scenario = \"system\"); use augsim discover for a ball or pushes",
-            args.model.display()
-        );
-        return Err(Usage(text).into());
-    }
-    let model = written::read(&args.model)?;
-    let measured = records::read(&args.data, &model)?;
+    let subject = Subject::read(&args.model)?;
     let inputs = [args.model.as_path(), args.data.as_path()];
     let record = Record::new("fit").input("model", &args.model).input("data", &args.data);
     let files = [MODEL, RESULT];
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
-    let list = records::records(&measured.data, &model, true)?;
-    let fitted = fit(&model, &list)?;
-    let text = fitted.model.to_toml()?;
-    let answer = answer(&model, &fitted, measured.unnamed);
+    let file = args.model.display().to_string();
+    let (fitted, answer) = calibrate(&subject, &file, &DataFrom::from(&args.data))?;
+    let text = fitted.to_toml()?;
     claim.begin()?;
     let path = claim.write(MODEL, &text)?;
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
     output.result(&answer, || format!("{}\ncalibrated model: {}", told(&answer), path.display()))?;
     Ok(Outcome::Done)
-}
-
-fn answer(declared: &augsim_written::Model, fitted: &Fitted, unnamed_columns: Vec<String>) -> Answer {
-    let calibration = &fitted.calibration;
-    let of = |(index, p): (usize, &augsim_written::model::Parameter)| Parameter {
-        name: p.name.clone(),
-        unit: unit_text(p.unit).trim().to_owned(),
-        declared: declared.parameters[index].nominal,
-        value: p.nominal,
-        ci95: p.ci95,
-        frozen: p.frozen,
-        at_bound: calibration.at_bound[index],
-    };
-    let row = |(output, rmse): (&augsim_written::model::Output, &f64)| Row {
-        output: output.name.clone(),
-        rmse: *rmse,
-        unit: unit_text(output.unit).trim().to_owned(),
-    };
-    let stages = calibration.stages.iter().map(|s| Stage {
-        window_s: s.window_s,
-        windows: s.windows,
-        rmse: s.rms.clone(),
-        converged: s.converged,
-    });
-    Answer {
-        schema: "augsim.fit/1",
-        parameters: fitted.model.parameters.iter().enumerate().map(of).collect(),
-        rows: fitted.model.outputs.iter().zip(calibration.rms()).map(row).collect(),
-        windows: stages.collect(),
-        stopped: calibration.stopped,
-        gauges: calibration.gauges.iter().map(|g| gauge_sentence(&fitted.model, g)).collect(),
-        holds: fitted
-            .holds
-            .iter()
-            .map(|(hold, misfit)| HoldTried { hold: hold.word(), misfit_of_best: *misfit })
-            .collect(),
-        substeps: fitted.substeps,
-        unnamed_columns,
-    }
 }
 
 fn told(answer: &Answer) -> String {

@@ -1,7 +1,7 @@
 //! `augsim data inspect --model` for a system of equations: the columns of the model in the data.
 
-use crate::written::{self, records};
 use augsim_data::checks::{Expected, run_checks};
+use augsim_session::written::{self, records};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;

@@ -3,9 +3,9 @@
 use crate::args::{ModelAction, ModelArgs};
 use crate::destination::{check_file, check_model};
 use crate::exit::{Outcome, Usage};
-use crate::folders;
 use crate::output::Output;
 use augsim_data::atomic_write;
+use augsim_session::folders;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
-use crate::run_dir::DataSource;
+use augsim_session::run_dir::DataSource;
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 

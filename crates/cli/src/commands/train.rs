@@ -3,13 +3,14 @@
 use crate::args::{RecipeArg, Train};
 use crate::destination::{RESULT, check_file};
 use crate::exit::{Outcome, Usage};
-use crate::experiment::data::paper_engine;
 use crate::output::Output;
 use crate::record::RECORD;
-use crate::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
-use crate::run_lock::RunLock;
-use crate::session::{self, Ended};
-use crate::{residual, run_data};
+use crate::session;
+use augsim_session::RunLock;
+use augsim_session::run_data::paper_engine;
+use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
+use augsim_session::training_run::Ended;
+use augsim_session::{DataFrom, residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,11 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             };
             let recipe = recipe(args.recipe);
             let engine = match (&args.residual_of, &args.data) {
-                (Some(found), Some(data)) => residual::engine(found, data, recipe, output)?,
+                (Some(found), Some(data)) => {
+                    let (engine, notes) = residual::engine(found, &DataFrom::from(data), recipe)?;
+                    notes.iter().for_each(|note| output.note(note));
+                    engine
+                }
                 _ => paper_engine(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);

@@ -4,16 +4,16 @@ use super::layout::Layout;
 use super::rows::{Row, Tested};
 use super::sizes::Sizes;
 use crate::exit::Usage;
-use crate::record::fingerprint;
-use crate::run_dir::DataSource;
 use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
-use augsim_data::{Dataset, MissingCells, Split, SplitSize, read_dataset};
-use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
+use augsim_data::{Dataset, Split, SplitSize};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Generated, Protocol, Recipe, SupportSheet};
+use augsim_physics::push::laboratory::{Generated, Protocol, SupportSheet};
 use augsim_report::page::DataSource as Origin;
+use augsim_session::provenance::fingerprint;
+use augsim_session::run_data::{PUBLISHED_RATE_HZ, load, paper_engine, read, recipe, sequences};
+use augsim_session::run_dir::DataSource;
 use augsim_trainer::push::{Thinning, pushes};
 use augsim_trainer::score::Score;
 use augsim_trainer::{self as trainer, Engine, Sequences};
@@ -22,8 +22,6 @@ use std::path::Path;
 
 /// Added to the seed for each further set, so that no two share draws.
 const SEED_STEP: u64 = 1_000_000;
-/// Rate at which published recordings are brought onto one clock, Hz: that of their sensors.
-const PUBLISHED_RATE_HZ: f64 = 250.0;
 /// Name of the pushes that the laboratory makes.
 pub const LABORATORY: &str = "virtual laboratory";
 /// The object and the support that nets are trained on.
@@ -96,47 +94,6 @@ pub struct Data {
     pub notes: Vec<String>,
 }
 
-/// The engine of the paper's experiment with drops: restitution 0.65, Bullet's damping, 60 Hz.
-pub fn paper_engine() -> Engine {
-    Engine::PybulletBall(paper_law::paper_engine())
-}
-
-/// The data set of a source, checked to have the engine's step. Where the actions have a clock, streams may have each its
-/// own, with gaps between.
-pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
-    let missing = if engine.step_s().is_some() { MissingCells::Refuse } else { MissingCells::AsGap };
-    let dataset = match source {
-        DataSource::File(path) => read_dataset(path, missing)?,
-        DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
-        DataSource::PushLaboratory { object, surface, pushes, seed } => {
-            recipe(Protocol::Mit, object, surface, *pushes)?.generate(*seed)?.data
-        }
-    };
-    if let Some(step_s) = engine.step_s() {
-        let checked = check_rate(&dataset, step_s);
-        match dataset.path() {
-            Some(path) => checked.with_context(|| path.display().to_string())?,
-            None => checked?,
-        }
-    }
-    Ok(dataset)
-}
-
-/// The engine's columns of a data set: at its step, or on one clock and thinned.
-pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
-    if engine.step_s().is_some() {
-        return Ok(Sequences::with_actions(data, &engine.columns(), &engine.action_columns())?);
-    }
-    let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
-    let resampled = streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
-    Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
-}
-
-/// The engine's columns of a source.
-pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
-    sequences(&read(source, engine)?, engine)
-}
-
 /// The laboratory's pushes of the object and on the support that nets are trained on. One layout is cut into training and
 /// test pushes: no cell of contact, angle and speed is in both unless there are more than 7,128.
 #[derive(Debug, Clone)]
@@ -176,13 +133,6 @@ impl Laboratory {
     }
 }
 
-/// The recipe of a set of the laboratory.
-pub fn recipe(protocol: Protocol, object: &str, surface: &str, pushes: usize) -> anyhow::Result<Recipe> {
-    let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
-    let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
-    Ok(Recipe::new(protocol, &known, sheet, pushes))
-}
-
 /// The declared engine of an object on a support.
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
     let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
@@ -205,6 +155,7 @@ fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<
 fn origin(role: &str, source: &DataSource) -> Origin {
     let (path, hash) = match source {
         DataSource::File(path) => (path.display().to_string(), fingerprint(path)),
+        DataSource::Table { name, content } => (name.clone(), content.clone()),
         DataSource::PushLaboratory { object, surface, pushes, seed } => (
             format!("{pushes} pushes of {object} on {surface}, virtual laboratory, seed {seed}"),
             String::new(),

@@ -20,11 +20,12 @@ pub use sizes::Sizes;
 
 use crate::destination::{Claim, REPORT, RESULT};
 use crate::output::Output;
-use crate::run_dir::{Config, RunDir};
-use crate::session::{self, Times, Trained};
+use crate::session::{self, Times};
 use augsim_data::Dataset;
 use augsim_physics::ball::floor::{FloorOptions, paper_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_session::run_dir::{Config, RunDir};
+use augsim_session::training_run::Trained;
 use augsim_trainer::models::{Law, Physics, Still, Zero};
 use augsim_trainer::push::{GpOptions, GpPush, Thinning};
 use augsim_trainer::{

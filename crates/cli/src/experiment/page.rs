@@ -6,11 +6,11 @@ use super::plan::Experiment;
 use super::repeat::Clouds;
 use super::result::ResultFile;
 use super::rows::results;
-use crate::session::Trained;
 use augsim_report::benchmark::{
     self, BenchmarkReport, Cloud, Curve, ErrorCurve, Forecast, LearningCurve, LossPart, TrainingRun,
 };
 use augsim_report::page::{Method, Provenance};
+use augsim_session::training_run::Trained;
 use augsim_trainer::push::{GpPush, StartFrame};
 use augsim_trainer::score::{Score, quantile};
 use augsim_trainer::{Forecaster, Losses, Protocol, Recipe, SAMPLES, Sequence, Task};

@@ -1,8 +1,9 @@
 //! The distribution of one push that is repeated (paper, section IV-B): samples of the models against the truth of
 //! the virtual laboratory.
 
-use super::data::{LABORATORY, recipe};
+use super::data::LABORATORY;
 use augsim_physics::push::laboratory::Protocol;
+use augsim_session::run_data::recipe;
 use augsim_trainer::push::{cloud, pushes};
 use augsim_trainer::{Forecaster, Sequence, Sequences, Task};
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 
 use super::file::Value;
 use crate::args::Args;
-use crate::usage::Usage;
+use augsim_session::Usage;
 use clap::builder::ValueParser;
 use clap::{Arg, ArgAction, Command, CommandFactory};
 use std::any::TypeId;

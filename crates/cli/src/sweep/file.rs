@@ -1,7 +1,7 @@
 //! `SWEEP.toml`: a command, options that all tasks share, lists to cross, and the scores to look at.
 
-use crate::usage::Usage;
 use augsim_data::read_text;
+use augsim_session::Usage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -3,8 +3,8 @@
 //! Paths are relative to the folder of `SWEEP.toml`, and so they stand in the tasks: a project that is moved as a whole
 //! keeps its tasks and their results.
 
-use crate::usage::Usage;
 use anyhow::Context;
+use augsim_session::Usage;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

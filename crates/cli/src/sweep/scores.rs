@@ -1,7 +1,7 @@
 //! Scores: values of a task's result that fill a row of the table.
 
-use crate::usage::Usage;
 use anyhow::bail;
+use augsim_session::Usage;
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;

@@ -7,7 +7,8 @@ mod tones;
 
 use serde::{Deserialize, Serialize};
 
-use crate::page::{Method, Provenance};
+use crate::figure::Figure;
+use crate::page::{Block, Method, Provenance};
 
 /// Everything that a discovery report shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -368,4 +369,29 @@ pub struct Unexplained {
 #[must_use]
 pub fn discovery_report(report: &DiscoveryReport) -> String {
     page::page(report).render()
+}
+
+/// Sections of an excerpt.
+const EXCERPT: usize = 3;
+
+/// The beginning of the report as one HTML page of its own, for where there is little room: title, outcome and the first
+/// sections that have content.
+#[must_use]
+pub fn discovery_excerpt(report: &DiscoveryReport) -> String {
+    let mut page = page::page(report);
+    page.sections.retain(|section| !section.blocks.is_empty());
+    page.sections.truncate(EXCERPT);
+    page.render()
+}
+
+/// All figures of the report in its order, each with its title.
+#[must_use]
+pub fn discovery_figures(report: &DiscoveryReport) -> Vec<Figure> {
+    let blocks = page::page(report).sections.into_iter().flat_map(|section| section.blocks);
+    let figures = |block| match block {
+        Block::Figure(figure) => vec![figure.figure],
+        Block::Grid(grid) => grid.figures,
+        _ => Vec::new(),
+    };
+    blocks.flat_map(figures).collect()
 }

@@ -1,6 +1,6 @@
 //! Folders that this process makes; those that stay empty are removed when it ends.
 
-use crate::usage::Usage;
+use crate::Usage;
 use anyhow::Context;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -1,34 +1,40 @@
 //! A discovery as a page.
 
-use crate::args::Discover;
-use crate::command_line::quoted;
-use crate::record::{fingerprint, shown};
+use crate::{Circumstances, Subject};
 use augsim_discovery::{Bin, Discovery, Estimate, Rmse, Verdict};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::discovery as page;
-use augsim_report::page::{DataSource, Method, Provenance};
+use augsim_report::page::{Method, Provenance};
 use augsim_report::{DiscoveryReport, discovery};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Percentiles that a discovery lists, as quantiles of a normal law: 1, 5, 25, 50, 75, 95, 99 %.
 const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
 
 /// A declared parameter: name, value, and whether it is frozen.
-pub type Declared = (String, f64, bool);
+type Declared = (String, f64, bool);
 
 /// The declared model, as far as the page shows it.
 #[derive(Debug)]
-pub struct Subject {
+struct Shown {
     /// The kind of system.
-    pub scenario: String,
+    scenario: String,
     /// What is forecast.
-    pub quantity: String,
+    quantity: String,
     /// The declared parameters.
-    pub declared: Vec<Declared>,
+    declared: Vec<Declared>,
 }
 
-impl From<&ModelFile> for Subject {
+impl From<&Subject> for Shown {
+    fn from(subject: &Subject) -> Self {
+        match subject {
+            Subject::BuiltIn(model) => Shown::from(&**model),
+            Subject::Written(model) => Shown::from(&**model),
+        }
+    }
+}
+
+impl From<&ModelFile> for Shown {
     fn from(model: &ModelFile) -> Self {
         let (scenario, quantity, parameters): (&str, &str, &[Parameter]) = match model {
             ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
@@ -41,7 +47,7 @@ impl From<&ModelFile> for Subject {
     }
 }
 
-impl From<&augsim_written::Model> for Subject {
+impl From<&augsim_written::Model> for Shown {
     fn from(model: &augsim_written::Model) -> Self {
         let declared = model.parameters.iter().map(|p| (p.name.clone(), p.nominal, p.frozen)).collect();
         let output = model.outputs.first().map_or("", |o| &o.name);
@@ -54,9 +60,9 @@ impl From<&augsim_written::Model> for Subject {
 }
 
 /// Fills the page's input.
-pub fn page(args: &Discover, seed: u64, subject: &Subject, d: &Discovery) -> DiscoveryReport {
-    let Subject { scenario, quantity, declared } = subject;
-    let name = args.data.file_stem().unwrap_or_default().to_string_lossy();
+pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryReport {
+    let Shown { scenario, quantity, declared } = &Shown::from(subject);
+    let name = &of.name;
     DiscoveryReport {
         title: format!("{name}: what the model lacks"),
         scenario: scenario.clone(),
@@ -141,13 +147,13 @@ pub fn page(args: &Discover, seed: u64, subject: &Subject, d: &Discovery) -> Dis
         }),
         next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
         model_toml: d.model_toml.clone(),
-        reproduce: vec![repeat(args, seed)],
+        reproduce: Some(of.reproduce.clone()).filter(|command| !command.is_empty()).into_iter().collect(),
         methods: if d.push.is_some() { push_methods() } else { methods() },
         notes: d.push.as_ref().map(push_notes).unwrap_or_default(),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(seed),
-            data: vec![source(&args.model, &args.out), source(&args.data, &args.out)],
+            seed: Some(of.seed),
+            data: of.sources.clone(),
             ..Provenance::default()
         },
         ..DiscoveryReport::default()
@@ -244,21 +250,6 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
         "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
         _ => String::new(),
     }
-}
-
-/// The command that repeats the discovery; the folder of the results does not decide them.
-fn repeat(args: &Discover, seed: u64) -> String {
-    let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
-    words.extend([&args.model, &args.data].map(|path| shown(path, &args.out)));
-    words.extend(["--train-share".to_owned(), args.train_share.to_string()]);
-    words.extend(args.group.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
-    words.extend(args.accept.accept.iter().flat_map(|check| ["--accept".to_owned(), check.to_string()]));
-    words.extend(["--seed".to_owned(), seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);
-    quoted(&words)
-}
-
-fn source(path: &Path, out: &Path) -> DataSource {
-    DataSource { path: shown(path, out), hash: fingerprint(path) }
 }
 
 /// What a push's page says beside its tables.

@@ -2,10 +2,10 @@
 
 use super::fit::{fit, prepared};
 use super::records;
+use crate::DataFrom;
 use augsim_data::Dataset;
 use augsim_physics::system::Record;
 use augsim_written::{MeasuredModel, Model, WrittenSystem};
-use std::path::Path;
 
 /// Windows that the data are to have at least, where they are long enough: some of them are held out.
 const WINDOWS: f64 = 24.0;
@@ -16,7 +16,7 @@ const SAMPLES: f64 = 500.0;
 ///
 /// # Errors
 /// A column is missing, or the declared model cannot be simulated.
-pub fn measured(model: &Model, data: &Path) -> anyhow::Result<(MeasuredModel, Dataset)> {
+pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<(MeasuredModel, Dataset)> {
     let measured = records::read(data, model)?;
     let records = records::records(&measured.data, model, true)?;
     let fitted = fit(model, &records)?;

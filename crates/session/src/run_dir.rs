@@ -1,6 +1,6 @@
 //! The run directory: `config.resolved.toml`, `metrics.jsonl`, `checkpoint.bin`, `weights.safetensors`.
 
-use crate::exit::Usage;
+use crate::Usage;
 use anyhow::Context;
 use augsim_data::atomic_write;
 use augsim_data::checks::Check;
@@ -17,6 +17,13 @@ use std::path::{Path, PathBuf};
 pub enum DataSource {
     /// A file.
     File(PathBuf),
+    /// A table in memory, of which its name and content in a few characters stay.
+    Table {
+        /// Name.
+        name: String,
+        /// Checksum and size.
+        content: String,
+    },
     /// Generated from the paper's law.
     PaperLaw {
         /// Number of trajectories.

@@ -2,6 +2,7 @@
 
 pub mod discovery;
 pub mod fit;
+pub mod fitted;
 pub mod forecast;
 pub mod records;
 
@@ -11,15 +12,18 @@ use std::path::Path;
 /// Whether a file is the model of a written system. One that cannot be read, or says nothing, is left to the reader that
 /// has the sentence for it.
 pub fn is_model(path: &Path) -> bool {
+    // A stream can be read once only, and an endless one never: what is no file is left to the reader of the others.
+    let text = path.is_file().then(|| augsim_data::read_text(path).ok()).flatten();
+    text.is_some_and(|text| is_model_text(&text))
+}
+
+/// Whether a text is the model of a written system.
+pub fn is_model_text(text: &str) -> bool {
     #[derive(serde::Deserialize)]
     struct Head {
         scenario: Option<String>,
     }
-    // A stream can be read once only, and an endless one never: what is no file is left to the reader of the others.
-    let Some(text) = path.is_file().then(|| augsim_data::read_text(path).ok()).flatten() else {
-        return false;
-    };
-    match toml::from_str::<Head>(&text) {
+    match toml::from_str::<Head>(text) {
         Ok(head) => head.scenario.as_deref() == Some("system"),
         // A syntax error further down does not change what the file is about.
         Err(_) => text.lines().any(|line| line.replace(' ', "").starts_with("scenario=\"system\"")),

@@ -1,7 +1,6 @@
 //! The lock of a folder: one process at a time writes there.
 
-use crate::exit::Usage;
-use crate::folders;
+use crate::{Usage, folders};
 use anyhow::Context;
 use augsim_data::{check_writable, remove_stale};
 use std::fs::{File, TryLockError};

@@ -1,10 +1,10 @@
 //! Measured data as the columns of a model.
 
+use crate::DataFrom;
 use anyhow::Context;
-use augsim_data::{Dataset, NamedCsv, Trajectory, Unit, shown, shown_list};
+use augsim_data::{Dataset, Trajectory, Unit, shown, shown_list};
 use augsim_physics::system::{Record, Stream};
 use augsim_written::Model;
-use std::path::Path;
 use thiserror::Error;
 
 /// Names of the long form that no model names.
@@ -39,14 +39,15 @@ pub struct Measured {
 ///
 /// # Errors
 /// One of them is missing, or the file cannot be read.
-pub fn read(path: &Path, model: &Model) -> anyhow::Result<Measured> {
-    let csv = NamedCsv::open(path)?;
+pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured> {
+    let from = from.into();
+    let csv = from.named()?;
     let header = csv.header().to_vec();
     let inputs = model.inputs.iter().map(|i| (i.name.as_str(), i.unit, "an input"));
     let outputs = model.outputs.iter().map(|o| (o.name.as_str(), o.unit, "an output"));
     let named: Vec<(&str, Option<Unit>, &'static str)> = inputs.chain(outputs).collect();
     if let Some((column, _, what)) = named.iter().find(|(name, ..)| !header.iter().any(|h| h == name)) {
-        let (data, model) = (path.display().to_string(), model.file.clone());
+        let (data, model) = (from.to_string(), model.file.clone());
         return Err(NoColumn { data, column: (*column).to_owned(), what, model, header }.into());
     }
     let is_named = |h: &str| named.iter().any(|(name, ..)| *name == h) || OF_THE_FORM.contains(&h);

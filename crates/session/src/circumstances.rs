@@ -1,0 +1,52 @@
+//! The circumstances of a discovery, as its page shows them.
+
+use crate::command_line::quoted;
+use crate::provenance::{fingerprint, shown};
+use crate::{DataFrom, Wanted};
+use augsim_report::page::DataSource;
+use std::path::Path;
+
+/// The circumstances of a discovery.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Circumstances {
+    /// Name of the data.
+    pub name: String,
+    /// Seed.
+    pub seed: u64,
+    /// The model file and the data.
+    pub sources: Vec<DataSource>,
+    /// What to type to repeat it; empty where nothing on disk would.
+    pub reproduce: String,
+}
+
+impl Circumstances {
+    /// Of a discovery whose page lies in the folder `out`. A `model` that is no file has no path.
+    pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &Wanted, out: &Path) -> Self {
+        let of_file = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
+        let mut sources: Vec<DataSource> = model.map(of_file).into_iter().collect();
+        let (name, reproduce) = match data {
+            DataFrom::File(path) => {
+                sources.push(of_file(path));
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                (name, model.map_or_else(String::new, |model| command(model, path, wanted, out)))
+            }
+            DataFrom::Table { name, .. } => {
+                sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
+                (name.clone(), String::new())
+            }
+        };
+        Circumstances { name, seed: wanted.options.seed, sources, reproduce }
+    }
+}
+
+/// The command that repeats the discovery; the folder of the results does not decide them.
+fn command(model: &Path, data: &Path, wanted: &Wanted, out: &Path) -> String {
+    let Wanted { groups, accept, options } = wanted;
+    let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
+    words.extend([model, data].map(|path| shown(path, out)));
+    words.extend(["--train-share".to_owned(), options.train_share.to_string()]);
+    words.extend(groups.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
+    words.extend(accept.iter().flat_map(|check| ["--accept".to_owned(), check.to_string()]));
+    words.extend(["--seed".to_owned(), options.seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);
+    quoted(&words)
+}

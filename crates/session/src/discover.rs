@@ -1,0 +1,76 @@
+//! The loop on a model of any kind and data from anywhere.
+
+use crate::{DataFrom, Subject, Usage, written};
+use augsim_data::checks::Check;
+use augsim_data::{Dataset, MissingCells, Trajectory};
+use augsim_discovery::{Discovery, Options, Progress, discover_push};
+use augsim_physics::model::ModelFile;
+use std::collections::BTreeSet;
+
+/// What a user wants of a discovery.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Wanted {
+    /// Only trajectories of these groups; all where there is none.
+    pub groups: Vec<String>,
+    /// Checks of suspicious data that are not made: the same as in the options, in the order in which they were named.
+    pub accept: Vec<Check>,
+    /// Choices of the loop.
+    pub options: Options,
+}
+
+/// Finds what the model lacks to explain the data; `told` hears of each step when it begins.
+///
+/// # Errors
+/// The model or the data do not allow an answer, or a group is not in the data.
+pub fn discover(
+    subject: &Subject,
+    data: &DataFrom,
+    wanted: &Wanted,
+    told: &mut dyn FnMut(Progress),
+) -> anyhow::Result<Discovery> {
+    if !(wanted.options.train_share > 0.0 && wanted.options.train_share < 1.0) {
+        let share = wanted.options.train_share;
+        return Err(Usage(format!("--train-share {share}: must lie between 0 and 1")).into());
+    }
+    let Wanted { groups, options, .. } = wanted;
+    match subject {
+        Subject::Written(model) => {
+            told(Progress::Calibration);
+            let (declared, set) = written::discovery::measured(model, data)?;
+            Ok(augsim_discovery::discover(&declared, &of_groups(groups, data, set)?, options, told)?)
+        }
+        Subject::BuiltIn(model) => {
+            let set = of_groups(groups, data, data.read(MissingCells::AsGap)?)?;
+            let mut model = ModelFile::clone(model);
+            if !groups.is_empty() {
+                // The model may have values for groups that were not asked for.
+                model.keep_groups(groups);
+            }
+            Ok(match &model {
+                ModelFile::Ball(model) => augsim_discovery::discover(model, &set, options, told)?,
+                ModelFile::Push(model) => discover_push(model, &set, options, told)?,
+            })
+        }
+    }
+}
+
+/// The trajectories of the groups asked for; all without such a wish.
+fn of_groups(groups: &[String], from: &DataFrom, data: Dataset) -> anyhow::Result<Dataset> {
+    if groups.is_empty() {
+        return Ok(data);
+    }
+    let known: BTreeSet<&str> = data.trajectories().iter().filter_map(Trajectory::group).collect();
+    if let Some(unknown) = groups.iter().find(|g| !known.contains(g.as_str())) {
+        let list: Vec<&str> = known.into_iter().collect();
+        let remedy = if list.is_empty() {
+            format!("{from} has no column `group`; leave --group out")
+        } else {
+            format!("{from} has {}", list.join(", "))
+        };
+        return Err(Usage(format!("--group {unknown}: no trajectory is in this group; {remedy}")).into());
+    }
+    let is_wanted = |t: &Trajectory| t.group().is_some_and(|g| groups.iter().any(|w| w == g));
+    let all = data.trajectories().iter().enumerate();
+    let indices: Vec<usize> = all.filter(|(_, t)| is_wanted(t)).map(|(i, _)| i).collect();
+    Ok(data.select(&indices))
+}

@@ -1,0 +1,75 @@
+//! Forecasts of a trained run, summed up over their samples.
+
+use crate::Usage;
+use augsim_data::{Column, Dataset, Limit, Trajectory};
+use augsim_trainer::score::quantile;
+use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task};
+use rayon::prelude::*;
+
+/// What is told of each column, in order.
+const STATISTICS: [&str; 6] = ["mean", "median", "q05", "q25", "q75", "q95"];
+
+/// Forecasts from the first state of each trajectory alone, `samples` of each: mean, median, 50 and 90 % bands of every
+/// state column at the times `times[trajectory][sample]`, s.
+///
+/// # Errors
+/// More samples than memory is allowed for, or a net that cannot be run on these trajectories.
+pub fn bands(
+    model: &NetModel,
+    starts: &Sequences,
+    times: &[Vec<f64>],
+    samples: usize,
+) -> anyhow::Result<Dataset> {
+    let longest = starts.items.iter().map(|q| q.time).max().unwrap_or(0);
+    check_size(1, samples, longest, starts.columns.len())?;
+    let rows = starts
+        .items
+        .par_iter()
+        .zip(times)
+        .enumerate()
+        .map(|(i, (q, t))| {
+            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
+            let columns = summarise(&model.forecast(task, samples)?, q.time);
+            Ok(Trajectory::new(q.id.clone(), t.clone(), columns)?)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let names = starts.columns.iter().flat_map(|c| column_names(c)).collect::<Vec<_>>();
+    let columns = names.iter().map(|n| Column::new(n)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Dataset::new(columns, rows)?)
+}
+
+/// Checks that forecasts of so many trajectories, samples, times and columns have room in memory.
+///
+/// # Errors
+/// [`Usage`], where they have not, or there is no sample.
+pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usize) -> Result<(), Usage> {
+    if samples == 0 {
+        return Err(Usage("--samples 0: give at least one".to_owned()));
+    }
+    let sizes = [trajectories, samples, time, columns];
+    let cells = sizes.into_iter().fold(1_u64, |cells, size| cells.saturating_mul(size as u64));
+    Limit::Cells.check(cells).map_err(|e| Usage(format!("--samples {samples}: each forecast {e}")))
+}
+
+/// `velocity_m_s` to `mean_velocity_m_s` and so on: the unit stays the suffix.
+fn column_names(column: &str) -> [String; 6] {
+    STATISTICS.map(|s| format!("{s}_{column}"))
+}
+
+/// The statistics of every column over the samples, at each time.
+fn summarise(samples: &Samples, time: usize) -> Vec<Vec<f64>> {
+    let columns = samples.values.len() / samples.count / time;
+    let mut out = vec![Vec::with_capacity(time); columns * STATISTICS.len()];
+    for (row, values) in samples.values.chunks_exact(samples.count).enumerate() {
+        let mut sorted = values.to_vec();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64;
+        let quantiles = [0.5, 0.05, 0.25, 0.75, 0.95].map(|q| quantile(&sorted, q));
+        let first = row % columns * STATISTICS.len();
+        out[first].push(mean);
+        for (slot, q) in out[first + 1..].iter_mut().zip(quantiles) {
+            slot.push(q);
+        }
+    }
+    out
+}

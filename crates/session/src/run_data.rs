@@ -1,0 +1,140 @@
+//! Data as the engine of a run needs them.
+
+use crate::run_dir::{Config, DataSource};
+use crate::{DataFrom, Usage};
+use anyhow::Context;
+use augsim_data::checks::{Admitted, Expected, Warning, admit};
+use augsim_data::push::resample;
+use augsim_data::{DataError, Dataset, MissingCells};
+use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
+use augsim_physics::push::Object;
+use augsim_physics::push::laboratory::{self, Protocol, SupportSheet};
+use augsim_trainer::push::{Thinning, pushes};
+use augsim_trainer::{Engine, Recipe, Sequences};
+
+/// Rate at which published recordings are brought onto one clock, Hz: that of their sensors.
+pub const PUBLISHED_RATE_HZ: f64 = 250.0;
+
+/// The engine of the paper's experiment with drops: restitution 0.65, Bullet's damping, 60 Hz.
+pub fn paper_engine() -> Engine {
+    Engine::PybulletBall(paper_law::paper_engine())
+}
+
+/// The data set of a source, checked to have the engine's step.
+///
+/// # Errors
+/// It cannot be read or made, its step is another, or it was a table in memory, which no file can bring back.
+pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
+    let made = match source {
+        DataSource::File(path) => return read_measured(&DataFrom::File(path.clone()), engine),
+        DataSource::Table { name, .. } => {
+            let text =
+                format!("the data of this run were a table in memory, {name}; it cannot be read again");
+            return Err(Usage(text).into());
+        }
+        DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
+        DataSource::PushLaboratory { object, surface, pushes, seed } => {
+            recipe(Protocol::Mit, object, surface, *pushes)?.generate(*seed)?.data
+        }
+    };
+    if let Some(step_s) = engine.step_s() {
+        check_rate(&made, step_s)?;
+    }
+    Ok(made)
+}
+
+/// Measured trajectories, checked to have the engine's step. Where the actions have a clock, streams may have each its own,
+/// with gaps between.
+///
+/// # Errors
+/// They cannot be read, or their step is another.
+pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset> {
+    let Some(step_s) = engine.step_s() else { return Ok(from.read(MissingCells::AsGap)?) };
+    let data = from.read(MissingCells::Refuse)?;
+    check_rate(&data, step_s).with_context(|| from.to_string())?;
+    Ok(data)
+}
+
+/// The engine's columns of a data set: at its step, or on one clock and thinned.
+///
+/// # Errors
+/// A column is missing, or a sample has a gap.
+pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
+    if engine.step_s().is_some() {
+        return Ok(Sequences::with_actions(data, &engine.columns(), &engine.action_columns())?);
+    }
+    let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
+    let resampled = streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
+    Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
+}
+
+/// The engine's columns of a source.
+///
+/// # Errors
+/// As [`read`] and [`sequences`].
+pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
+    sequences(&read(source, engine)?, engine)
+}
+
+/// The recipe of a set of the laboratory.
+///
+/// # Errors
+/// There is no such object or support.
+pub fn recipe(
+    protocol: Protocol,
+    object: &str,
+    surface: &str,
+    pushes: usize,
+) -> anyhow::Result<laboratory::Recipe> {
+    let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
+    let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
+    Ok(laboratory::Recipe::new(protocol, &known, sheet, pushes))
+}
+
+/// The engine's columns of measured trajectories, with the times of the samples of each, s.
+///
+/// # Errors
+/// As [`read_measured`] and [`sequences`].
+pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences, Vec<Vec<f64>>)> {
+    let data = read_measured(from, engine)?;
+    let all = sequences(&data, engine)?;
+    // Where the actions have a clock, it is the last of them, and samples may have been left out.
+    let times = match engine.step_s() {
+        Some(_) => data.trajectories().iter().map(|t| t.time_s().to_vec()).collect(),
+        None => all
+            .items
+            .iter()
+            .map(|q| (0..q.time).filter_map(|t| q.action(t).last().copied()).collect())
+            .collect(),
+    };
+    Ok((all, times))
+}
+
+/// Trajectories of a run to train on: those of a file after every check of suspicious data, with what these warn of.
+///
+/// # Errors
+/// As [`read`] and [`admit_measured`].
+pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
+    let engine = &config.settings.engine;
+    let data = read(&config.data, engine)?;
+    match config.data {
+        DataSource::File(_) => admit_measured(data, config),
+        _ => Ok((sequences(&data, engine)?, Vec::new())),
+    }
+}
+
+/// Measured trajectories to train on as a run is configured, after every check of suspicious data, with what these warn of.
+///
+/// # Errors
+/// What cannot be right, or lacks what the engine needs.
+pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
+    let engine = &config.settings.engine;
+    // A net without physics may learn any world: nothing is expected of its gravity.
+    let expected = match config.settings.recipe {
+        Recipe::Neural | Recipe::NeuralPlus => Expected::default(),
+        _ => engine.expected(),
+    };
+    let accepted = config.accept.iter().copied().collect();
+    let Admitted { data, warnings } = admit(data, &expected, accepted).map_err(DataError::from)?;
+    Ok((sequences(&data, engine)?, warnings))
+}

@@ -1,0 +1,75 @@
+//! A model file of any kind.
+
+use crate::written;
+use augsim_physics::model::{ModelFile, Parameter};
+use std::path::Path;
+
+/// A model file of any kind.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Subject {
+    /// A scenario that is built in: the ball, or pushing.
+    BuiltIn(Box<ModelFile>),
+    /// A system of equations that its file writes out.
+    Written(Box<augsim_written::Model>),
+}
+
+impl Subject {
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// The first mistake, with file, line and remedy.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        match written::is_model(path) {
+            true => Ok(Subject::Written(Box::new(written::read(path)?))),
+            false => Ok(Subject::BuiltIn(Box::new(ModelFile::read(path)?))),
+        }
+    }
+
+    /// Parses the text of a model file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Subject::read`].
+    pub fn parse(text: &str, file: &str) -> anyhow::Result<Self> {
+        match written::is_model_text(text) {
+            true => Ok(Subject::Written(Box::new(augsim_written::model::parse(text, file)?))),
+            false => Ok(Subject::BuiltIn(Box::new(ModelFile::parse(text, file)?))),
+        }
+    }
+
+    /// The scenario, as the file has it: `ball`, `push` or `system`.
+    pub fn scenario(&self) -> &'static str {
+        match self {
+            Subject::BuiltIn(model) => match **model {
+                ModelFile::Ball(_) => "ball",
+                ModelFile::Push(_) => "push",
+            },
+            Subject::Written(_) => "system",
+        }
+    }
+
+    /// Declared parameters, then those of the effects in the model.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        match self {
+            Subject::BuiltIn(model) => model.parameters().cloned().collect(),
+            Subject::Written(model) => {
+                let declared = |p: &augsim_written::model::Parameter| Parameter {
+                    frozen: p.frozen,
+                    ci95: p.ci95,
+                    ..Parameter::free(p.name.clone(), p.nominal, p.min, p.max)
+                };
+                model.parameters.iter().map(declared).collect()
+            }
+        }
+    }
+
+    /// The text of the model file.
+    ///
+    /// # Errors
+    /// The text of a changed model cannot be read back to the same model.
+    pub fn to_toml(&self) -> anyhow::Result<String> {
+        match self {
+            Subject::BuiltIn(model) => Ok(model.readable()?),
+            Subject::Written(model) => Ok(model.to_toml()?),
+        }
+    }
+}

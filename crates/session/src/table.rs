@@ -1,0 +1,114 @@
+//! A table in memory as the CSV file that it would be written to.
+
+use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, shown};
+
+/// Cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Labels: of trajectories and groups.
+    Text(Vec<String>),
+    /// Numbers; NaN is a gap.
+    Numbers(Vec<f64>),
+}
+
+impl Cells {
+    fn len(&self) -> usize {
+        match self {
+            Cells::Text(text) => text.len(),
+            Cells::Numbers(numbers) => numbers.len(),
+        }
+    }
+}
+
+/// The bytes of the file with these columns by name. Numbers are written to the last digit that tells them apart.
+///
+/// # Errors
+/// No column, no row, columns of different lengths, or an infinite number.
+pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
+    let Some((first, rows)) = columns.first().map(|(name, cells)| (name, cells.len())) else {
+        anyhow::bail!("the table has no columns; it needs `trajectory`, `t_s` and measured ones");
+    };
+    if let Some((name, cells)) = columns.iter().find(|(_, cells)| cells.len() != rows) {
+        let (name, first, found) = (shown(name), shown(first), cells.len());
+        anyhow::bail!("the table's column `{name}` has {found} values, but `{first}` has {rows}");
+    }
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(columns.iter().map(|(name, _)| name))?;
+    for row in 0..rows {
+        for (name, cells) in columns {
+            match cells {
+                Cells::Text(text) => writer.write_field(&text[row])?,
+                Cells::Numbers(numbers) if numbers[row].is_nan() => writer.write_field("")?,
+                Cells::Numbers(numbers) if numbers[row].is_finite() => {
+                    writer.write_field(format!("{:e}", numbers[row]))?;
+                }
+                Cells::Numbers(numbers) => {
+                    let (name, value) = (shown(name), numbers[row]);
+                    anyhow::bail!(
+                        "the table's column `{name}`, row {row}: {value} is no measurement; leave the cell empty (NaN)"
+                    );
+                }
+            }
+        }
+        writer.write_record(None::<&[u8]>)?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+/// The columns of a data set in long form.
+pub fn long(set: &Dataset) -> Vec<(String, Cells)> {
+    let all = || set.trajectories().iter();
+    let labels = |label: &dyn Fn(&Trajectory) -> String| {
+        Cells::Text(all().flat_map(|t| std::iter::repeat_n(label(t), t.len())).collect())
+    };
+    let mut columns = vec![(TRAJECTORY.to_owned(), labels(&|t| t.id().to_owned()))];
+    if all().any(|t| t.group().is_some()) {
+        columns.push((GROUP.to_owned(), labels(&|t| t.group().unwrap_or_default().to_owned())));
+    }
+    columns.push((TIME.to_owned(), Cells::Numbers(all().flat_map(|t| t.time_s()).copied().collect())));
+    columns.extend(set.columns().iter().enumerate().map(|(i, column)| {
+        (column.name().to_owned(), Cells::Numbers(all().flat_map(|t| t.column(i)).copied().collect()))
+    }));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what is read back from the bytes is what was in the table, to the last bit.
+    use super::*;
+    use crate::DataFrom;
+    use augsim_data::MissingCells;
+
+    fn numbers(values: &[f64]) -> Cells {
+        Cells::Numbers(values.to_vec())
+    }
+
+    #[test]
+    fn a_table_reads_back_to_the_last_bit() {
+        let heights = [0.1 + 0.2, f64::NAN, 5e-324, -1.797e308];
+        let table = [
+            ("trajectory".to_owned(), Cells::Text(["a, b", "a, b", "c\"", "c\""].map(String::from).to_vec())),
+            ("t_s".to_owned(), numbers(&[0.0, 1.0 / 3.0, 0.0, 1e-9])),
+            ("height_m".to_owned(), numbers(&heights)),
+        ];
+        let csv = csv(&table).expect("a table").into();
+        let data = DataFrom::Table { name: "table".into(), csv }.read(MissingCells::AsGap).expect("data");
+        let back: Vec<u64> =
+            data.series("height_m").expect("the column").flatten().map(|v| v.to_bits()).collect();
+        assert_eq!(back, heights.map(|v| if v.is_nan() { f64::NAN.to_bits() } else { v.to_bits() }));
+        assert_eq!(data.trajectories()[0].id(), "a, b");
+        assert_eq!(data.trajectories()[0].time_s(), [0.0, 1.0 / 3.0]);
+    }
+
+    #[test]
+    fn a_table_that_is_none_is_refused() {
+        let refused = |columns: &[(&str, Cells)]| {
+            let owned: Vec<_> = columns.iter().map(|(n, c)| ((*n).to_owned(), c.clone())).collect();
+            csv(&owned).unwrap_err().to_string()
+        };
+        assert!(refused(&[]).contains("no columns"));
+        let uneven = [("t_s", numbers(&[0.0, 1.0])), ("height_m", numbers(&[0.0]))];
+        assert!(refused(&uneven).contains("`height_m` has 1 values, but `t_s` has 2"));
+        assert!(refused(&[("height_m", numbers(&[0.0, f64::INFINITY]))]).contains("row 1: inf"));
+    }
+}
