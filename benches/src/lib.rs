@@ -1,6 +1,4 @@
-//! What the benches share: clocks, work of given extents, the push net, and the figures of one machine.
-//! Criterion benches lie in `benches/`, programs that print tables in `src/bin`, and the comparison with
-//! PyTorch and JAX in `peers/`.
+#![doc = include_str!("../README.md")]
 
 pub mod clock;
 pub mod flops;

@@ -49,6 +49,29 @@ pub struct Answers {
     pub sets: BTreeMap<String, Answer>,
 }
 
+impl Answers {
+    /// Answers to keep, with the reason why they are these.
+    ///
+    /// # Panics
+    /// If the reason is too short to be one.
+    pub fn minted(reason: String, sets: BTreeMap<String, Answer>) -> Self {
+        assert!(reason.len() > 10, "AUGSIM_MINT says why the answers change");
+        Self { reason, sets }
+    }
+
+    /// One line for each answer that is not the one kept, for each that is missing, and for each that is new.
+    pub fn differences(&self, found: &BTreeMap<String, Answer>) -> Vec<String> {
+        let missing = self.sets.keys().filter(|name| !found.contains_key(*name));
+        let missing = missing.map(|name| format!("{name}: kept, and not found"));
+        let changed = found.iter().filter_map(|(name, answer)| match self.sets.get(name) {
+            Some(kept) if kept == answer => None,
+            Some(kept) => Some(format!("{name}:\n  kept  {kept:?}\n  found {answer:?}")),
+            None => Some(format!("{name}: found, and not kept")),
+        });
+        missing.chain(changed).collect()
+    }
+}
+
 /// The numbers of a discovery that a change of structure must not change, rounded to seven digits: words, times and the
 /// model file's text are left out.
 ///

@@ -73,6 +73,9 @@ pub enum Command {
     Sweep(Sweep),
     /// Look at data files.
     Data(Data),
+    /// Print this reference as a page in Markdown.
+    #[command(hide = true)]
+    Reference,
 }
 
 /// Options of `demo`.

@@ -1,4 +1,4 @@
-//! The `augsim` binary: parse, resolve, run, exit code.
+#![doc = include_str!("../README.md")]
 
 mod args;
 mod chain;

@@ -1,12 +1,4 @@
-//! Trajectories with named columns and units: readers, writers, splits, normalisation.
-//!
-//! A [`Dataset`] holds [`Trajectory`]s that share [`Column`]s; every column name ends in its SI
-//! [`Unit`] (`height_m`, `velocity_m_s`). [`read_dataset`] reads any known layout,
-//! [`read_csv`] and [`write_csv`] exchange the long form with files, [`read_npz`] and [`write_npz`] the same
-//! names with numpy, [`push`] reads measured pushes, [`Split`] deals whole trajectories out for training and testing, [`Normaliser`] scales
-//! columns, [`Summary`] describes a set for people, [`checks`] find sets that cannot be what their names say,
-//! [`atomic_write`] writes a file whole or not at all, [`Limit`] bounds what a file may ask of the machine, [`printable`]
-//! makes its text fit for a terminal, and [`random_stream`] gives every (seed, purpose, index) its own random numbers.
+#![doc = include_str!("../README.md")]
 
 mod assemble;
 pub mod atomic_file;

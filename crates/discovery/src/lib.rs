@@ -1,11 +1,4 @@
-//! Calibration, residuals, structure tests and the search for missing effects.
-//!
-//! [`discover`] takes a declared model and measured trajectories and says what the model lacks: nothing, effects of the
-//! library, or something that the library does not know. Noise is estimated from the data alone; parameters are fitted
-//! through the simulator by Levenberg-Marquardt with exact sensitivities and eliminated initial states (Golub and Pereyra
-//! 1973); candidates are found by score tests (Rao 1948), chosen by penalised likelihood on training trajectories and
-//! confirmed on held-out ones; what is left is tested in families of fixed level; random parameters are integrated out by
-//! Laplace's approximation with MacKay's fixed point for its scale.
+#![doc = include_str!("../README.md")]
 
 mod accept;
 mod addition;

@@ -1,9 +1,4 @@
-//! Layers, losses, optimiser, schedules, named parameters, checkpoints, and the exchange of weights with
-//! PyTorch.
-//!
-//! Parameters live in one flat [`Params`] store under PyTorch's names. A layer holds only the ids of its
-//! parameters; its forward pass takes the [`Bound`] parameters of the tape it records on. Sequences are
-//! `[time, feature, batch]`.
+#![doc = include_str!("../README.md")]
 
 mod adam;
 pub mod checkpoint;

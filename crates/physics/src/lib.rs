@@ -1,4 +1,4 @@
-//! Ball and pushing engines, effects, sensor models and model files.
+#![doc = include_str!("../README.md")]
 
 pub mod ball;
 mod dual;

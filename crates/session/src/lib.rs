@@ -1,9 +1,4 @@
-//! The steps of a user's session, for every door to it: the command line and the Python package call the same functions, so
-//! that the same inputs and seed give the same bytes through both.
-//!
-//! [`Subject`] is a model file of any kind, [`DataFrom`] says where trajectories come from, [`discover`] closes the loop on
-//! them, [`training_run`] trains into a [`run_dir`], [`forecast`] sums up what a trained run foretells, [`Failure`] sorts what
-//! went wrong. Nothing here prints.
+#![doc = include_str!("../README.md")]
 
 mod circumstances;
 pub mod command_line;

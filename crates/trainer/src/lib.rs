@@ -1,8 +1,4 @@
-//! The model classes of the paper, their training, and honest evaluation.
-//!
-//! [`Training`] trains the net of a [`Recipe`] on [`Sequences`]; a [`Forecaster`] gives trajectories from
-//! the first state and the actions alone; [`evaluate_forecast`] and [`evaluate_reconstruction`] score them under a named
-//! [`Protocol`].
+#![doc = include_str!("../README.md")]
 
 mod engine;
 mod error;

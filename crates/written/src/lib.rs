@@ -1,5 +1,4 @@
-//! Systems that users write as equations: model files, an expression compiler with exact derivatives, and an engine
-//! that simulates many windows at once with their sensitivities.
+#![doc = include_str!("../README.md")]
 
 mod bridge;
 mod compile;

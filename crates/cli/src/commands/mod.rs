@@ -11,6 +11,7 @@ mod inspect;
 mod inspect_system;
 mod model;
 mod predict;
+mod reference;
 pub mod reproduce;
 mod simulate;
 mod sweep;
@@ -36,5 +37,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
         Command::Reproduce(a) => reproduce::run(a, seed, force, output),
         Command::Sweep(a) => sweep::run(a, &args.global, output),
         Command::Data(a) => data::run(a, force, output),
+        Command::Reference => reference::run(output),
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! Loss: sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln P(x_t | z_t), less constants. The same
 //! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
-//! does not bound what z carries. What follows from that for forecasts is in the README.
+//! does not bound what z carries. What follows from that for forecasts is in the README of this crate.
 
 use super::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
