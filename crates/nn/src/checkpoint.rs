@@ -22,13 +22,13 @@ pub enum CheckpointError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the file system.
         source: std::io::Error,
     },
     /// The value cannot be stored.
     #[error("the state of training cannot be stored: {reason}")]
     Encode {
-        /// What the writer said.
+        /// Error of the encoder.
         reason: String,
     },
     /// The file does not begin as a checkpoint does.
@@ -54,7 +54,7 @@ pub enum CheckpointError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// The part of the file that does not fit.
         what: String,
     },
 }

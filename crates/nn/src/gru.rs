@@ -62,7 +62,7 @@ impl Gru {
     /// `each`, from the lowest; their last steps are PyTorch's `h_n`.
     ///
     /// # Errors
-    /// As [`Gru::forward`].
+    /// The errors of [`Gru::forward`].
     pub fn forward_layers<T: Scalar>(
         &self,
         tape: &mut Tape<T>,

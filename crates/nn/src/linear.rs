@@ -32,7 +32,7 @@ impl Linear {
     /// tanh of [`Linear::forward`].
     ///
     /// # Errors
-    /// As [`Linear::forward`].
+    /// The errors of [`Linear::forward`].
     pub fn forward_tanh<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Var, TensorError> {
         tape.linear_tanh(x, p[self.weight], p[self.bias])
     }

@@ -13,13 +13,13 @@ pub enum WeightsError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the file system.
         source: std::io::Error,
     },
     /// The parameters make no safetensors file.
     #[error("the weights cannot be written as safetensors: {reason}")]
     Encode {
-        /// What the writer said.
+        /// Error of the safetensors writer.
         reason: String,
     },
     /// Not a safetensors file.
@@ -27,7 +27,7 @@ pub enum WeightsError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What the reader said.
+        /// Error of the safetensors reader.
         reason: String,
     },
     /// A parameter of the net is not in the file.
@@ -55,9 +55,9 @@ pub enum WeightsError {
         path: PathBuf,
         /// The parameter.
         name: String,
-        /// What the file holds.
+        /// Extents and element type in the file.
         found: String,
-        /// What the net needs.
+        /// Extents that the net needs.
         expected: String,
     },
 }

@@ -2,7 +2,7 @@
 
 use crate::Shape;
 
-/// What can go wrong when an operation is recorded or differentiated.
+/// Refusals of an operation that is recorded or differentiated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TensorError {
     /// Two shapes do not fit together for this operation.
@@ -14,7 +14,7 @@ pub enum TensorError {
         left: Shape,
         /// Shape of the second operand.
         right: Shape,
-        /// What the operation asks for.
+        /// Rule of the operation that the shapes break.
         rule: &'static str,
     },
     /// One shape is not what the operation asks for.
@@ -24,7 +24,7 @@ pub enum TensorError {
         op: &'static str,
         /// The offending shape.
         shape: Shape,
-        /// What the operation asks for.
+        /// Rule of the operation that the shapes break.
         rule: &'static str,
     },
     /// The number of values given does not match the shape.
@@ -74,9 +74,9 @@ pub enum TensorError {
     /// The environment asks for an instruction set that this machine does not have.
     #[error("AUGSIM_SIMD={found} names no instruction set of this machine; it has {available}")]
     Simd {
-        /// What was asked for.
+        /// Name in the environment variable.
         found: String,
-        /// What there is.
+        /// Levels of this machine.
         available: String,
     },
 }

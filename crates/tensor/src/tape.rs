@@ -111,7 +111,7 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].shape
     }
 
-    /// What made a tensor.
+    /// The operation that made a tensor, with its operands.
     pub(crate) fn op(&self, v: Var) -> Op {
         self.nodes[v.index()].op
     }
@@ -192,6 +192,8 @@ impl<T: Scalar> Tape<T> {
             if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
                 continue;
             }
+            // The gradient of an intermediate result is complete here: every node that uses it comes later on the tape and
+            // has been swept. So its buffer can go back to the pool at once.
             let grad = std::mem::take(&mut self.grads[i]);
             ops::vjp(self, self.nodes[i].op, Var(i as u32), &grad);
             self.pool.give(grad);
@@ -248,7 +250,7 @@ impl<T: Scalar> Tape<T> {
         vars.iter().any(|v| self.nodes[v.index()].needs_grad)
     }
 
-    /// Takes the gradient buffer of `v` out for accumulation: zeros at first, empty if not wanted.
+    /// Takes the gradient buffer of `v` out for accumulation: zeros at first, empty if the gradient is not wanted.
     pub(crate) fn take_grad(&mut self, v: Var) -> Buffer<T> {
         let i = v.index();
         if !self.nodes[i].needs_grad {
@@ -258,8 +260,8 @@ impl<T: Scalar> Tape<T> {
         if grad.is_empty() { self.pool.take_zeroed(self.nodes[i].shape.len()) } else { grad }
     }
 
-    /// As [`Tape::take_grad`], for one that writes all of it: whether it holds nothing yet, so that what
-    /// stands in it is to be overwritten.
+    /// Takes the gradient buffer of `v` for a kernel that writes every element. Returns `(buffer, fresh)`: the contents of a
+    /// `fresh` buffer are undefined and must be overwritten; those of another must be added to.
     pub(crate) fn take_grad_to_write(&mut self, v: Var) -> (Buffer<T>, bool) {
         let i = v.index();
         if !self.nodes[i].needs_grad {
@@ -281,8 +283,8 @@ impl<T: Scalar> Tape<T> {
         self.pool.give(grad);
     }
 
-    /// As [`Tape::accumulate`], for an `f` that writes all of the gradient where it holds nothing yet (its second
-    /// argument) and adds to it elsewhere.
+    /// Hands the gradient of `v`, if it is wanted, to `f(gradient, fresh, tape)`: `f` overwrites every element of a `fresh`
+    /// gradient and adds to any other.
     pub(crate) fn contribute(&mut self, v: Var, f: impl FnOnce(&mut [T], bool, &Tape<T>)) {
         if self.nodes[v.index()].needs_grad {
             let (mut grad, fresh) = self.take_grad_to_write(v);
@@ -302,15 +304,16 @@ impl<T: Scalar> Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// As [`Tape::take_grad`], but a buffer of zeros to throw away when the gradient is not wanted.
+    /// Takes the gradient buffer of `v` and says whether the gradient is wanted; where it is not, the buffer is scratch and
+    /// holds zeros. For kernels that write the gradients of all operands in one pass.
     pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Buffer<T>, bool) {
         let wanted = self.nodes[v.index()].needs_grad;
         let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
         (grad, wanted)
     }
 
-    /// As [`Tape::take_grad_to_write`], but a buffer to throw away when the gradient is not wanted: buffer, whether
-    /// it holds nothing yet, whether it is wanted.
+    /// Takes the gradient buffer of `v` for a kernel that writes every element. Returns `(buffer, fresh, wanted)`: `fresh` as
+    /// in [`Tape::take_grad_to_write`]; a buffer that is not `wanted` is scratch.
     pub(crate) fn take_grad_or_scratch_to_write(&mut self, v: Var) -> (Buffer<T>, bool, bool) {
         if self.nodes[v.index()].needs_grad {
             let (grad, fresh) = self.take_grad_to_write(v);

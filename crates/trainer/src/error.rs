@@ -3,7 +3,7 @@
 use augsim_data::DataError;
 use augsim_tensor::TensorError;
 
-/// What can go wrong when training, predicting or evaluating.
+/// Refusals of training, prediction and evaluation.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainerError {
     /// The data do not fit.
@@ -45,7 +45,7 @@ pub enum TrainerError {
         key: &'static str,
         /// Its value.
         value: String,
-        /// What it must be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// Training diverged.
@@ -65,7 +65,7 @@ pub enum TrainerError {
         "the checkpoint does not belong to this run: {what}; use the run's own data and settings, or start a new run"
     )]
     Foreign {
-        /// What differs.
+        /// The part that differs.
         what: String,
     },
 }

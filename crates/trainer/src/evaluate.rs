@@ -5,7 +5,7 @@ use crate::{Forecaster, NetModel, Samples, Sequence, Sequences, Task, TrainerErr
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What a row of a table was allowed to see.
+/// The part of a trajectory that a row of a table was allowed to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {

@@ -8,7 +8,7 @@ use crate::sequences::{Sequence, Sequences};
 use crate::settings::{Correction, Recipe, Settings};
 use crate::{TrainerError, steps};
 
-/// What the net of a run reads and gives, by the [`Correction`] of its settings.
+/// The translation between trajectories and the numbers that a net reads and gives, by the [`Correction`] of the settings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Featuriser<'a> {
     /// Single steps are corrected, or states given outright.
@@ -37,7 +37,7 @@ impl<'a> Featuriser<'a> {
         }
     }
 
-    /// What the net reads of a whole trajectory.
+    /// Targets and conditions of a whole trajectory.
     pub fn prepare(self, scales: &Scales, q: &Sequence) -> Prepared {
         match self {
             Featuriser::Step(recipe, engine) => steps::prepare(recipe, engine, scales, q),

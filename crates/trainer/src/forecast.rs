@@ -2,7 +2,7 @@
 
 use crate::TrainerError;
 
-/// What a predictor may see: the first state, the actions, and how far to go.
+/// Everything that a predictor may see: the first state, the actions, and how far to go.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
     /// First state, `[S]`.

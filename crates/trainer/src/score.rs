@@ -19,7 +19,7 @@ pub const PARTS: usize = 10;
 /// six digits, and before the first impact (or at rest) every sample agrees to better than that.
 const RESOLUTION: f64 = 2e-5;
 
-/// What of a trajectory is scored.
+/// The part of a state that is scored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scoring {
     /// State columns of each measure.

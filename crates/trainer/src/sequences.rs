@@ -48,7 +48,7 @@ impl Sequences {
     /// The named columns of a data set, without actions.
     ///
     /// # Errors
-    /// As [`Sequences::with_actions`].
+    /// The errors of [`Sequences::with_actions`].
     pub fn new(dataset: &Dataset, columns: &[&str]) -> Result<Self, TrainerError> {
         Self::with_actions(dataset, columns, &[])
     }

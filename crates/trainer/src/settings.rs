@@ -35,7 +35,7 @@ impl Recipe {
     }
 }
 
-/// What of the physics is corrected.
+/// The part of the physics that is corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
@@ -77,7 +77,7 @@ pub struct Settings {
     pub adam: Adam,
     /// Net.
     pub net: NetSettings,
-    /// What of the physics is corrected.
+    /// The part of the physics that is corrected.
     pub correction: Correction,
     /// Physics.
     pub engine: Engine,

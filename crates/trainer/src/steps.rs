@@ -1,4 +1,4 @@
-//! What the nets read and give where single physics steps are corrected; the paper's nets give states outright.
+//! Targets and conditions where single physics steps are corrected; the paper's nets give states outright.
 
 use crate::engine::Engine;
 use crate::prepared::Prepared;
@@ -90,7 +90,7 @@ pub(crate) fn width(recipe: Recipe, state: usize) -> usize {
     }
 }
 
-/// What `recipe` reads of a whole trajectory.
+/// Targets and conditions of `recipe` over a whole trajectory.
 pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequence) -> Prepared {
     let s = q.states.len() / q.time;
     match recipe {

@@ -15,7 +15,7 @@ pub(crate) struct TileLoss {
     pub misfit: f64,
 }
 
-/// What a tile gives.
+/// Gradient and loss of a tile.
 #[derive(Debug, Default)]
 pub(crate) struct TileResult {
     pub grads: Vec<f32>,
@@ -32,11 +32,11 @@ pub(crate) struct Workspace {
     u: Vec<f32>,
     eps: Vec<f32>,
     mask: Vec<f32>,
-    /// What its tiles gave, in their order.
+    /// Results of its tiles, in their order.
     pub results: Vec<TileResult>,
 }
 
-/// What the tiles of an iteration share.
+/// Everything that the tiles of an iteration share.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<'a> {
     pub net: &'a Net,

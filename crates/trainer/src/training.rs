@@ -146,7 +146,7 @@ impl Training {
         &self.state.settings
     }
 
-    /// What a checkpoint holds.
+    /// The state of the run: the content of a checkpoint.
     pub fn state(&mut self) -> &TrainingState {
         self.state.params.copy_from_slice(self.params.values());
         &self.state

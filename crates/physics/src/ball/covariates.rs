@@ -1,4 +1,4 @@
-//! What is known of a whole throw: start on the session's clock, spin, size and mass.
+//! Covariates of a whole throw: start on the session's clock, spin, size and mass.
 
 use super::Covariates;
 use crate::system::{Quantity, Record};

@@ -47,7 +47,7 @@ pub struct Throw<'a, S> {
     pub velocities: bool,
 }
 
-/// What a simulation gives. Reuse one for many runs: its buffers are kept.
+/// The result of a simulation. Reuse one for many runs: its buffers stay allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
     /// Position as the sensor reports it, m, at each requested time.

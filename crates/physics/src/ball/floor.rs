@@ -106,7 +106,7 @@ where
 /// Floor of `dataset` under `law`, whose drop height each trajectory's first sample tells.
 ///
 /// # Errors
-/// As [`floor`], and samples that are not the law's steps apart.
+/// The errors of [`floor`], and samples that are not the law's steps apart.
 pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {

@@ -1,4 +1,4 @@
-//! What an impact looks like to the laws that act in it, and the record that the engine keeps of it.
+//! An impact as the laws that act in it see it, and as the engine records it.
 
 use super::Covariates;
 use crate::Scalar;

@@ -47,7 +47,7 @@ impl Default for PaperLaw {
     }
 }
 
-/// What was drawn for one trajectory: the truth record.
+/// Random draws of one trajectory: the truth record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Drop {
     /// Height of the underside at release, m.
@@ -96,7 +96,7 @@ impl PaperLaw {
     /// The trajectories of given drops.
     ///
     /// # Errors
-    /// As [`generate`](Self::generate).
+    /// The errors of [`generate`](Self::generate).
     pub fn simulate(&self, drops: &[Drop]) -> Result<Dataset, DataError> {
         let time_s: Vec<f64> = (0..self.samples).map(|i| i as f64 * self.ball.step_s).collect();
         let simulate = |(index, drop): (usize, &Drop)| {
@@ -114,7 +114,7 @@ pub fn paper_engine() -> BulletBall {
     BulletBall::default()
 }
 
-/// What `engine` predicts for each trajectory of `dataset` from its first sample.
+/// Predictions of `engine` for each trajectory of `dataset` from its first sample: `height_m` and `velocity_m_s`.
 ///
 /// # Errors
 /// A column is missing, the first sample has a gap, or the samples are not the engine's steps apart.

@@ -8,7 +8,7 @@ use augsim_data::{DataError, Dataset};
 use serde::Serialize;
 use thiserror::Error;
 
-/// What keeps a prediction from being scored.
+/// Reasons why a prediction cannot be scored.
 #[derive(Debug, Error)]
 pub enum ScoreError {
     /// A column is missing.

@@ -1,4 +1,4 @@
-//! What the residuals of throws are shown against.
+//! Quantities that the residuals of throws are shown against.
 
 use crate::system::{Event, Record};
 

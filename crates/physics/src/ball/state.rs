@@ -1,4 +1,4 @@
-//! What a ball is at one instant, and what is known about one trajectory.
+//! State of a ball at one instant, and covariates of one trajectory.
 
 use crate::Scalar;
 
@@ -50,7 +50,7 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// What was recorded about a whole trajectory, beside its samples.
+/// Recorded properties of a whole trajectory, beside its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Covariates {
     /// Session time of the release minus the session's reference time, s.

@@ -38,7 +38,7 @@ pub struct Ball {
     radius_declared: bool,
 }
 
-/// What a model file says beside its world and parameters.
+/// Statements of a model file beside its world and parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Declares {
     /// It names the restitution: a model that does not is one of flight.

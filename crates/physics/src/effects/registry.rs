@@ -1,4 +1,4 @@
-//! What makes a library of a list of effects: that of the ball and that of pushing alike.
+//! The macro that turns a list of effects into a library with look-ups by kind; the ball and pushing both use it.
 
 /// Declares `all`, the listed effects in their order, and the look-ups by kind. The module that it is used in has the trait
 /// `Effect` and a scatter (`SCATTER_KIND`, `SCATTER_SPEC`), which is looked up but not listed; `unlisted` are the kinds that

@@ -1,4 +1,4 @@
-//! What the loop, a reader, a model file and a report need to know of an effect.
+//! The description of an effect: everything that the loop, a reader, a model file and a report read of it.
 
 use std::f64::consts::PI;
 
@@ -50,7 +50,7 @@ pub struct ParameterSpec {
     pub null: f64,
 }
 
-/// What data an effect needs before it can be looked for.
+/// Data that an effect needs before it can be looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing special.
@@ -163,9 +163,9 @@ pub struct EffectSpec {
     pub location: Location,
     /// Its parameters, in order.
     pub parameters: &'static [ParameterSpec],
-    /// What it needs in the data.
+    /// Data without which it is not looked for.
     pub needs: Needs,
-    /// What the same mathematical term may stand for, when data of one apparatus cannot tell (alias class).
+    /// Other causes with the same mathematical term, which data of one apparatus cannot tell apart (alias class).
     pub stands_for: &'static [&'static str],
     /// Kinds that describe the same thing in another form; at most one of them in a model.
     pub excludes: &'static [&'static str],

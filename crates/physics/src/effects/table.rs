@@ -8,7 +8,7 @@ use crate::scalar::{axpy, cross, dot};
 /// Kind of a tabulated law in model files.
 pub const TABLE_KIND: &str = "table";
 
-/// What the table adds to.
+/// The quantity that a table adds to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// The coefficient of restitution.
@@ -123,7 +123,7 @@ impl Target {
 /// The values are the law's parameters, in the order of the knots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// What the law adds to.
+    /// The quantity that the table adds to.
     pub target: Target,
     /// The feature it depends on.
     pub against: Against,

@@ -1,4 +1,4 @@
-//! What can be wrong with a model file.
+//! Mistakes in a model file, each with file, line and remedy.
 
 use augsim_data::shown;
 use thiserror::Error;
@@ -32,7 +32,7 @@ pub enum ModelError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What the TOML reader says.
+        /// Error of the TOML reader.
         reason: String,
     },
     /// A key that nothing reads.
@@ -84,7 +84,7 @@ pub enum ModelError {
         line: usize,
         /// The key.
         key: String,
-        /// What it must be.
+        /// Rule that the value breaks.
         expected: String,
     },
     /// A value outside its bounds.

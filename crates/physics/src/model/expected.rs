@@ -1,4 +1,4 @@
-//! What a model says about the data that it is to explain, for the checks of data.
+//! Statements of a model about its data (gravity, sensor noise), for the checks of suspicious data.
 
 use super::{Model, ModelFile, PushModel};
 use crate::ball::GRAVITY;
@@ -23,7 +23,7 @@ impl PushModel {
 }
 
 impl ModelFile {
-    /// What either kind of model expects.
+    /// The statements of this model about its data.
     pub fn expected(&self) -> Expected {
         match self {
             ModelFile::Ball(model) => model.expected(),

@@ -2,7 +2,7 @@
 
 use crate::system::effect::EffectParameter;
 
-/// What one value of a parameter belongs to.
+/// The scope of one value of a parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Per {
     /// One value for all trajectories.
@@ -27,7 +27,7 @@ pub struct Parameter {
     pub max: f64,
     /// Not calibrated.
     pub frozen: bool,
-    /// What one value belongs to.
+    /// The scope of one value.
     pub per: Per,
     /// 95 % interval, when a fit has put it here.
     pub ci95: Option<[f64; 2]>,

@@ -4,7 +4,7 @@ use super::parse::Reader;
 use super::{Model, ModelError, PushModel, read};
 use std::path::Path;
 
-/// What a model file describes, by its `scenario`.
+/// A model file, told apart by its key `scenario`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelFile {
     /// `scenario = "ball"`.

@@ -7,7 +7,7 @@ const HALVINGS: usize = 50;
 /// Halvings of the bracket: to the resolution of a share.
 const BISECTIONS: usize = 52;
 
-/// What a function does within a step.
+/// The first passage of a function through zero within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Crossing {
     /// It does not fall through zero.

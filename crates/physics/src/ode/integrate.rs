@@ -18,7 +18,7 @@ const SMALLEST_STEP: f64 = 1e-14;
 /// Newton steps on an event's time; the last one brings the derivatives.
 const NEWTON_STEPS: usize = 3;
 
-/// What moves the states.
+/// The law that moves the states at present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// The equations.

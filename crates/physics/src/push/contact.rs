@@ -8,7 +8,7 @@ use super::support::{Support, mobility};
 use super::surface::Matrix;
 use crate::Scalar;
 
-/// What the contact does.
+/// Mode of a contact: apart, sticking, or sliding one way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// The rod does not touch.
@@ -91,7 +91,7 @@ impl<S: Scalar> ContactFriction<S> {
 /// How the object responds.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<S> {
-    /// What the contact does.
+    /// Mode of the contact.
     pub mode: Mode,
     /// The object's twist.
     pub twist: Twist<S>,

@@ -93,7 +93,7 @@ pub struct Push<'a, S, P> {
     pub steps: Steps,
 }
 
-/// What a simulation gives. Reuse one for many pushes: its buffers are kept.
+/// The result of a simulation. Reuse one for many pushes: its buffers stay allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
     /// Pose as the sensor reports it, at each requested time; the first is the start.
@@ -210,7 +210,7 @@ pub struct Stepper<'a, S> {
     steps_taken: usize,
 }
 
-/// What one step gives.
+/// The result of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepped<S> {
     /// Pose after the step.

@@ -19,7 +19,7 @@ const HEIGHT_REPETITIONS: usize = 3;
 /// A push at one instant, in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant<S> {
-    /// What the contact does.
+    /// Mode of the contact.
     pub mode: Mode,
     /// The object's twist.
     pub twist: Twist<S>,
@@ -139,7 +139,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// What resists the object, in the body frame; `pushed` is the force of the rod in the body, in sliding forces, as far as
+    /// Everything that resists the object, in the body frame; `pushed` is the force of the rod in the body, in sliding forces, as far as
     /// it is known.
     fn support(
         &self,

@@ -8,13 +8,13 @@ use crate::Scalar;
 
 /// Poses of a push at `times` (s, strictly increasing), as the sensor reports them, into `poses`; the first is the start.
 ///
-/// As [`simulate`](super::simulate) (with `under_way`: [`simulate_under_way`](super::simulate_under_way)), but sub-steps end
-/// only where the path bends and the poses between are interpolated: for samples that lie closer than
+/// The motion is that of [`simulate`](super::simulate) (with `under_way`, of
+/// [`simulate_under_way`](super::simulate_under_way)), but sub-steps end only where the path bends and the poses between are interpolated: for samples that lie closer than
 /// [`Steps::travel_m`](super::Steps::travel_m) the cost no longer grows with their number. Objects with inertia are stepped
 /// from sample to sample.
 ///
 /// # Errors
-/// As [`simulate`](super::simulate).
+/// The errors of [`simulate`](super::simulate).
 pub fn simulate_poses<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],

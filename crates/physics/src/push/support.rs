@@ -63,7 +63,7 @@ impl<'a, S: Scalar> Support<'a, S> {
         Wrench { force: w.force, moment: w.moment + cross(self.centre, w.force) }
     }
 
-    /// What the rod must apply for the object to move with `twist`, in units of the sliding force.
+    /// Wrench that the rod must apply for the object to move with `twist`, in units of the sliding force.
     #[inline]
     pub fn demand(&self, twist: &Twist<S>) -> Wrench<S> {
         let mut w = self.friction(twist);

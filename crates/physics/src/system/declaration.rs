@@ -25,7 +25,7 @@ pub enum FittedValues {
     ByGroup(Vec<(String, f64)>),
 }
 
-/// What a fit adds to a declared model.
+/// One addition of a fit to a declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Addition {
     /// A law with the values of its parameters.
@@ -34,7 +34,7 @@ pub enum Addition {
     Scatter(ScatterPer, f64),
 }
 
-/// What a fit found: values of declared parameters, and additions in their order.
+/// The outcome of a fit: values of declared parameters, and additions in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Augmentation {
     /// Session time that laws of the session clock count from, s, where the data have one.
@@ -65,7 +65,7 @@ pub trait Declaration: Debug + Send + Sync {
     /// Where it is from, for messages.
     fn file(&self) -> &str;
 
-    /// What it says about the data that it is to explain.
+    /// Its statements about the data that it is to explain.
     fn expected(&self) -> Expected;
 
     /// Session time that laws of the session clock count from, s, where the model says so.

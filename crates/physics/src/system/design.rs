@@ -16,7 +16,7 @@ pub struct Design {
 /// A list of experiments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Designs {
-    /// What the list is, for the sentence "no … tells them apart".
+    /// Words for the list as a whole, in the sentence "no … tells them apart".
     pub words: String,
     /// The experiments.
     pub list: Vec<Design>,

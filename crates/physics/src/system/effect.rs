@@ -76,7 +76,7 @@ pub struct Effect {
     pub formula: String,
     /// Where it is from.
     pub source: String,
-    /// What the same term may stand for, when data of one apparatus cannot tell.
+    /// Other causes with the same term, which data of one apparatus cannot tell apart.
     pub stands_for: Vec<String>,
     /// Kinds that describe the same thing in another form; at most one of them in a model.
     pub excludes: Vec<String>,

@@ -54,7 +54,7 @@ pub enum SimulationError {
         /// How far they led, s.
         time_s: f64,
     },
-    /// What the engine of a system says itself.
+    /// Error of the engine of a system, in its own words.
     #[error(transparent)]
     Engine(Box<dyn StdError + Send + Sync>),
 }

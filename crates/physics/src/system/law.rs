@@ -24,9 +24,9 @@ impl Law {
 /// A piecewise-linear function of one feature: values at uniform knots, constant outside. The values are its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table {
-    /// What it adds to, by its place in the schema's targets.
+    /// The quantity that it adds to, by its place in the schema's targets.
     pub target: usize,
-    /// What it depends on, by its place in the schema's features.
+    /// The quantity that it depends on, by its place in the schema's features.
     pub against: usize,
     /// First knot, in the feature's unit.
     pub first: f64,

@@ -1,4 +1,4 @@
-//! What the loop knows of a system: it moves, it is measured, and its model may be wrong.
+//! The trait through which the loop sees any system: it moves, it is measured, and its model may be wrong.
 //!
 //! A [`System`] says by its [`Schema`] what its states, channels and inputs are, has declared parameters and a library of
 //! effects that may be missing, and simulates windows of records with any number of derivatives. It is object-safe: the

@@ -2,7 +2,7 @@
 
 use super::Schema;
 
-/// What one random number belongs to.
+/// The scope of one random number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ScatterPer {
     /// A new draw at every event.
@@ -24,7 +24,7 @@ impl ScatterPer {
 /// The scatter of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// What one draw belongs to.
+    /// The scope of one draw.
     pub per: ScatterPer,
     /// Standard deviation, in the unit of the parameter.
     pub sd: f64,

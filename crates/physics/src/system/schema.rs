@@ -1,4 +1,4 @@
-//! What a system consists of, in data: the loop reads names, units and roles from here and knows no others.
+//! The parts of a system as data: the loop reads names, units and roles from here and knows no others.
 
 use super::{Effect, Scatter};
 
@@ -123,19 +123,19 @@ pub struct Schema {
     pub channels: Vec<Channel>,
     /// Inputs, in the order of a record's streams.
     pub inputs: Vec<Input>,
-    /// What is known of a whole record, in the order of a record's covariates.
+    /// Quantities that are constant over a record, in the order of its covariates.
     pub covariates: Vec<Quantity>,
     /// The covariate that is the record's start on the clock of the session, s.
     pub clock: Option<usize>,
-    /// What a table may depend on, and what residuals are shown against.
+    /// Quantities that a table may depend on, and that residuals are shown against.
     pub features: Vec<Quantity>,
-    /// What a table may add to.
+    /// Quantities that a table may add to.
     pub targets: Vec<Target>,
     /// Error tables; the first is the one that decides.
     pub measures: Vec<Measure>,
     /// Events, for a system that has them.
     pub event: Option<EventSchema>,
-    /// What can be varied from record to record, in words, most telling first (`heights`, `speeds`).
+    /// Conditions that can be varied from record to record, in words, most telling first (`heights`, `speeds`).
     pub conditions: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a simulation gives.
+//! The result of a simulation: channels, their derivatives, and events.
 
 use crate::Scalar;
 

@@ -3,7 +3,7 @@
 use super::{Record, Schema, SimulationError};
 use std::ops::Range;
 
-/// What one lane of derivatives is with respect to. No two lanes of a task have the same seed.
+/// The number with respect to which one lane carries derivatives. No two lanes of a task have the same seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Seed {
     /// A parameter, by its place in the vector.
@@ -55,7 +55,7 @@ pub struct Task<'a> {
     pub start: &'a [f64],
     /// Offsets of the event's parameter.
     pub offsets: Offsets<'a>,
-    /// What the derivatives are with respect to, lane by lane.
+    /// The numbers with respect to which derivatives are carried, lane by lane.
     pub seeds: &'a [Seed],
 }
 

@@ -4,7 +4,7 @@ use super::pointwise::softplus_at;
 use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 
-/// What [`draw`] takes.
+/// Arguments of [`draw`].
 #[derive(Debug)]
 pub struct Draw<'a> {
     /// Means, then what becomes the deviations, `[T, 2 L, B]`.

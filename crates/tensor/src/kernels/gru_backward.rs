@@ -140,12 +140,12 @@ impl Kernel for Backward<'_, '_> {
     }
 }
 
-/// What the gradients of a number of steps are made of.
+/// Inputs of the gradients of consecutive steps.
 #[derive(Clone, Copy)]
 pub(crate) struct Block<'a, V> {
     /// States before each step.
     pub before: &'a [V],
-    /// What the forward pass saved.
+    /// Gates and candidates saved by the forward pass.
     pub saved: &'a [V],
     /// Gradients of the states that the steps gave.
     pub dy: &'a [V],

@@ -87,7 +87,7 @@ pub struct GruBackward<'a, T> {
     pub h0: &'a [T],
     /// Hidden states of the forward pass `[T, H, B]`.
     pub y: &'a [T],
-    /// What the forward pass saved `[T, 4H, B]`.
+    /// Gates and candidate saved by the forward pass, `[T, 4H, B]`.
     pub saved: &'a [T],
     /// Gradient of the loss with respect to y `[T, H, B]`.
     pub dy: &'a [T],

@@ -83,14 +83,14 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// What a product is added to.
+/// The value that a product is added to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Start<'a> {
     /// Nothing.
     Zero,
     /// One value an output.
     Bias(&'a [f32]),
-    /// What the output holds.
+    /// The present value of the output.
     Output,
 }
 

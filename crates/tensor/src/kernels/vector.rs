@@ -1,5 +1,5 @@
-//! What the kernels ask of a vector beyond [`pulp::Simd`]: the function that all gates are made of, where an
-//! instruction set has better means than the generic ones.
+//! Operations of a vector that [`pulp::Simd`] does not have: 2^t, of which all gates are made, in the best form of each
+//! instruction set.
 
 use super::exp2;
 use pulp::Simd;
@@ -83,7 +83,7 @@ mod wide {
     const ROUND: f32 = 393_216.0;
     /// Down, without exceptions.
     const DOWN: i32 = 0x09;
-    /// What is left of t beyond 5 binary places, rounded down: between 0 and 1/32.
+    /// The remainder of t beyond 5 binary places, rounded down: between 0 and 1/32.
     const REST: i32 = (5 << 4) | DOWN;
     /// (2^f - 1) / f on [0, 1/32], highest power first: minimax in the relative error of 2^f (6.6e-8).
     const EXP2: [f32; 2] = [2.426_527e-1, 6.931_237_6e-1];

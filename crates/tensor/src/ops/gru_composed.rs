@@ -5,10 +5,11 @@ use super::gru_sequence::GruVars;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// What [`Tape::gru_sequence`] computes, one elementary operation after another.
+    /// Hidden states `[time, hidden, batch]` as [`Tape::gru_sequence`] defines them, one elementary operation after another:
+    /// the slow twin that the fused layer is compared with.
     ///
     /// # Errors
-    /// As [`Tape::gru_sequence`]; also [`TensorError::BadShape`] for a sequence without steps.
+    /// The errors of [`Tape::gru_sequence`], and [`TensorError::BadShape`] for a sequence without steps.
     pub fn gru_composed(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {
         let d = self.gru_dims(x, h0, w)?;
         let mut h = match h0 {

@@ -17,7 +17,7 @@ impl<T: Scalar> Tape<T> {
     /// tanh of [`Tape::linear`], in one pass.
     ///
     /// # Errors
-    /// As [`Tape::linear`].
+    /// The errors of [`Tape::linear`].
     pub fn linear_tanh(&mut self, x: Var, w: Var, b: Var) -> Result<Var, TensorError> {
         self.linear_layer(x, w, b, true)
     }

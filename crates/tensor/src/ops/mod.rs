@@ -35,7 +35,7 @@ mod tanh;
 
 use crate::{Scalar, Tape, Var};
 
-/// What made a node, with its operands.
+/// The operation that made a node, with its operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Op {
     Leaf,

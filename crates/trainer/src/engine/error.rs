@@ -19,7 +19,7 @@ pub enum EngineError {
     Hidden {
         /// Kind of the effect.
         kind: String,
-        /// What it depends on.
+        /// The quantity that it depends on.
         what: &'static str,
     },
     /// The text is no model file.

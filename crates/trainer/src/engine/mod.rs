@@ -32,7 +32,7 @@ impl Engine {
     /// The engine of a model file; `step_s` as [`SystemEngine::new`] takes it.
     ///
     /// # Errors
-    /// As [`SystemEngine::new`].
+    /// The errors of [`SystemEngine::new`].
     pub fn of(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
         SystemEngine::new(file, step_s).map(Engine::Model)
     }
@@ -54,7 +54,7 @@ impl Engine {
         self.motion().action_columns()
     }
 
-    /// What the engine expects of the data that it is trained on: its gravity, where a ball falls.
+    /// Statements of the engine about the data that it is trained on: its gravity, where a ball falls.
     pub fn expected(&self) -> Expected {
         self.motion().expected()
     }

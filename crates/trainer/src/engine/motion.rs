@@ -1,4 +1,4 @@
-//! What the nets ask of a system: one step from a state, or the way from the first one.
+//! The trait of a system that nets correct: one step from a state, or the whole way from the first one.
 
 use augsim_data::checks::Expected;
 use std::any::Any;
@@ -20,7 +20,7 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
         None
     }
 
-    /// What the model says about the data that it is to explain.
+    /// Statements of the model about the data that it is to explain.
     fn expected(&self) -> Expected {
         Expected::default()
     }

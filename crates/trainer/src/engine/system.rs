@@ -19,7 +19,7 @@ pub struct SystemEngine {
     motion: Arc<dyn Motion>,
 }
 
-/// What configurations and checkpoints hold.
+/// The form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Declared {
     /// Seconds from one sample to the next; absent where the actions have a clock.

@@ -27,7 +27,7 @@ pub struct NetModel {
     params: Params<f32>,
 }
 
-/// What a roll-out adds to the mean correction of each step.
+/// The random part that a roll-out adds to the mean correction of each step.
 #[derive(Debug, Clone, Copy)]
 enum StepNoise {
     /// A draw from the predicted distribution: a forecast.

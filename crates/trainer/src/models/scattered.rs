@@ -14,7 +14,7 @@ pub struct ScatteredBall {
     pub ball: BulletBall,
     /// Standard deviation of the restitution.
     pub sd: f64,
-    /// What one draw belongs to.
+    /// The scope of one draw.
     pub per: ScatterPer,
     /// Seed of the draws.
     pub seed: u64,

@@ -9,13 +9,13 @@
 //!
 //! Loss: sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln P(x_t | z_t), less constants. The same
 //! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
-//! does not bound what z carries. What follows from that for forecasts is in the README of this crate.
+//! does not bound what z carries. The README of this crate says what that means for forecasts.
 
 use super::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// How the decoder's standard deviation is had.
+/// The source of the decoder's standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decoder {
     /// Fixed to 1 (bouncing ball).
@@ -131,7 +131,7 @@ impl Dcvrnn {
         self.sizes
     }
 
-    /// What a forecast takes: the prior and the decoder.
+    /// The parts that a forecast uses: the prior and the decoder.
     pub(super) fn generating(&self) -> Generating<'_> {
         let (prior, prior_head) = &self.prior;
         let (mean, std) = (self.decoder_mean, self.decoder_std);

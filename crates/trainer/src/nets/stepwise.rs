@@ -4,7 +4,7 @@
 //! the physics for one step from the state that was predicted last and corrects that step:
 //! s_{t+1} ~ N(f_p(s_t) + k mu(c_t, w), k sigma(c_t, w)), with c_t features of s_t and f_p(s_t), and a unit k
 //! that grows with how far the physics moves in this step.
-//! What differs from trajectory to trajectory and cannot be seen at t = 0 (the restitution, say) is the
+//! Properties that differ from trajectory to trajectory and cannot be seen at t = 0 (the restitution, say) are the
 //! latent w, one draw per trajectory. An encoder infers w from the whole trajectory during training only;
 //! a forecast draws w from a Gaussian fitted to what the encoder gave on the training set (ex-post density
 //! estimation, Ghosh et al. 2020), because the divergence of one latent hardly weighs against the
@@ -130,7 +130,7 @@ impl Stepwise {
         Ok(LossVars { total: tape.add(weighted, tempered)?, kl, misfit })
     }
 
-    /// What the net reads of features `u [time, U, lanes]`: the memory's states, or the features themselves.
+    /// The net's reading of features `u [time, U, lanes]`: the memory's states `[time, hidden, lanes]`, or the features themselves.
     ///
     /// # Errors
     /// [`TensorError`] if the extents do not fit.

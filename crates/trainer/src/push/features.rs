@@ -1,4 +1,4 @@
-//! What the nets read of a push, and what they give.
+//! Features of a push that the nets read, and the units of what they give.
 //!
 //! - Neural: the rod in the frame of the start pose, the time since the sample before; gives the object's displacement.
 //!   Neural+ reads and gives the same, with the net of Hybrid+.
@@ -139,7 +139,7 @@ pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     condition.u.iter().enumerate().map(scaled).collect()
 }
 
-/// What the net reads of a whole push.
+/// Targets and conditions of a whole push.
 pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &Sequence) -> Prepared {
     let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
     let targets = condition.targets(&q.states);

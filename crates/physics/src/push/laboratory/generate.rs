@@ -29,7 +29,7 @@ const HIGHEST_RATE_HZ: f64 = 1e5;
 /// Patches across the object.
 const PATCHES: usize = 8;
 
-/// What to make.
+/// An order for pushes: layout, object, support, sampling, sensor noise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Recipe {
     /// The layout.
@@ -72,7 +72,7 @@ impl Recipe {
     }
 }
 
-/// What was made of one planned push.
+/// The truth of one push that was made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Made {
     /// The plan.
@@ -92,7 +92,7 @@ pub struct Generated {
     pub data: Dataset,
     /// The model that is declared.
     pub declared: PushModel,
-    /// What was made, push by push.
+    /// The truth, push by push.
     pub made: Vec<Made>,
 }
 
@@ -112,7 +112,7 @@ pub enum LaboratoryError {
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// A push that cannot be simulated.
@@ -262,7 +262,7 @@ impl Recipe {
     }
 }
 
-/// What is true: two worlds that differ by inertia, and their parameters.
+/// The true worlds, which differ by inertia, and their parameters.
 struct Truth {
     quasi_static: World,
     dynamic: World,

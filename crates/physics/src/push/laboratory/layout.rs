@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
-    /// As the MIT set: 11 contacts a side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
+    /// The layout of the MIT set: 11 contacts a side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
     /// accelerations; 5 cm. 7,128 pushes of a rectangle, in random order.
     Mit,
     /// One push again and again: side 0 at 0.7 of its length, along the normal, 20 mm/s, 15 cm.
