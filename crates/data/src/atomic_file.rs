@@ -58,7 +58,7 @@ pub struct AtomicWriteError {
     pub path: PathBuf,
     /// Step that failed.
     pub step: WriteStep,
-    /// What the system, or the closure, said.
+    /// Error of the system, or of the closure.
     pub cause: io::Error,
 }
 

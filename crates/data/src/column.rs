@@ -24,6 +24,14 @@ pub struct Column {
 impl Column {
     /// Column called `name`, with the unit its suffix states.
     ///
+    /// ```
+    /// use augsim_data::Column;
+    /// assert_eq!(Column::new("damping_N_s_per_m")?.unit().symbol(), "N s/m");
+    /// let error = Column::new("height").unwrap_err().to_string();
+    /// assert!(error.contains("height"), "{error}"); // a name without a unit is refused
+    /// # Ok::<(), augsim_data::ColumnError>(())
+    /// ```
+    ///
     /// # Errors
     /// The name is not made of at most 256 ASCII letters, digits and underscores, is one of the three names the
     /// long form reserves, or ends in no known unit.
@@ -37,7 +45,7 @@ impl Column {
     /// Column called `name`, whose unit is known from elsewhere: a model says so.
     ///
     /// # Errors
-    /// As [`Column::new`], but for the unit.
+    /// The errors of [`Column::new`], but for the unit.
     pub fn with_unit(name: &str, unit: Unit) -> Result<Self, ColumnError> {
         check_name(name)?;
         Ok(Column { name: name.to_owned(), unit })

@@ -23,7 +23,7 @@ use std::path::Path;
 const LAYOUT: &str = "the long form is comma-separated and starts with \
                       `trajectory,t_s,` followed by columns that end in their unit";
 
-/// What an empty cell in a column of measured values means.
+/// The meaning of an empty cell in a column of measured values.
 ///
 /// Only the empty cell is a gap: the words NaN, null or NA are refused either way. Trajectory, time
 /// and group can never be missing.
@@ -101,6 +101,18 @@ fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
 ///
 /// Numbers are written with the fewest digits that read back to the same bits, so that reading
 /// returns an equal data set.
+///
+/// ```
+/// use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, write_csv};
+/// let run = Trajectory::new("a", vec![0.0, 0.1], vec![vec![1.0, f64::NAN]])?;
+/// let data = Dataset::from_names(&["height_m"], vec![run])?;
+/// let file = std::env::temp_dir().join(format!("augsim-doc-{}.csv", std::process::id()));
+/// write_csv(&data, &file)?;
+/// assert_eq!(std::fs::read_to_string(&file).unwrap(), "trajectory,t_s,height_m\na,0,1\na,0.1,\n");
+/// assert_eq!(read_csv(&file, MissingCells::AsGap)?.trajectories()[0].column(0)[0], 1.0);
+/// # std::fs::remove_file(&file).unwrap();
+/// # Ok::<(), augsim_data::DataError>(())
+/// ```
 ///
 /// # Errors
 /// The data set has no trajectories, or the file cannot be written.

@@ -124,7 +124,7 @@ impl CsvSource {
         Ok(true)
     }
 
-    /// What to do about a row whose cells are not as many as the header's.
+    /// Remedy for a row whose cells are not as many as the header's.
     fn row_remedy(&self) -> RowRemedy {
         let surplus = self.record.len().saturating_sub(self.header.len());
         let whole = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);

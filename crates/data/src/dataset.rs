@@ -28,7 +28,7 @@ impl Dataset {
     /// [`Dataset::new`] with the columns by name, such as `["height_m", "velocity_m_s"]`.
     ///
     /// # Errors
-    /// As [`Dataset::new`], and names that state no unit.
+    /// The errors of [`Dataset::new`], and names that state no unit.
     pub fn from_names(names: &[&str], trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
         let columns = names.iter().map(|name| Column::new(name)).collect::<Result<Vec<_>, _>>()?;
         Self::new(columns, trajectories)
@@ -109,6 +109,16 @@ impl Dataset {
 
     /// Samples of the column `name`, one slice for each trajectory.
     ///
+    /// ```
+    /// use augsim_data::{Dataset, Trajectory};
+    /// let drop = |id: &str, z: f64| Trajectory::new(id, vec![0.0, 0.1], vec![vec![z, z - 0.05]]);
+    /// let data = Dataset::from_names(&["height_m"], vec![drop("a", 1.0)?, drop("b", 2.0)?])?;
+    /// let first: Vec<f64> = data.series("height_m")?.map(|z| z[0]).collect();
+    /// assert_eq!(first, [1.0, 2.0]);
+    /// assert!(data.series("x_m").is_err());
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
+    ///
     /// # Errors
     /// There is no such column.
     pub fn series(&self, name: &str) -> Result<impl Iterator<Item = &[f64]> + '_, DataError> {
@@ -118,6 +128,15 @@ impl Dataset {
 
     /// Columns that never change within any trajectory (mass, drop height, speed set-point): what
     /// describes a trajectory rather than a moment in it.
+    ///
+    /// ```
+    /// use augsim_data::{Dataset, Trajectory};
+    /// let ball = Trajectory::new("a", vec![0.0, 0.1], vec![vec![1.0, 0.9], vec![0.058, 0.058]])?;
+    /// let data = Dataset::from_names(&["height_m", "mass_kg"], vec![ball])?;
+    /// let names: Vec<&str> = data.covariates().map(|column| column.name()).collect();
+    /// assert_eq!(names, ["mass_kg"]);
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
     pub fn covariates(&self) -> impl Iterator<Item = &Column> + '_ {
         self.columns.iter().enumerate().filter_map(|(i, column)| {
             let constant =
@@ -127,6 +146,15 @@ impl Dataset {
     }
 
     /// The trajectories at `indices`, in that order, with the same columns and source.
+    ///
+    /// ```
+    /// use augsim_data::{Dataset, Trajectory};
+    /// let drop = |id: &str| Trajectory::new(id, vec![0.0], vec![vec![1.0]]);
+    /// let data = Dataset::from_names(&["height_m"], vec![drop("a")?, drop("b")?, drop("c")?])?;
+    /// let ids: Vec<String> = data.select(&[2, 0]).trajectories().iter().map(|t| t.id().into()).collect();
+    /// assert_eq!(ids, ["c", "a"]);
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
     ///
     /// # Panics
     /// An index is out of range or occurs twice; [`Split`](crate::Split) yields neither.

@@ -1,4 +1,4 @@
-//! What can be wrong with data, each with the place and the remedy.
+//! Mistakes in data, each with its place and remedy.
 
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
@@ -43,7 +43,7 @@ pub enum ColumnError {
     },
 }
 
-/// What to do about a row whose cells are not as many as the header's.
+/// Remedy for a row whose cells are not as many as the header's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowRemedy {
     /// Cells are missing.
@@ -67,7 +67,7 @@ impl fmt::Display for RowRemedy {
     }
 }
 
-/// What to do about a cell that is no finite number.
+/// Remedy for a cell that is no finite number.
 fn number_remedy(cell: &str) -> String {
     let pointed = cell.replacen(',', ".", 1);
     match cell.contains(',') && pointed.parse::<f64>().is_ok_and(f64::is_finite) {
@@ -88,7 +88,7 @@ pub enum DataError {
     Unreadable {
         /// File.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         cause: std::io::Error,
     },
     /// The gzip stream ends before its end mark.
@@ -112,7 +112,7 @@ pub enum DataError {
         path: PathBuf,
         /// First line that could not be read.
         line: u64,
-        /// What the decoder said.
+        /// Error of the decoder.
         cause: std::io::Error,
     },
     /// Bytes that are no gzip follow the end of the stream.
@@ -171,7 +171,7 @@ pub enum DataError {
         column: String,
         /// Names that are there.
         available: Vec<String>,
-        /// What the layout expects, in words.
+        /// Expectation of the layout, in words.
         layout: &'static str,
     },
     /// The header has nothing besides trajectory, time and group.
@@ -459,7 +459,7 @@ pub enum DataError {
         path: PathBuf,
         /// Name of the array.
         array: String,
-        /// What is wrong, and the remedy.
+        /// The mistake, and the remedy.
         fault: String,
     },
     /// The values cannot be what the names say.

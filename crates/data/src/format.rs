@@ -40,7 +40,7 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
 /// Reads the CSV file in long form that a table in memory would be written to; `name` is for messages.
 ///
 /// # Errors
-/// As [`read_csv`](crate::read_csv).
+/// The errors of [`read_csv`](crate::read_csv).
 pub fn read_table(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dataset, DataError> {
     read_long(CsvSource::of_bytes(Path::new(name), csv)?, missing)
 }
@@ -48,7 +48,7 @@ pub fn read_table(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dat
 /// Writes a data set, as NPZ where the name ends in `.npz`, otherwise as CSV in long form; all or nothing.
 ///
 /// # Errors
-/// As [`write_csv`] and [`write_npz`].
+/// The errors of [`write_csv`] and [`write_npz`].
 pub fn write_dataset(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     match path.extension().is_some_and(|extension| extension == "npz") {
         true => write_npz(dataset, path),

@@ -37,6 +37,16 @@ pub struct Normaliser {
 impl Normaliser {
     /// Mean and standard deviation of each of `columns` over all samples of `train`, gaps left out.
     ///
+    /// ```
+    /// use augsim_data::{Dataset, Normaliser, Trajectory};
+    /// let run = Trajectory::new("a", vec![0.0, 0.1], vec![vec![1.0, 3.0]])?;
+    /// let scales = Normaliser::fit(&Dataset::from_names(&["height_m"], vec![run])?, &["height_m"])?;
+    /// let height = scales.scale("height_m").unwrap();
+    /// assert_eq!((height.mean, height.sd, height.apply(4.0)), (2.0, 1.0, 2.0));
+    /// assert_eq!(height.invert(height.apply(4.0)), 4.0);
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
+    ///
     /// # Errors
     /// A column does not exist or has no measured value.
     pub fn fit(train: &Dataset, columns: &[&str]) -> Result<Self, DataError> {

@@ -11,6 +11,12 @@ const LONGEST_CAUSE: usize = 300;
 const MOST_NAMES: usize = 20;
 
 /// The whole text with everything that a terminal could obey written out (`\u{1b}`); line ends and tabs stay.
+///
+/// ```
+/// use augsim_data::printable;
+/// // A name that would clear the terminal is shown as text.
+/// assert_eq!(printable("drop\u{1b}[2J"), "drop\\u{1b}[2J");
+/// ```
 pub fn printable(text: &str) -> String {
     escaped(text.chars(), |c| matches!(c, '\n' | '\t'))
 }
@@ -21,7 +27,7 @@ pub fn shown(text: &str) -> String {
     cut(text, LONGEST)
 }
 
-/// What a parser or the system said, on one line, written out like a cell and cut after 300 characters.
+/// The words of a parser or of the system on one line, written out like a cell and cut after 300 characters.
 pub fn shown_cause(cause: &impl fmt::Display) -> String {
     cut(&cause.to_string(), LONGEST_CAUSE)
 }

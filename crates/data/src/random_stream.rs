@@ -11,6 +11,15 @@ use rand_xoshiro::rand_core::SeedableRng;
 /// `purpose` is a short fixed text such as `"split"`. The three are hashed with FNV-1a (text) and
 /// the SplitMix64 finaliser into the 256-bit state; equal inputs give equal streams on every
 /// platform.
+///
+/// ```
+/// use augsim_data::random_stream;
+/// use rand::Rng;
+/// let first = |purpose: &str, index: u64| random_stream(7, purpose, index).next_u64();
+/// assert_eq!(first("noise", 3), first("noise", 3));
+/// assert_ne!(first("noise", 3), first("noise", 4));
+/// assert_ne!(first("noise", 3), first("split", 3));
+/// ```
 pub fn random_stream(seed: u64, purpose: &str, index: u64) -> Xoshiro256PlusPlus {
     let text = purpose.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)

@@ -37,6 +37,15 @@ pub struct Split {
 impl Split {
     /// Deals `trajectories` trajectories out at random; the same seed gives the same split.
     ///
+    /// ```
+    /// use augsim_data::{Split, SplitSize};
+    /// let split = Split::random(10, SplitSize::TrainFraction(0.7), 1)?;
+    /// assert_eq!((split.train.len(), split.test.len()), (7, 3));
+    /// assert!(split.test.iter().all(|index| !split.train.contains(index)));
+    /// assert_eq!(split, Split::random(10, SplitSize::TrainFraction(0.7), 1)?); // the seed decides
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
+    ///
     /// # Errors
     /// A fraction outside (0, 1), or sizes that are zero or more than there are.
     pub fn random(trajectories: usize, size: SplitSize, seed: u64) -> Result<Split, DataError> {

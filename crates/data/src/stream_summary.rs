@@ -1,4 +1,4 @@
-//! What `data inspect` says about streams with clocks of their own and about pushes.
+//! Figures of streams with clocks of their own and of pushes, for `data inspect`.
 
 use crate::dataset::Dataset;
 use crate::push::FRESH_SUFFIX;

@@ -1,4 +1,4 @@
-//! What a data set contains, for `data inspect`.
+//! The content of a data set in a few figures, for `data inspect`.
 
 use crate::dataset::Dataset;
 use crate::printable::{printable, shown};

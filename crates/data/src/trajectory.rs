@@ -18,6 +18,14 @@ pub struct Trajectory {
 impl Trajectory {
     /// Trajectory `id` with `values[column][sample]` at `time_s[sample]`.
     ///
+    /// ```
+    /// use augsim_data::Trajectory;
+    /// let drop = Trajectory::new("drop 1", vec![0.0, 0.1], vec![vec![1.0, f64::NAN]])?; // NaN is a gap
+    /// assert_eq!((drop.len(), drop.column(0)[0]), (2, 1.0));
+    /// assert!(Trajectory::new("drop 2", vec![0.1, 0.1], vec![vec![1.0, 1.0]]).is_err()); // time stands still
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
+    ///
     /// # Errors
     /// No samples, unequal lengths, times that do not increase strictly, infinite values, or an
     /// identifier that cannot be written and read back.
@@ -62,7 +70,7 @@ impl Trajectory {
     /// The same identifier and group with other samples.
     ///
     /// # Errors
-    /// As [`Trajectory::new`].
+    /// The errors of [`Trajectory::new`].
     pub fn with_samples(&self, time_s: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, DataError> {
         let group = self.group.clone();
         Ok(Trajectory { group, ..Self::new(self.id.clone(), time_s, values)? })
@@ -105,6 +113,13 @@ impl Trajectory {
 
     /// The value of a column that never changes in this trajectory; `None` where it changes or has
     /// gaps.
+    ///
+    /// ```
+    /// use augsim_data::Trajectory;
+    /// let drop = Trajectory::new("1", vec![0.0, 0.1], vec![vec![0.058, 0.058], vec![1.0, 0.9]])?;
+    /// assert_eq!((drop.constant(0), drop.constant(1)), (Some(0.058), None));
+    /// # Ok::<(), augsim_data::DataError>(())
+    /// ```
     ///
     /// # Panics
     /// `column` is not below the number of columns.

@@ -51,7 +51,7 @@ fn not_utf8() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text; save it as UTF-8")
 }
 
-/// What is read from `source`; `None` where it goes on beyond the limit.
+/// The bytes of `source`; `None` where it goes on beyond the limit.
 pub(crate) fn within(source: impl Read, limit: Limit) -> io::Result<Option<Vec<u8>>> {
     let most = limit.value();
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! What can be added to a declared model, and how sets of additions are named.
+//! Additions to a declared model, and names of sets of them.
 
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target};

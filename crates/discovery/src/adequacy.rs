@@ -45,7 +45,7 @@ impl Adequacy {
             && self.scatter_gain < 15.8
     }
 
-    /// As the result has it.
+    /// The tests in the form of the result.
     pub fn tests(&self) -> Tests {
         Tests {
             lack_of_fit: self.lack_of_fit,

@@ -1,4 +1,4 @@
-//! What the loop came to, before it is put into words and numbers.
+//! The loop's answer before it is put into words and numbers.
 
 use crate::adequacy::Adequacy;
 use crate::fit::Fit;

@@ -1,4 +1,4 @@
-//! What a named set of effects would gain: the answer of someone who is told what to look for.
+//! The gain of a named set of effects: an oracle that knows what to look for.
 
 use crate::addition::Addition;
 use crate::calibrate::calibrate;
@@ -30,7 +30,7 @@ impl Assessment {
 /// sizes, with both signs for those that have one.
 ///
 /// # Errors
-/// As [`discover`](crate::discover).
+/// The errors of [`discover`](crate::discover).
 pub fn assess(
     model: &dyn Declaration,
     data: &Dataset,

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 /// Fewest trajectories a fold.
 const FEWEST: usize = 4;
 
-/// What came out of the folds.
+/// The outcome of all folds.
 pub(crate) struct Crossed {
     pub lists: Lists,
     /// Kinds that each fold found.

@@ -22,7 +22,7 @@ impl fmt::Display for Groups {
 /// Data or a model with which the loop cannot be closed. Every message says what to do.
 #[derive(Debug, Error)]
 pub enum DiscoveryError {
-    /// What the system itself has against the data.
+    /// Objection of the system itself to the data.
     #[error("{data}, for {model}: {objection}")]
     Objection {
         /// The data.
@@ -110,7 +110,7 @@ pub enum DiscoveryError {
         data: String,
         /// Entry of the result.
         place: &'static str,
-        /// What stands there.
+        /// The value that stands there.
         value: f64,
     },
     /// The augmented model file does not say what was found.

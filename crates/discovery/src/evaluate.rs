@@ -12,7 +12,7 @@ use std::cell::RefCell;
 /// Where the derivatives of one trajectory go. The lanes are: globals, extras, then nuisances.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
-    /// What each lane is the derivative with respect to.
+    /// The number that each lane is the derivative with respect to.
     seeds: Vec<Seed>,
     /// Entry of theta of each global lane.
     pub theta: Vec<usize>,

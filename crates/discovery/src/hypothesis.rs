@@ -188,7 +188,7 @@ impl Hypothesis {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
-    /// What is written into the model file: the values `theta` with 95 % intervals `ci95`, and the additions.
+    /// The contents of the augmented model file: the values `theta` with 95 % intervals `ci95`, and the additions.
     pub fn augmentation(&self, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Augmentation {
         let mut out = Augmentation {
             clock_reference_s: data.clock_reference_s,

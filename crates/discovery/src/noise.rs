@@ -1,4 +1,4 @@
-//! What the sensor adds, estimated from the data alone.
+//! Noise of the sensor, estimated from the data alone.
 //!
 //! Between events every effect of the motion is smooth: it lies in the space of polynomials of low degree over an arc, and the
 //! orthogonal complement is pure noise. Its scale, its autocorrelation and its growth with speed (jitter of the time stamps)

@@ -1,4 +1,4 @@
-//! What a caller may choose, and what a caller is told on the way.
+//! Choices of a caller, and reports of progress to it.
 
 use augsim_data::checks::Accepted;
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// One record with the weights of its samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
-    /// What was measured, as the system sees it.
+    /// The measured values, as the system sees them.
     pub seen: Seen,
     /// `weight[channel][sample]` = 1/σ, in the unit of the channel; 0 where not measured or masked.
     pub weight: Vec<Vec<f64>>,
@@ -33,7 +33,7 @@ impl Record {
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     pub name: String,
-    /// What the model declares.
+    /// The declared system.
     pub system: Arc<dyn System>,
     pub records: Vec<Record>,
     pub groups: Vec<String>,

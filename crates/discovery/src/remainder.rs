@@ -1,4 +1,4 @@
-//! What is left that the library does not know: where, against what, and the closed term that is nearest.
+//! Structure that the library does not know: where it lives, against which quantity, and the closed term that is nearest.
 
 use crate::addition::{Addition, Tabulated};
 use crate::answer::Parts;

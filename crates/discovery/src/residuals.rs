@@ -1,10 +1,10 @@
-//! What a fit leaves, sample by sample.
+//! Residuals of a fit, sample by sample.
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Fit, Sample};
 use augsim_physics::system::Event;
 
-/// What a fit leaves in one record.
+/// Residuals of a fit in one record.
 pub(crate) struct Left {
     /// `[channel][sample]`, in the unit of the channel; not a number where a sample is not used or lies in no window.
     pub residuals: Vec<Vec<f64>>,
@@ -14,7 +14,7 @@ pub(crate) struct Left {
     pub nuisances: usize,
 }
 
-/// What a fit leaves in each record of its sample.
+/// Residuals of a fit in each record of its sample.
 pub(crate) fn left(sample: &Sample<'_>, fit: &Fit) -> Vec<Left> {
     use rayon::prelude::*;
     let ranges = sample.of_records();

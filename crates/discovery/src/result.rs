@@ -1,4 +1,4 @@
-//! What a discovery found, as `result.json` has it.
+//! The findings of a discovery, in the form of `result.json`.
 
 use augsim_data::checks::Warning;
 use serde::{Deserialize, Serialize};
@@ -45,7 +45,7 @@ impl Estimate {
         (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
     }
 
-    /// What a sentence says of the parameter `name`.
+    /// The words of a sentence for the parameter `name`.
     pub fn phrase(&self, name: &str) -> String {
         if self.groups.is_empty() {
             return format!("{name} = {self}");
@@ -71,7 +71,7 @@ impl std::fmt::Display for Estimate {
 pub struct FoundEffect {
     /// Kind in the library.
     pub kind: String,
-    /// What the same term may stand for, when one apparatus cannot tell.
+    /// Other causes with the same term, which one apparatus cannot tell apart.
     pub stands_for: Vec<String>,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Estimate>,
@@ -113,7 +113,7 @@ pub struct Unexplained {
     /// Where it acts, in the system's words.
     #[serde(rename = "where")]
     pub place: String,
-    /// What it changes.
+    /// The quantity that it changes.
     pub target: String,
     /// The feature it depends on.
     pub against: String,
@@ -169,7 +169,7 @@ pub struct ErrorTable {
     pub calibrated: Rmse,
     /// With the added effects.
     pub augmented: Rmse,
-    /// What noise and scatter leave to the best model.
+    /// The error that noise and scatter leave to the best model.
     pub noise_floor: Rmse,
     /// Calibrated minus augmented: an interval above 0 is a gain that is no accident.
     pub reduction: Rmse,
@@ -291,10 +291,10 @@ pub struct Discovery {
     pub verdict: Verdict,
     /// The answer in one sentence.
     pub sentence: String,
-    /// What is suspicious in the data, though not refused.
+    /// Suspicions about the data, none of which refuses them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
-    /// What was added, largest share first.
+    /// The added effects, largest share first.
     pub effects: Vec<FoundEffect>,
     /// The declared parameters calibrated on the training part, nothing added.
     pub calibrated: BTreeMap<String, Estimate>,
@@ -318,7 +318,7 @@ pub struct Discovery {
     pub tests: Tests,
     /// Correlations of the parameters of the final model: names, then the matrix row by row.
     pub correlations: (Vec<String>, Vec<Vec<f64>>),
-    /// What only pushes have.
+    /// Figures that only pushes have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub push: Option<PushFound>,
     /// The augmented model file.

@@ -3,7 +3,7 @@
 use crate::record::{Excerpt, Measured, Record};
 use std::ops::Range;
 
-/// What fits are made on.
+/// The records that a fit sees.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample<'a> {
     pub data: &'a Measured,

@@ -29,7 +29,7 @@ const POOL: f64 = 30.0;
 /// Additions with the values that their parameters begin at (empty: a share of the typical size).
 type Move = Vec<(Addition, Vec<f64>)>;
 
-/// What a search needs to know.
+/// A search: its two samples, its library, and how many tests that amounts to.
 pub(crate) struct Search<'a> {
     pub train: Sample<'a>,
     pub test: Sample<'a>,
@@ -86,7 +86,7 @@ impl Judged {
     }
 }
 
-/// What a search ends with.
+/// The end of a search.
 pub(crate) struct Found {
     /// Judged on both parts, best total first; the base among them.
     pub pool: Vec<Judged>,

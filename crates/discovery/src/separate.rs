@@ -19,7 +19,7 @@ pub(crate) struct Separation {
     pub design: String,
     /// How many of them make odds of 1000 to 1; infinite if none does.
     pub records: f64,
-    /// What was looked among, in words; empty if the system has no designs.
+    /// The designs that were compared, in words; empty if the system has none.
     pub among: String,
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn separation(sample: &Sample<'_>, noise: &[f64], a: &Fit, b: &Fit) -
     best
 }
 
-/// What remains of the misfit of `other` to a record that `truth` predicts, once its start and its parameters (within what the
+/// The remaining misfit of `other` to a record that `truth` predicts, once its start and its parameters (within what the
 /// data so far allow) have moved as near as they can.
 fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, other: &Fit) -> Option<f64> {
     let mut record = Record { seen: design.record.clone(), weight: Vec::new() };

@@ -49,6 +49,14 @@ impl<T: Scalar> AdamState<T> {
 
 impl Adam {
     /// One step: moves `params` against `grads` at learning rate `lr`.
+    ///
+    /// ```
+    /// use augsim_nn::{Adam, AdamState};
+    /// // The first step has the length of the learning rate, whatever the gradient's.
+    /// let (mut params, mut state) = ([1.0_f64, 1.0], AdamState::new(2));
+    /// Adam::default().step(&mut state, &mut params, &[1e-3, -40.0], 0.1);
+    /// assert!((params[0] - 0.9).abs() < 1e-5 && (params[1] - 1.1).abs() < 1e-5);
+    /// ```
     pub fn step<T: Scalar>(&self, state: &mut AdamState<T>, params: &mut [T], grads: &[T], lr: f64) {
         state.steps += 1;
         let t = i32::try_from(state.steps).unwrap_or(i32::MAX);

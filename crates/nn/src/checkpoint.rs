@@ -26,10 +26,10 @@ pub enum CheckpointError {
         source: std::io::Error,
     },
     /// The value cannot be stored.
-    #[error("the state of training cannot be stored: {reason}")]
+    #[error("the state of training cannot be stored: {source}")]
     Encode {
         /// Error of the encoder.
-        reason: String,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file does not begin as a checkpoint does.
     #[error("{}: not an augsim checkpoint; give the checkpoint.bin of a run directory", path.display())]
@@ -50,12 +50,40 @@ pub enum CheckpointError {
         found: u32,
     },
     /// The file is cut short, too long or changed.
-    #[error("{}: the checkpoint is damaged ({what}); use an older checkpoint or train again", path.display())]
+    #[error("{}: the checkpoint is damaged ({damage}); use an older checkpoint or train again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
         /// The part of the file that does not fit.
-        what: String,
+        damage: Damage,
+    },
+}
+
+/// The way in which a checkpoint file is damaged.
+#[derive(Debug, thiserror::Error)]
+pub enum Damage {
+    /// The file is shorter than a header.
+    #[error("the file ends within the header")]
+    EndsInHeader,
+    /// The body has another length than the header says.
+    #[error("it should hold {expected} bytes but holds {found}")]
+    Length {
+        /// Bytes by the header.
+        expected: u64,
+        /// Bytes in the file.
+        found: u64,
+    },
+    /// The body has another CRC-32 than the header says.
+    #[error("the checksum does not match")]
+    Checksum,
+    /// The body is no such value.
+    #[error(transparent)]
+    Body(Box<dyn std::error::Error + Send + Sync>),
+    /// The body goes on behind the value.
+    #[error("{bytes} bytes are left over")]
+    LeftOver {
+        /// Bytes behind the value.
+        bytes: usize,
     },
 }
 
@@ -65,7 +93,7 @@ pub enum CheckpointError {
 /// [`CheckpointError::Encode`].
 pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CheckpointError> {
     let body = bincode::serde::encode_to_vec(value, bincode::config::standard())
-        .map_err(|e| CheckpointError::Encode { reason: e.to_string() })?;
+        .map_err(|e| CheckpointError::Encode { source: e.into() })?;
     let mut file = Vec::with_capacity(HEADER + body.len());
     file.extend(MAGIC);
     file.extend(VERSION.to_le_bytes());
@@ -82,12 +110,12 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CheckpointError> {
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let owned = || path.to_owned();
     let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io { path: owned(), source })?;
-    let damaged = |what: String| CheckpointError::Damaged { path: owned(), what };
+    let damaged = |damage: Damage| CheckpointError::Damaged { path: owned(), damage };
     if !bytes.starts_with(&MAGIC) {
         return Err(CheckpointError::NotACheckpoint { path: owned() });
     }
     let Some((header, body)) = bytes.split_at_checked(HEADER) else {
-        return Err(damaged("the file ends within the header".into()));
+        return Err(damaged(Damage::EndsInHeader));
     };
     let field = |at: usize, n: usize| -> u64 {
         header[at..at + n].iter().rev().fold(0, |v, b| (v << 8) | u64::from(*b))
@@ -97,16 +125,16 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
         return Err(CheckpointError::Version { path: owned(), found: version });
     }
     if body.len() as u64 != length {
-        return Err(damaged(format!("it should hold {length} bytes but holds {}", body.len())));
+        return Err(damaged(Damage::Length { expected: length, found: body.len() as u64 }));
     }
     if crc32fast::hash(body) != checksum {
-        return Err(damaged("the checksum does not match".into()));
+        return Err(damaged(Damage::Checksum));
     }
     let config = bincode::config::standard().with_limit::<MAX_BODY>();
     let (value, used) =
-        bincode::serde::decode_from_slice(body, config).map_err(|e| damaged(e.to_string()))?;
+        bincode::serde::decode_from_slice(body, config).map_err(|e| damaged(Damage::Body(e.into())))?;
     if used != body.len() {
-        return Err(damaged(format!("{} bytes are left over", body.len() - used)));
+        return Err(damaged(Damage::LeftOver { bytes: body.len() - used }));
     }
     Ok(value)
 }

@@ -46,6 +46,21 @@ impl Gru {
     /// Hidden states of the last layer `[time, hidden, batch]` for `x [time, in, batch]`. `h0` holds one
     /// initial state `[hidden, batch]` a layer, or is empty for zero.
     ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Bound, Gru, Params};
+    /// use augsim_tensor::Tape;
+    /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    /// let gru = Gru::new(&mut params, "gru", 3, 5, 2);
+    /// let (mut tape, mut bound) = (Tape::new(), Bound::default());
+    /// params.bind(&mut tape, &mut bound)?;
+    /// let x = tape.constant(&[7, 3, 2], &[0.1; 42])?; // 7 steps, 3 features, 2 sequences
+    /// let h = gru.forward(&mut tape, &bound, x, &[])?;
+    /// assert_eq!(tape.shape(h).dims(), [7, 5, 2]);
+    /// assert!(tape.value(h).iter().all(|h| h.abs() < 1.0));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError`] naming the shapes that do not fit.
     pub fn forward<T: Scalar>(

@@ -39,6 +39,21 @@ impl GaussianHead {
 
     /// Distribution for features `x [time, in, batch]`.
     ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Bound, GaussianHead, Params};
+    /// use augsim_tensor::Tape;
+    /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    /// let head = GaussianHead::new(&mut params, "head", 3, 2, 0.01);
+    /// let (mut tape, mut bound) = (Tape::new(), Bound::default());
+    /// params.bind(&mut tape, &mut bound)?;
+    /// let x = tape.constant(&[4, 3, 1], &[-50.0; 12])?;
+    /// let law = head.forward(&mut tape, &bound, x)?;
+    /// assert_eq!(tape.shape(law.mean).dims(), [4, 2, 1]);
+    /// assert!(tape.value(law.sd).iter().all(|sd| *sd >= 0.01));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError`] if `x` does not have the head's number of inputs.
     pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Gaussian, TensorError> {

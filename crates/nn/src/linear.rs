@@ -13,6 +13,16 @@ pub struct Linear {
 impl Linear {
     /// Registers `{prefix}.weight` and `{prefix}.bias`, both uniform within 1 / sqrt(inputs) (PyTorch's
     /// default).
+    ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Linear, Params};
+    /// let mut params = Params::<f32>::new(random_stream(1, "init", 0));
+    /// Linear::new(&mut params, "fc", 4, 2);
+    /// let names: Vec<&str> = params.iter().map(|(name, ..)| name).collect();
+    /// assert_eq!(names, ["fc.weight", "fc.bias"]);
+    /// assert!(params.values().iter().all(|v| v.abs() <= 0.5)); // 1 / sqrt(4)
+    /// ```
     pub fn new<T: Scalar>(params: &mut Params<T>, prefix: &str, inputs: usize, outputs: usize) -> Self {
         let init = Init::Uniform { bound: 1.0 / (inputs as f64).sqrt() };
         Linear {

@@ -12,6 +12,16 @@ pub struct Mlp {
 impl Mlp {
     /// Registers the layers `{prefix}.0`, `{prefix}.2`, … (the names of a `torch.nn.Sequential` in which
     /// every other module is the tanh). `widths` lists the inputs and then the outputs of each layer.
+    ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Mlp, Params};
+    /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    /// Mlp::new(&mut params, "phi", &[3, 32, 16]);
+    /// let shapes: Vec<(&str, &[usize])> = params.iter().map(|(name, dims, _)| (name, dims)).collect();
+    /// assert_eq!(shapes[0], ("phi.0.weight", &[32, 3][..]));
+    /// assert_eq!(shapes[2], ("phi.2.weight", &[16, 32][..]));
+    /// ```
     pub fn new<T: Scalar>(params: &mut Params<T>, prefix: &str, widths: &[usize]) -> Self {
         let layers = widths
             .windows(2)

@@ -43,6 +43,16 @@ impl<T: Scalar> Params<T> {
     }
 
     /// Adds a parameter.
+    ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Init, Params};
+    /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    /// let w = params.add("w".into(), &[2, 3], Init::Uniform { bound: 0.1 });
+    /// let b = params.add("b".into(), &[2], Init::Constant(0.5));
+    /// assert!(params.get(w).iter().all(|w| w.abs() <= 0.1));
+    /// assert_eq!((params.dims(w), params.get(b)), (&[2, 3][..], &[0.5, 0.5][..]));
+    /// ```
     pub fn add(&mut self, name: String, dims: &[usize], init: Init) -> ParamId {
         let (start, n) = (self.values.len(), dims.iter().product::<usize>());
         match init {
@@ -92,6 +102,16 @@ impl<T: Scalar> Params<T> {
     }
 
     /// The part of a flat buffer (gradients, say) that belongs to the parameter of that name.
+    ///
+    /// ```
+    /// use augsim_data::random_stream;
+    /// use augsim_nn::{Init, Params};
+    /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    /// params.add("w".into(), &[2], Init::Constant(0.0));
+    /// params.add("b".into(), &[1], Init::Constant(0.0));
+    /// assert_eq!(params.part("b", &[10, 20, 30]), Some(&[30][..]));
+    /// assert_eq!(params.part("c", &[10, 20, 30]), None);
+    /// ```
     pub fn part<'a, U>(&self, name: &str, flat: &'a [U]) -> Option<&'a [U]> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
         flat.get(entry.start..entry.end)

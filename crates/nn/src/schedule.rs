@@ -15,6 +15,12 @@ pub struct StepDecay {
 
 impl StepDecay {
     /// Rate of iteration `i`, counted from 0.
+    ///
+    /// ```
+    /// use augsim_nn::StepDecay;
+    /// let halved = StepDecay { initial: 1e-3, factor: 0.5, every: 2500 };
+    /// assert_eq!([halved.at(0), halved.at(2500), halved.at(7500)], [1e-3, 5e-4, 1.25e-4]);
+    /// ```
     pub fn at(&self, i: u64) -> f64 {
         let steps = i.checked_div(self.every).unwrap_or(0);
         self.initial * self.factor.powi(i32::try_from(steps).unwrap_or(i32::MAX))

@@ -2,6 +2,7 @@
 
 use crate::Params;
 use augsim_tensor::Scalar;
+use safetensors::SafeTensorError;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::path::{Path, PathBuf};
 
@@ -17,28 +18,28 @@ pub enum WeightsError {
         source: std::io::Error,
     },
     /// The parameters make no safetensors file.
-    #[error("the weights cannot be written as safetensors: {reason}")]
+    #[error("the weights cannot be written as safetensors: {source}")]
     Encode {
         /// Error of the safetensors writer.
-        reason: String,
+        source: SafeTensorError,
     },
     /// Not a safetensors file.
-    #[error("{}: not a usable safetensors file: {}", path.display(), printable(reason, MOST_OF_A_REASON))]
+    #[error("{}: not a usable safetensors file: {}", path.display(), printable(&source.to_string(), MOST_OF_A_REASON))]
     Format {
         /// The file.
         path: PathBuf,
         /// Error of the safetensors reader.
-        reason: String,
+        source: SafeTensorError,
     },
     /// A parameter of the net is not in the file.
-    #[error("{}: parameter `{name}` is missing; the file holds {available}", path.display())]
+    #[error("{}: parameter `{name}` is missing; the file holds {}", path.display(), listed(available))]
     Missing {
         /// The file.
         path: PathBuf,
         /// The parameter.
         name: String,
-        /// Names in the file.
-        available: String,
+        /// Names in the file, in the order of the alphabet.
+        available: Vec<String>,
     },
     /// A tensor of the file does not belong to the net.
     #[error("{}: tensor `{}` does not belong to this net", path.display(), printable(name, MOST_OF_A_NAME))]
@@ -49,22 +50,26 @@ pub enum WeightsError {
         name: String,
     },
     /// A tensor has other extents or another element type than the parameter.
-    #[error("{}: `{name}` is {found}, but the net needs {expected}", path.display())]
+    #[error("{}: `{name}` is {found:?} of {dtype:?}, but the net needs {expected:?} of F32 or F64", path.display())]
     Mismatch {
         /// The file.
         path: PathBuf,
         /// The parameter.
         name: String,
-        /// Extents and element type in the file.
-        found: String,
+        /// Extents in the file.
+        found: Vec<usize>,
+        /// Element type in the file.
+        dtype: Dtype,
         /// Extents that the net needs.
-        expected: String,
+        expected: Vec<usize>,
     },
 }
 
 /// Characters of a name, and of a sentence of the reader's, that a message has room for.
 const MOST_OF_A_NAME: usize = 60;
 const MOST_OF_A_REASON: usize = 300;
+/// Names of a list that a message has room for.
+const MOST_NAMES: usize = 20;
 
 /// The first `most` characters of a text from a file, those that a terminal would obey written out.
 fn printable(text: &str, most: usize) -> String {
@@ -75,12 +80,18 @@ fn printable(text: &str, most: usize) -> String {
     out
 }
 
+/// The first names of a list, as a message has room for them.
+fn listed(names: &[String]) -> String {
+    let first: Vec<String> = names.iter().take(MOST_NAMES).map(|n| printable(n, MOST_OF_A_NAME)).collect();
+    first.join(", ")
+}
+
 /// The bytes of a safetensors file of all parameters, as 32-bit floats.
 ///
 /// # Errors
 /// [`WeightsError::Encode`].
 pub fn encode<T: Scalar>(params: &Params<T>) -> Result<Vec<u8>, WeightsError> {
-    let failed = |e: safetensors::SafeTensorError| WeightsError::Encode { reason: e.to_string() };
+    let failed = |source: SafeTensorError| WeightsError::Encode { source };
     let bytes: Vec<(String, Vec<usize>, Vec<u8>)> = params
         .iter()
         .map(|(name, dims, values)| {
@@ -103,7 +114,7 @@ pub fn encode<T: Scalar>(params: &Params<T>) -> Result<Vec<u8>, WeightsError> {
 pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), WeightsError> {
     let bytes = std::fs::read(path).map_err(|source| WeightsError::Io { path: path.to_owned(), source })?;
     let file = SafeTensors::deserialize(&bytes)
-        .map_err(|e| WeightsError::Format { path: path.to_owned(), reason: e.to_string() })?;
+        .map_err(|source| WeightsError::Format { path: path.to_owned(), source })?;
     let mut fresh = params.clone();
     // The reader keeps names in a hash map; messages must not depend on its order.
     let mut found = file.names();
@@ -116,12 +127,7 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
     let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
     for name in names {
         let Ok(view) = file.tensor(&name) else {
-            let available = found
-                .iter()
-                .take(20)
-                .map(|name| printable(name, MOST_OF_A_NAME))
-                .collect::<Vec<_>>()
-                .join(", ");
+            let available = found.iter().map(|name| (*name).to_owned()).collect();
             return Err(WeightsError::Missing { path: path.to_owned(), name, available });
         };
         let Some((dims, values)) = fresh.get_mut(&name) else { continue };
@@ -143,8 +149,9 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
             _ => {
                 return Err(WeightsError::Mismatch {
                     path: path.to_owned(),
-                    found: format!("{:?} of {:?}", view.shape(), view.dtype()),
-                    expected: format!("{dims:?} of F32 or F64"),
+                    found: view.shape().to_vec(),
+                    dtype: view.dtype(),
+                    expected: dims.to_vec(),
                     name,
                 });
             }

@@ -17,6 +17,13 @@ pub struct Dual<const N: usize> {
 
 impl<const N: usize> Dual<N> {
     /// The independent variable of `lane`, at `value`. A lane beyond `N` gives a constant.
+    ///
+    /// ```
+    /// use augsim_physics::{Dual, Scalar};
+    /// let v = Dual::<1>::variable(3.0, 0);
+    /// let energy = v * v * Dual::constant(0.5);
+    /// assert_eq!((energy.value(), energy.derivatives()), (4.5, &[3.0][..]));
+    /// ```
     pub fn variable(value: f64, lane: usize) -> Self {
         let mut d = [0.0; N];
         if let Some(slot) = d.get_mut(lane) {

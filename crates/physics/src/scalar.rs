@@ -108,11 +108,21 @@ pub fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
 }
 
 /// Vector product `a × b`.
+///
+/// ```
+/// use augsim_physics::scalar::cross;
+/// assert_eq!(cross(&[1.0, 0.0, 0.0], &[0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
+/// ```
 pub fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a + b s`, component by component.
+///
+/// ```
+/// use augsim_physics::scalar::axpy;
+/// assert_eq!(axpy(&[1.0, 2.0, 3.0], &[1.0, 0.0, -1.0], 2.0), [3.0, 2.0, 1.0]);
+/// ```
 pub fn axpy<S: Scalar>(a: &[S; 3], b: &[S; 3], s: S) -> [S; 3] {
     [a[0] + b[0] * s, a[1] + b[1] * s, a[2] + b[2] * s]
 }

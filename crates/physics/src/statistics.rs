@@ -1,6 +1,11 @@
 //! Middles of values.
 
 /// Median of a slice, 0 if it is empty; the slice is reordered.
+///
+/// ```
+/// use augsim_physics::statistics::median;
+/// assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
+/// ```
 pub fn median(x: &mut [f64]) -> f64 {
     if x.is_empty() {
         return 0.0;
@@ -11,6 +16,12 @@ pub fn median(x: &mut [f64]) -> f64 {
 }
 
 /// Quantile `p` of sorted values by linear interpolation; not a number if there are none.
+///
+/// ```
+/// use augsim_physics::statistics::quantile;
+/// assert_eq!(quantile(&[0.0, 1.0, 2.0], 0.25), 0.5);
+/// assert!(quantile(&[], 0.5).is_nan());
+/// ```
 pub fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(top) = sorted.len().checked_sub(1) else {
         return f64::NAN;

@@ -1,5 +1,6 @@
 //! Errors of the trainer crate.
 
+use crate::difference::Difference;
 use augsim_data::DataError;
 use augsim_tensor::TensorError;
 
@@ -62,10 +63,10 @@ pub enum TrainerError {
     },
     /// A saved training state does not belong to these settings or data.
     #[error(
-        "the checkpoint does not belong to this run: {what}; use the run's own data and settings, or start a new run"
+        "the checkpoint does not belong to this run: {difference}; use the run's own data and settings, or start a new run"
     )]
     Foreign {
         /// The part that differs.
-        what: String,
+        difference: Difference,
     },
 }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod difference;
 mod engine;
 mod error;
 mod evaluate;
@@ -19,6 +20,7 @@ mod steps;
 mod tiles;
 mod training;
 
+pub use difference::Difference;
 pub use engine::{Engine, EngineError, SystemEngine};
 pub use error::TrainerError;
 pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction};

@@ -1,5 +1,6 @@
 //! The training loop.
 
+use crate::difference::Difference;
 use crate::featuriser::{Featuriser, fits};
 use crate::latent::LatentLaw;
 use crate::nets::Net;
@@ -102,12 +103,11 @@ impl Training {
     /// [`TrainerError::Foreign`] if `train` is not the data of that run or the state is inconsistent.
     pub fn resume(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
         state.settings.check()?;
-        let foreign = |what: &str| Err(TrainerError::Foreign { what: what.to_owned() });
         if state.columns != train.columns {
-            return foreign("its state columns are others");
+            return Err(Difference::Columns.into());
         }
         if state.data != fingerprint(train) {
-            return foreign("it was trained on other data");
+            return Err(Difference::Data.into());
         }
         Self::assemble(state, train)
     }
@@ -235,22 +235,19 @@ impl Training {
 /// [`TrainerError::Foreign`] if the number of parameters does not fit the settings.
 pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
     // A file may hold any sizes: they are looked at before memory is asked for.
-    state.settings.check().map_err(|e| TrainerError::Foreign { what: e.to_string() })?;
+    state.settings.check().map_err(|e| Difference::Settings(Box::new(e)))?;
     let Settings { recipe, correction, .. } = state.settings;
     if state.columns != state.settings.engine.columns() {
-        return Err(TrainerError::Foreign {
-            what: "its state columns are not those of its engine".to_owned(),
-        });
+        return Err(Difference::ColumnsOfEngine.into());
     }
     if !fits(&state.scales, recipe, correction, state.columns.len()) {
-        return Err(TrainerError::Foreign { what: "its scales are those of other settings".to_owned() });
+        return Err(Difference::Scales.into());
     }
     let mut params = Params::new(random_stream(state.settings.seed, "init", 0));
     let net = Net::new(&state.settings, state.columns.len(), &mut params);
     let (expected, found) = (params.values().len(), state.params.len());
     if expected != found || state.adam.len() != found {
-        let what = format!("its settings make {expected} parameters, but it holds {found}");
-        return Err(TrainerError::Foreign { what });
+        return Err(Difference::Parameters { expected, found }.into());
     }
     params.values_mut().copy_from_slice(&state.params);
     Ok((net, params))
@@ -258,13 +255,12 @@ pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError>
 
 /// The data must have the engine's columns.
 fn check_columns(engine: &Engine, states: &[String], actions: &[String]) -> Result<(), TrainerError> {
-    for (what, wanted, found) in
+    for (role, expected, found) in
         [("states", engine.columns(), states), ("actions", engine.action_columns(), actions)]
     {
-        if found != wanted {
-            let (wanted, found) = (wanted.join(", "), found.join(", "));
-            let what = format!("the engine's {what} are {wanted}, the data's are {found}");
-            return Err(TrainerError::Foreign { what });
+        if found != expected {
+            let expected = expected.into_iter().map(Into::into).collect();
+            return Err(Difference::EngineColumns { role, expected, found: found.to_vec() }.into());
         }
     }
     Ok(())

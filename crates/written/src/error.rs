@@ -77,7 +77,7 @@ impl fmt::Display for Excerpt {
     }
 }
 
-/// What is wrong, with the remedy.
+/// A mistake, with its remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Fault {

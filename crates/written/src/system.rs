@@ -13,7 +13,7 @@ pub struct System {
     pub(crate) active: Vec<usize>,
     pub(crate) machine: Machine,
     pub(crate) layout: Layout,
-    /// What depends on parameters alone.
+    /// Program of the values that depend on parameters alone.
     pub(crate) once: Section,
     pub(crate) rates: Section,
     pub(crate) rate_gradient: Gradient,
@@ -54,7 +54,7 @@ pub(crate) struct Entry {
     pub(crate) register: usize,
 }
 
-/// What a derivative is with respect to.
+/// The number that a derivative is with respect to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
     State(usize),
@@ -66,7 +66,7 @@ pub(crate) enum Column {
 /// Width of a smoothed jump until it is declared or found from a simulation, in the unit of its argument.
 const DEFAULT_WIDTH: f64 = 0.01;
 
-/// What is to be computed: its values, and entries of its gradient.
+/// Results of a program: values, and entries of their gradients.
 type Wanted = (Vec<Id>, Vec<(usize, Variable, Id)>);
 
 impl System {

@@ -41,14 +41,13 @@ fn drop_of(path: &Path) -> Result<Trajectory, DataError> {
         for (column, into) in [("milliseconds", &mut times), ("millimetres", &mut heights)] {
             let cell = cells.next().unwrap_or_default();
             let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            into.push(
-                1e-3 * value.ok_or_else(|| DataError::BadNumber {
-                    path: path.to_owned(),
-                    line: number,
-                    column: column.to_owned(),
-                    cell: cell.to_owned(),
-                })?,
-            );
+            let value = value.ok_or_else(|| DataError::BadNumber {
+                path: path.to_owned(),
+                line: number,
+                column: column.to_owned(),
+                cell: cell.to_owned(),
+            })?;
+            into.push(value / 1e3);
         }
     }
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());

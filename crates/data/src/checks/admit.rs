@@ -43,7 +43,7 @@ pub struct Warning {
 pub struct Admitted {
     /// The set; without copies, unless these are accepted.
     pub data: Dataset,
-    /// What a reader of the result must know.
+    /// Warnings that a reader of the result must know.
     pub warnings: Vec<Warning>,
 }
 

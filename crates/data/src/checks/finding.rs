@@ -1,4 +1,4 @@
-//! What checks find, as values with a sentence.
+//! Findings of checks, as values with a sentence.
 
 use super::check::Check;
 use crate::statistics::digits;

@@ -29,7 +29,7 @@ pub use check::Check;
 pub use finding::{Finding, Severity};
 pub use suspicious::SuspiciousData;
 
-/// What a model says about the data that it is to explain; `None` where it says nothing or there is no model.
+/// Statements of a model about the data that it is to explain; `None` where it says nothing or there is no model.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Expected {
     /// Gravity, m/s², downward positive.
@@ -73,14 +73,14 @@ impl Check {
     }
 }
 
-/// What one check found; nothing where the data pass.
+/// Outcome of one check; no finding where the data pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The check.
     pub check: Check,
-    /// What it looks for, in words.
+    /// The mistake that it looks for, in words.
     pub looks_for: &'static str,
-    /// What it found.
+    /// Its finding.
     pub findings: Vec<Finding>,
 }
 

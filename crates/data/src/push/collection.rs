@@ -49,7 +49,7 @@ fn checked(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataEr
 /// the object.
 ///
 /// # Errors
-/// As [`read_push_trials`], and a trial whose streams have no time in common.
+/// The errors of [`read_push_trials`], and a trial whose streams have no time in common.
 pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
     dataset(path, read_push_trials(path)?)
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with the files of the push sets, each with file, key and remedy.
+//! Mistakes in the files of the push sets, each with file, key and remedy.
 
 use crate::limits::LimitExceeded;
 use crate::printable::{shown, shown_cause, shown_list};
@@ -49,7 +49,7 @@ pub enum PushError {
         path: PathBuf,
         /// Data set, or `/` for the file as a whole.
         key: String,
-        /// What the decoder said.
+        /// Error of the decoder.
         cause: Box<hdf5_reader::error::Error>,
     },
     /// The JSON text is no JSON, or is cut off.
@@ -57,7 +57,7 @@ pub enum PushError {
     Json {
         /// File.
         path: PathBuf,
-        /// What the parser said, with line and column.
+        /// Error of the parser, with line and column.
         cause: serde_json::Error,
     },
     /// One of the streams is not there.
@@ -80,7 +80,7 @@ pub enum PushError {
         path: PathBuf,
         /// Stream.
         key: &'static str,
-        /// What is there instead.
+        /// The layout that is there instead.
         found: String,
     },
     /// A value that is no finite number.
@@ -134,7 +134,7 @@ pub enum PushError {
         path: PathBuf,
         /// "member `name`: ", or nothing where the archive as a whole is meant.
         member: String,
-        /// What the decoder said.
+        /// Error of the decoder.
         cause: String,
     },
     /// A member of an archive whose name is too long, or holds control characters that a message must not repeat.
@@ -179,7 +179,7 @@ pub enum PushError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What should stand there.
+        /// The value that should stand there.
         expected: &'static str,
     },
     /// More than [`Limit`](crate::Limit)s allow.

@@ -29,7 +29,7 @@ pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
 /// A push: three streams, each on its own clock, in the frame of the robot's base (z up).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PushTrial {
-    /// What the file name says.
+    /// Settings that the file name states.
     pub name: TrialName,
     /// File, inside an archive with the archive's path before it.
     pub path: PathBuf,

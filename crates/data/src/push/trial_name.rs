@@ -1,4 +1,4 @@
-//! What the file names of the MIT Push set say.
+//! File names of the MIT Push set, and the settings that they state.
 //!
 //! `motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349`, with `_rep=0004` for repeats
 //! (Yu, Bauza, Fazeli and Rodriguez, IROS 2016), and `block=steel_run=01` for its preliminary pushes.

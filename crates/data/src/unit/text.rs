@@ -11,6 +11,14 @@ impl Unit {
     /// Unit of `text`, in the form that [`Unit::symbol`] prints: symbols side by side are multiplied, `^` gives an
     /// exponent (whole or a root, such as 0.5), at most one `/` is there, and a divisor of several symbols stands
     /// in parentheses. `1` and the empty text are a pure number. `None` for anything else.
+    ///
+    /// ```
+    /// use augsim_data::Unit;
+    /// let unit = Unit::of_text("kg m^2").unwrap();
+    /// assert_eq!(unit.symbol(), "kg m^2");
+    /// assert_eq!(Unit::of_text("N s/m").unwrap().dimensions(), Unit::of_text("kg/s").unwrap().dimensions());
+    /// assert!(Unit::of_text("furlong").is_none());
+    /// ```
     pub fn of_text(text: &str) -> Option<Unit> {
         let (numerator, divisor) = match text.trim().split_once('/') {
             Some((numerator, divisor)) => (numerator.trim(), Some(divisor.trim())),

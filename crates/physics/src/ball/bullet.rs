@@ -130,6 +130,15 @@ impl BulletBall {
 
     /// Heights of the underside, m, and velocities, m/s, from the given start, which is sample 0:
     /// `samples` of each.
+    ///
+    /// ```
+    /// use augsim_physics::ball::bullet::BulletBall;
+    /// let ball = BulletBall { damping: 0.0, ..BulletBall::default() };
+    /// let [height, velocity] = ball.simulate_underside(4.0, 0.0, 31);
+    /// // Semi-implicit Euler falls half a step further than the parabola: g t (t + dt) / 2 after 0.5 s.
+    /// assert!((height[30] - (4.0 - 0.5 * 9.8 * 0.5 * (0.5 + 1.0 / 60.0))).abs() < 1e-9);
+    /// assert!((velocity[30] + 9.8 * 0.5).abs() < 1e-9);
+    /// ```
     pub fn simulate_underside(&self, height_m: f64, velocity_m_s: f64, samples: usize) -> [Vec<f64>; 2] {
         let mut state = BulletState { centre_m: height_m + self.radius_m, velocity_m_s };
         let mut path = [Vec::with_capacity(samples), Vec::with_capacity(samples)];

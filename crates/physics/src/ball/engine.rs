@@ -61,6 +61,26 @@ pub struct Run<S> {
 }
 
 /// Simulates a throw and samples it at `times` (s since the release, not decreasing), into `run`.
+///
+/// ```
+/// use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
+/// use augsim_physics::model::Model;
+/// // Dropped from 1 m with a restitution of 0.5, a ball comes back to 0.25 m.
+/// let (world, parameters) = Model::plain(9.81, 0.5).world(Axes::Vertical);
+/// let fall = (2.0 / 9.81_f64).sqrt();
+/// let throw = Throw {
+///     world: &world,
+///     parameters: &parameters,
+///     start: State::at_rest(1.0),
+///     covariates: &Covariates::default(),
+///     offsets: Offsets::None,
+///     velocities: false,
+/// };
+/// let mut run = Run { positions: vec![], velocities: vec![], impacts: vec![], rest_time: None };
+/// simulate(&throw, &[0.0, 1.5 * fall], &mut run);
+/// assert!((run.positions[1][2] - 0.25).abs() < 1e-12);
+/// assert!((run.impacts[0].time - fall).abs() < 1e-12);
+/// ```
 pub fn simulate<S: Scalar>(throw: &Throw<'_, S>, times: &[f64], run: &mut Run<S>) {
     run.positions.clear();
     run.velocities.clear();

@@ -76,6 +76,15 @@ impl PaperLaw {
     ///
     /// Trajectory i depends on the seed and i alone, whatever their number and the threads.
     ///
+    /// ```
+    /// use augsim_physics::ball::paper_law::PaperLaw;
+    /// let law = PaperLaw::default();
+    /// let (data, drops) = law.generate(3, 7).expect("three drops");
+    /// assert_eq!((data.trajectories().len(), drops.len()), (3, 3));
+    /// assert!(drops.iter().all(|drop| (4.0..=5.0).contains(&drop.drop_height_m)));
+    /// assert_eq!(data.trajectories()[0].column(0)[0], drops[0].drop_height_m);
+    /// ```
+    ///
     /// # Errors
     /// The law has no samples, a height that is infinite, or more of either than [`Limit`]s allow.
     pub fn generate(&self, trajectories: usize, seed: u64) -> Result<(Dataset, Vec<Drop>), DataError> {

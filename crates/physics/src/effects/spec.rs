@@ -120,6 +120,13 @@ pub enum Polar {
 impl Polar {
     /// Brings an amount and its direction, rad, to the values that say the same: a ratio of 1 or more, an angle within half a
     /// period of 0.
+    ///
+    /// ```
+    /// use augsim_physics::effects::Polar;
+    /// let (mut ratio, mut angle) = (0.5, 0.0); // an axis half as long is the other axis twice as long
+    /// Polar::Axis.bring_round(&mut ratio, &mut angle);
+    /// assert_eq!((ratio, angle.abs()), (2.0, std::f64::consts::FRAC_PI_2));
+    /// ```
     pub fn bring_round(self, amount: &mut f64, angle: &mut f64) {
         match self {
             Polar::Axis => {

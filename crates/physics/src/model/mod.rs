@@ -85,6 +85,15 @@ impl Model {
 
     /// Parses the text of a model file; `file` is used in messages.
     ///
+    /// ```
+    /// use augsim_physics::model::Model;
+    /// let text = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n";
+    /// let model = Model::parse(text, "ball.toml").expect("a model");
+    /// assert_eq!((model.parameters[0].nominal, model.parameters[0].frozen), (9.81, true));
+    /// let error = Model::parse(&text.replace("gravity", "gravty"), "ball.toml").unwrap_err().to_string();
+    /// assert!(error.contains("ball.toml") && error.contains("gravty_m_s2"), "{error}");
+    /// ```
+    ///
     /// # Errors
     /// [`ModelError`] names the file, the line and the remedy.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
@@ -125,6 +134,13 @@ impl Model {
     }
 
     /// The model file's text; [`parse`](Model::parse) reads it back to the same model.
+    ///
+    /// ```
+    /// use augsim_physics::model::Model;
+    /// let model = Model::plain(9.81, 0.7);
+    /// let again = Model::parse(&model.to_toml(), "model").expect("what was written can be read");
+    /// assert_eq!(again.parameters, model.parameters);
+    /// ```
     pub fn to_toml(&self) -> String {
         write::to_toml(self)
     }

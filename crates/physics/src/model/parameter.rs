@@ -47,6 +47,12 @@ impl Parameter {
     }
 
     /// A parameter to calibrate, one value for all records.
+    ///
+    /// ```
+    /// use augsim_physics::model::Parameter;
+    /// let p = Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0);
+    /// assert!(!p.frozen && (p.min..=p.max).contains(&p.nominal));
+    /// ```
     pub fn free(name: String, nominal: f64, min: f64, max: f64) -> Self {
         let (frozen, per) = (false, Per::All);
         Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new() }

@@ -20,6 +20,14 @@ pub struct Moments {
 
 impl Moments {
     /// Moments of a polygon.
+    ///
+    /// ```
+    /// use augsim_physics::push::Moments;
+    /// // A square of 2 m: an area of 4 m², and a mean square radius of (2² + 2²) / 12.
+    /// let square = Moments::of_polygon(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]);
+    /// assert!((square.area_m2 - 4.0).abs() < 1e-12);
+    /// assert!((square.mean_square_radius() - 8.0 / 12.0).abs() < 1e-12);
+    /// ```
     pub fn of_polygon(vertices: &[Vector<f64>]) -> Self {
         let n = vertices.len();
         let (mut area, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);

@@ -28,6 +28,13 @@ pub const OBJECTS: [&str; 10] =
 impl Object {
     /// A built-in object by name. The eleventh of the set, `butter`, has an outline of 636 points that is not part of this
     /// crate: give it as a polygon.
+    ///
+    /// ```
+    /// use augsim_physics::push::Object;
+    /// let square = Object::named("rect1").expect("built in");
+    /// assert_eq!(square.sides(), 4);
+    /// assert!(Object::named("teapot").is_none());
+    /// ```
     pub fn named(name: &str) -> Option<Self> {
         let rectangle = |a: f64, b: f64| {
             let (x, y) = (a / 2.0, b / 2.0);

@@ -18,6 +18,11 @@ pub fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> S {
 }
 
 /// `a` turned by +90 degrees: `(-a_y, a_x)`.
+///
+/// ```
+/// use augsim_physics::push::planar::rot90;
+/// assert_eq!(rot90([1.0, 2.0]), [-2.0, 1.0]);
+/// ```
 #[inline(always)]
 pub fn rot90<S: Scalar>(a: Vector<S>) -> Vector<S> {
     [-a[1], a[0]]
@@ -103,6 +108,15 @@ impl<S: Scalar> Pose<S> {
     }
 
     /// Where a point of the world is in the body, m.
+    ///
+    /// ```
+    /// use augsim_physics::push::Pose;
+    /// let pose = Pose::new(1.0, 0.0, std::f64::consts::FRAC_PI_2);
+    /// let seen = pose.to_body([1.0, 2.0]);
+    /// assert!((seen[0] - 2.0).abs() < 1e-15 && seen[1].abs() < 1e-15);
+    /// let back = pose.to_world(seen);
+    /// assert!((back[0] - 1.0).abs() < 1e-15 && (back[1] - 2.0).abs() < 1e-15);
+    /// ```
     pub fn to_body(&self, point: Vector<S>) -> Vector<S> {
         Rotation::new(self.angle).to_body(sub(point, self.position))
     }

@@ -112,6 +112,11 @@ pub fn spread(records: &[Record], channel: usize) -> f64 {
 }
 
 /// Median time from one of these times to the next, s.
+///
+/// ```
+/// use augsim_physics::system::typical_step;
+/// assert_eq!(typical_step(&[0.0, 0.5, 1.0, 9.0]), 0.5); // one gap changes nothing
+/// ```
 pub fn typical_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
 }

@@ -35,7 +35,7 @@ pub struct BenchmarkReport {
     /// The repeated experiment: clouds of displacements, the truth first.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
-    /// What the clouds are.
+    /// The clouds in words.
     #[serde(default)]
     pub clouds_caption: String,
     /// Forecasts over true trajectories: one entry per model, trajectory and channel.
@@ -47,7 +47,7 @@ pub struct BenchmarkReport {
     /// Error of a measure over equal parts of the duration: one entry per model.
     #[serde(default)]
     pub parts: Vec<Curve>,
-    /// What is to be known about the parts.
+    /// Remarks about the parts.
     #[serde(default)]
     pub parts_caption: String,
     /// Fitted parameters: name, declared value, fitted value, 95 % interval.
@@ -99,7 +99,7 @@ impl Protocol {
 /// Models on one test set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// What the numbers are and what was tested on.
+    /// The meaning of the numbers, and the set that was tested on.
     pub caption: String,
     /// Columns of the numbers.
     pub columns: Vec<Column>,
@@ -179,7 +179,7 @@ pub struct Forecast {
     /// Times, s.
     #[serde(with = "crate::nullable")]
     pub t_s: Vec<f64>,
-    /// What happened.
+    /// The measured values.
     #[serde(with = "crate::nullable")]
     pub truth: Vec<f64>,
     /// Median of the samples, or the only prediction of a deterministic model.

@@ -1,4 +1,4 @@
-//! What was found and what was not: effects, parameters, candidates, noise, open questions.
+//! Sections on findings: effects, parameters, candidates, noise, open questions.
 
 use super::{DiscoveryReport, Noise, Parameter, Verdict};
 use crate::figure::Heatmap;

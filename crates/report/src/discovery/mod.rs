@@ -21,7 +21,7 @@ pub struct DiscoveryReport {
     pub verdict: Verdict,
     /// The verdict in one sentence, e.g. `Quadratic drag is missing: …`.
     pub sentence: String,
-    /// What is suspicious in the data, one paragraph each.
+    /// Suspicions about the data, one paragraph each.
     #[serde(default)]
     pub warnings: Vec<String>,
     /// Error before and after on held-out trajectories.
@@ -52,7 +52,7 @@ pub struct DiscoveryReport {
     /// Sets of effects that fit equally well, the chosen one included; empty where there is no other.
     #[serde(default)]
     pub alternatives: Vec<Vec<String>>,
-    /// What no effect in the library explains.
+    /// Structure that no effect in the library explains.
     #[serde(default)]
     pub unexplained: Option<Unexplained>,
     /// The experiment that would tell the alternatives apart, or show more.
@@ -113,7 +113,7 @@ pub struct Rmse {
 /// Error on held-out trajectories, stage by stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
-    /// What is predicted, e.g. `height`.
+    /// The predicted quantity, e.g. `height`.
     pub quantity: String,
     /// The user's unit, e.g. `mm`.
     pub unit: String,
@@ -125,7 +125,7 @@ pub struct ErrorSummary {
     pub calibrated: Option<Rmse>,
     /// With the effects added; absent where nothing was added.
     pub augmented: Option<Rmse>,
-    /// What the sensor's noise alone gives.
+    /// The error that the sensor's noise alone gives.
     pub noise_floor: Option<Rmse>,
     /// Calibrated minus augmented.
     #[serde(default)]
@@ -168,7 +168,7 @@ pub struct CalibratedParameter {
 pub struct FoundEffect {
     /// Kind, e.g. `quadratic-drag`.
     pub kind: String,
-    /// What it may stand for, in words.
+    /// Other causes that it may stand for, in words.
     pub stands_for: String,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
@@ -350,7 +350,7 @@ pub struct Noise {
 pub struct NoiseFinding {
     /// Kind, e.g. `timing-jitter`.
     pub kind: String,
-    /// What was found, in a sentence.
+    /// The finding, in a sentence.
     pub text: String,
 }
 
@@ -359,7 +359,7 @@ pub struct NoiseFinding {
 pub struct Unexplained {
     /// Where it lives, e.g. `at impacts`.
     pub r#where: String,
-    /// What it depends on, e.g. `impact speed`.
+    /// The quantity that it depends on, e.g. `impact speed`.
     pub against: String,
     /// The sparse-regression term that removes most of it, e.g. `0.031·v²`; may be empty.
     pub term: String,

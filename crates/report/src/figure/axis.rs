@@ -114,7 +114,7 @@ impl Tone {
 pub struct Reference {
     /// The value, in the axis' unit.
     pub value: f64,
-    /// What it is, e.g. `noise floor`.
+    /// Name of the quantity, e.g. `noise floor`.
     pub label: String,
 }
 
@@ -123,7 +123,7 @@ pub struct Reference {
 pub struct Event {
     /// Place on the horizontal axis, in its unit.
     pub at: f64,
-    /// What happened; empty for no label. Labels that do not fit are left out.
+    /// Name of the event; empty for no label. Labels that do not fit are left out.
     #[serde(default)]
     pub label: String,
 }

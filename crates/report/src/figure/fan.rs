@@ -37,7 +37,7 @@ pub struct Fan {
     /// Upper end of the 90 % band.
     #[serde(default, with = "crate::nullable")]
     pub upper90: Vec<f64>,
-    /// What happened.
+    /// The measured values.
     #[serde(with = "crate::nullable")]
     pub truth: Vec<f64>,
     /// Vertical markers, e.g. impacts.

@@ -55,7 +55,7 @@ pub enum Figure {
     Heatmap(Heatmap),
 }
 
-/// What a figure is drawn for.
+/// The surroundings that a figure is drawn for: width, names, style.
 pub(crate) struct Target<'a> {
     /// Width in pixels; the height follows.
     pub(crate) width: f64,

@@ -18,7 +18,7 @@ const NARROW: f64 = 360.0;
 pub struct FigureBlock {
     /// The figure.
     pub figure: Figure,
-    /// What to see in it; may be empty.
+    /// Words on how to read it; may be empty.
     pub caption: String,
 }
 
@@ -43,7 +43,7 @@ pub struct Grid {
     pub legend: Vec<LegendEntry>,
     /// The figures, row by row.
     pub figures: Vec<Figure>,
-    /// What to see in them; may be empty.
+    /// Words on how to read them; may be empty.
     pub caption: String,
 }
 

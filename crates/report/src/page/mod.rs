@@ -47,9 +47,9 @@ pub struct KeyFigure {
     pub value: String,
     /// Its unit.
     pub unit: String,
-    /// What it is.
+    /// Name of the quantity.
     pub label: String,
-    /// What to compare it with.
+    /// The quantity to compare it with.
     #[serde(default)]
     pub note: String,
 }
@@ -85,7 +85,7 @@ pub enum Block {
     Grid(Grid),
     /// Text to copy: commands, a model file.
     Code {
-        /// What it is.
+        /// Name of the text.
         caption: String,
         /// The text, kept line by line.
         text: String,
@@ -99,7 +99,7 @@ pub enum Block {
 pub struct Method {
     /// Name.
     pub name: String,
-    /// What it was used for here.
+    /// Its use here.
     pub purpose: String,
     /// Author, title, place, year.
     pub reference: String,

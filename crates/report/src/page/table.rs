@@ -9,7 +9,7 @@ use crate::plot::text::{decimals_for, fixed, significant};
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// What it shows.
+    /// Subject of the table.
     pub caption: String,
     /// The columns; the first one heads the rows.
     pub columns: Vec<Column>,
@@ -46,7 +46,7 @@ pub struct Column {
     /// Decimals of plain numbers; absent: three significant digits, cell by cell.
     #[serde(default)]
     pub decimals: Option<usize>,
-    /// What counts as best, if anything does.
+    /// Direction in which a value is better, if there is one.
     #[serde(default)]
     pub best: Option<Best>,
 }

@@ -138,7 +138,7 @@ pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     svg(target, height, title, &format!("No data: {reason}."), &body)
 }
 
-/// What a frame needs to know before anything is drawn.
+/// Everything that a frame needs before anything is drawn.
 pub(crate) struct Spec<'a> {
     pub(crate) title: &'a str,
     pub(crate) x: &'a Axis,

@@ -6,6 +6,18 @@ use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// `a` stretched to `shape` by NumPy's rule. Returns `a` itself if it has that shape already.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2, 1], &[1.0, 2.0])?;
+    /// let y = tape.broadcast_to(a, augsim_tensor::Shape::new(&[2, 3])?)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!(tape.value(y), [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+    /// assert_eq!(tape.grad(a), [3.0, 3.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] if `a` does not stretch to `shape`.
     pub fn broadcast_to(&mut self, a: Var, shape: Shape) -> Result<Var, TensorError> {

@@ -6,6 +6,16 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Joins `parts` along `axis`, in order.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.constant(&[2, 1], &[1.0, 2.0])?;
+    /// let b = tape.constant(&[2, 2], &[3.0, 4.0, 5.0, 6.0])?;
+    /// let y = tape.concat(&[a, b], 1)?;
+    /// assert_eq!((tape.shape(y).dims(), tape.value(y)), (&[2, 3][..], &[1.0, 3.0, 4.0, 2.0, 5.0, 6.0][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] if there are no parts or no such axis, [`TensorError::ShapeMismatch`]
     /// if two parts differ on another axis.

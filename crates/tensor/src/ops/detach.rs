@@ -6,6 +6,17 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// The values of `a` as a constant.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[1], &[3.0])?;
+    /// let weight = tape.detach(a)?;
+    /// let y = tape.mul(a, weight)?;
+    /// tape.backward(y)?;
+    /// assert_eq!(tape.grad(a), [3.0]); // not 6: the weight is held constant
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn detach(&mut self, a: Var) -> Result<Var, TensorError> {

@@ -8,6 +8,18 @@ impl<T: Scalar> Tape<T> {
     /// KL(q || p) of `q = N(mean_q, sd_q^2)` from `p = N(mean_p, sd_p^2)`, element by element:
     /// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. Deviations must be positive.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let [m, s] = [tape.constant(&[1], &[1.0])?, tape.constant(&[1], &[2.0])?];
+    /// let [zero, one] = [tape.constant(&[1], &[0.0])?, tape.constant(&[1], &[1.0])?];
+    /// let y = tape.gaussian_kl((m, s), (zero, one))?;
+    /// assert!((tape.value(y)[0] - (2.0 - 2f64.ln())).abs() < 1e-15); // ln(1/2) + (4 + 1) / 2 - 1/2
+    /// let same = tape.gaussian_kl((m, s), (m, s))?;
+    /// assert_eq!(tape.value(same), [0.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] unless the four shapes are equal.
     pub fn gaussian_kl(

@@ -8,6 +8,19 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// `ln sd + (x - mean)^2 / (2 sd^2)`, element by element. `sd` must be positive.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let x = tape.constant(&[1], &[3.0])?;
+    /// let mean = tape.variable(&[1], &[1.0])?;
+    /// let sd = tape.constant(&[1], &[2.0])?;
+    /// let y = tape.gaussian_nll(x, mean, sd)?;
+    /// tape.backward(y)?;
+    /// assert_eq!(tape.value(y), [2f64.ln() + 0.5]);
+    /// assert_eq!(tape.grad(mean), [-0.5]); // (mean - x) / sd²
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] unless the three shapes are equal.
     pub fn gaussian_nll(&mut self, x: Var, mean: Var, sd: Var) -> Result<Var, TensorError> {

@@ -8,6 +8,21 @@ impl<T: Scalar> Tape<T> {
     /// Hidden states `[time, hidden, batch]` as [`Tape::gru_sequence`] defines them, one elementary operation after another:
     /// the slow twin that the fused layer is compared with.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// // One unit, one input, one sequence; all weights 0, so that every gate is 1/2 and the new state is 0.
+    /// let [w_ih, w_hh] = [tape.constant(&[3, 1], &[0.0; 3])?, tape.constant(&[3, 1], &[0.0; 3])?];
+    /// let [b_ih, b_hh] = [tape.constant(&[3], &[0.0; 3])?, tape.constant(&[3], &[0.0; 3])?];
+    /// let x = tape.constant(&[3, 1, 1], &[1.0, 2.0, 3.0])?;
+    /// let h0 = tape.variable(&[1, 1], &[1.0])?;
+    /// let w = augsim_tensor::GruVars { w_ih, w_hh, b_ih, b_hh };
+    /// let fused = tape.gru_sequence(x, Some(h0), w)?;
+    /// let composed = tape.gru_composed(x, Some(h0), w)?;
+    /// assert_eq!(tape.value(fused), tape.value(composed));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// The errors of [`Tape::gru_sequence`], and [`TensorError::BadShape`] for a sequence without steps.
     pub fn gru_composed(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {

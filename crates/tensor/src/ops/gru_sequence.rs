@@ -30,6 +30,20 @@ impl<T: Scalar> Tape<T> {
     /// r = sigmoid(W_ir x + b_ir + W_hr h + b_hr), z likewise,
     /// n = tanh(W_in x + b_in + r (W_hn h + b_hn)), h' = (1 - z) n + z h.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// // One unit, one input, one sequence; all weights 0, so that every gate is 1/2 and the new state is 0.
+    /// let [w_ih, w_hh] = [tape.constant(&[3, 1], &[0.0; 3])?, tape.constant(&[3, 1], &[0.0; 3])?];
+    /// let [b_ih, b_hh] = [tape.constant(&[3], &[0.0; 3])?, tape.constant(&[3], &[0.0; 3])?];
+    /// let x = tape.constant(&[3, 1, 1], &[1.0, 2.0, 3.0])?;
+    /// let h0 = tape.variable(&[1, 1], &[1.0])?;
+    /// let w = augsim_tensor::GruVars { w_ih, w_hh, b_ih, b_hh };
+    /// let h = tape.gru_sequence(x, Some(h0), w)?;
+    /// assert_eq!(tape.value(h), [0.5, 0.25, 0.125]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`] naming the shapes that do not fit.
     pub fn gru_sequence(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {

@@ -8,6 +8,18 @@ impl<T: Scalar> Tape<T> {
     /// `w [out, in]` and bias `b [out]` applied to `x [time, in, batch]` at each time and for each
     /// sequence: `[time, out, batch]`.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let x = tape.constant(&[2, 1, 2], &[1.0, 2.0, 3.0, 4.0])?; // two steps, one feature, two sequences
+    /// let w = tape.constant(&[2, 1], &[1.0, 10.0])?;
+    /// let b = tape.constant(&[2], &[0.0, 0.5])?;
+    /// let y = tape.linear(x, w, b)?;
+    /// assert_eq!(tape.shape(y).dims(), [2, 2, 2]);
+    /// assert_eq!(tape.value(y), [1.0, 2.0, 10.5, 20.5, 3.0, 4.0, 30.5, 40.5]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`].
     pub fn linear(&mut self, x: Var, w: Var, b: Var) -> Result<Var, TensorError> {
@@ -15,6 +27,17 @@ impl<T: Scalar> Tape<T> {
     }
 
     /// tanh of [`Tape::linear`], in one pass.
+    ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let x = tape.constant(&[1, 1, 2], &[0.0, 0.5])?;
+    /// let w = tape.constant(&[1, 1], &[2.0])?;
+    /// let b = tape.constant(&[1], &[0.0])?;
+    /// let y = tape.linear_tanh(x, w, b)?;
+    /// assert_eq!(tape.value(y), [0.0, 1f64.tanh()]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
     ///
     /// # Errors
     /// The errors of [`Tape::linear`].

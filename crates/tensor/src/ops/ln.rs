@@ -6,6 +6,17 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Natural logarithm, element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[1.0, 0.5])?;
+    /// let y = tape.ln(a)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!((tape.value(y)[0], tape.grad(a)), (0.0, &[1.0, 2.0][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn ln(&mut self, a: Var) -> Result<Var, TensorError> {

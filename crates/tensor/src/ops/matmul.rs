@@ -7,6 +7,17 @@ use crate::{Scalar, Shape, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// `a [m, k]` times `b [k, n]`.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.constant(&[1, 2], &[1.0, 2.0])?;
+    /// let b = tape.constant(&[2, 3], &[1.0, 0.0, 3.0, 0.0, 1.0, 4.0])?;
+    /// let y = tape.matmul(a, b)?;
+    /// assert_eq!((tape.shape(y).dims(), tape.value(y)), (&[1, 3][..], &[1.0, 2.0, 11.0][..]));
+    /// assert!(tape.matmul(b, a).is_err()); // [2, 3] times [1, 2]
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] unless both are matrices with a common inner extent.
     pub fn matmul(&mut self, a: Var, b: Var) -> Result<Var, TensorError> {

@@ -9,6 +9,15 @@ const RULE: &str = "the mean of no elements does not exist";
 impl<T: Scalar> Tape<T> {
     /// Mean over `axis`, which stays with extent 1.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2, 2], &[1.0, 2.0, 3.0, 6.0])?;
+    /// let y = tape.mean(a, 1)?;
+    /// assert_eq!((tape.shape(y).dims(), tape.value(y)), (&[2, 1][..], &[1.5, 4.5][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] if there is no such axis or it is empty.
     pub fn mean(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
@@ -21,6 +30,16 @@ impl<T: Scalar> Tape<T> {
     }
 
     /// Mean of all elements: a scalar.
+    ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[4], &[1.0, 2.0, 3.0, 6.0])?;
+    /// let y = tape.mean_all(a)?;
+    /// tape.backward(y)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)), (&[3.0][..], &[0.25; 4][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
     ///
     /// # Errors
     /// [`TensorError::BadShape`] if there are no elements.

@@ -6,6 +6,17 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Product of two tensors, element by element, with broadcasting.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[3.0, 5.0])?;
+    /// let y = tape.mul(a, a)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)), (&[9.0, 25.0][..], &[6.0, 10.0][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] if the shapes do not broadcast.
     pub fn mul(&mut self, a: Var, b: Var) -> Result<Var, TensorError> {

@@ -6,6 +6,15 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Negative, element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[1.0, -2.0])?;
+    /// let y = tape.neg(a)?;
+    /// assert_eq!(tape.value(y), [-1.0, 2.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn neg(&mut self, a: Var) -> Result<Var, TensorError> {

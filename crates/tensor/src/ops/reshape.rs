@@ -6,6 +6,16 @@ use crate::{Scalar, Shape, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// The elements of `a`, in order, under the shape `dims`.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])?;
+    /// let y = tape.reshape(a, &[3, 2])?;
+    /// assert_eq!((tape.shape(y).dims(), tape.value(y)[2]), (&[3, 2][..], 3.0));
+    /// assert!(tape.reshape(a, &[4]).is_err());
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] if the number of elements differs.
     pub fn reshape(&mut self, a: Var, dims: &[usize]) -> Result<Var, TensorError> {

@@ -6,6 +6,16 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Logistic function 1 / (1 + exp(-x)), element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[1], &[0.0])?;
+    /// let y = tape.sigmoid(a)?;
+    /// tape.backward(y)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)), (&[0.5][..], &[0.25][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn sigmoid(&mut self, a: Var) -> Result<Var, TensorError> {

@@ -6,6 +6,18 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// The part `start..end` of `axis`.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[4], &[1.0, 2.0, 3.0, 4.0])?;
+    /// let y = tape.slice(a, 0, 1, 3)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)), (&[2.0, 3.0][..], &[0.0, 1.0, 1.0, 0.0][..]));
+    /// assert!(tape.slice(a, 0, 3, 5).is_err());
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::OutOfRange`] if the range does not lie within the axis.
     pub fn slice(&mut self, a: Var, axis: usize, start: usize, end: usize) -> Result<Var, TensorError> {

@@ -6,6 +6,15 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// ln(1 + exp(x)), element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[0.0, 800.0])?; // exp(800) would overflow
+    /// let y = tape.softplus(a)?;
+    /// assert_eq!(tape.value(y), [2f64.ln(), 800.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn softplus(&mut self, a: Var) -> Result<Var, TensorError> {

@@ -6,6 +6,18 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Square root, element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[4.0, 9.0])?;
+    /// let y = tape.sqrt(a)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!(tape.value(y), [2.0, 3.0]);
+    /// assert_eq!(tape.grad(a)[0], 0.25); // 1 / (2 sqrt a)
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn sqrt(&mut self, a: Var) -> Result<Var, TensorError> {

@@ -8,6 +8,18 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// `(x - mean)^2 / 2`, element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let x = tape.constant(&[2], &[3.0, 0.0])?;
+    /// let mean = tape.variable(&[2], &[1.0, 0.0])?;
+    /// let y = tape.squared_error(x, mean)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!((tape.value(y), tape.grad(mean)), (&[2.0, 0.0][..], &[-2.0, 0.0][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] unless the shapes are equal.
     pub fn squared_error(&mut self, x: Var, mean: Var) -> Result<Var, TensorError> {

@@ -6,6 +6,17 @@ use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Stacks steps of shape `[feature, batch]` (or any other equal shapes) to `[time, feature, batch]`.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let steps = [1.0, 2.0, 3.0].map(|x| tape.constant(&[1, 2], &[x, -x]));
+    /// let [a, b, c] = steps;
+    /// let y = tape.stack_time(&[a?, b?, c?])?;
+    /// assert_eq!(tape.shape(y).dims(), [3, 1, 2]);
+    /// assert_eq!(tape.value(y), [1.0, -1.0, 2.0, -2.0, 3.0, -3.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] for no steps, [`TensorError::ShapeMismatch`] for unequal ones,
     /// [`TensorError::RankTooHigh`] if the steps have [`MAX_RANK`] axes already.

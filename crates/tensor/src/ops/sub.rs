@@ -6,6 +6,16 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Difference of two tensors, with broadcasting.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[3.0, 5.0])?;
+    /// let one = tape.constant(&[1], &[1.0])?;
+    /// let y = tape.sub(a, one)?;
+    /// assert_eq!(tape.value(y), [2.0, 4.0]);
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::ShapeMismatch`] if the shapes do not broadcast.
     pub fn sub(&mut self, a: Var, b: Var) -> Result<Var, TensorError> {

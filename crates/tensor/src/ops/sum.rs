@@ -7,6 +7,15 @@ use crate::{Scalar, Shape, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Sum over `axis`, which stays with extent 1.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])?;
+    /// let y = tape.sum(a, 0)?;
+    /// assert_eq!((tape.shape(y).dims(), tape.value(y)), (&[1, 3][..], &[5.0, 7.0, 9.0][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::BadShape`] if there is no such axis.
     pub fn sum(&mut self, a: Var, axis: usize) -> Result<Var, TensorError> {
@@ -14,6 +23,16 @@ impl<T: Scalar> Tape<T> {
     }
 
     /// Sum of all elements: a scalar.
+    ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2, 2], &[1.0, 2.0, 3.0, 4.0])?;
+    /// let y = tape.sum_all(a)?;
+    /// tape.backward(y)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)), (&[10.0][..], &[1.0; 4][..]));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
     ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.

@@ -6,6 +6,17 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Hyperbolic tangent, element by element.
     ///
+    /// ```
+    /// # use augsim_tensor::Tape;
+    /// # let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(&[2], &[0.0, 20.0])?;
+    /// let y = tape.tanh(a)?;
+    /// let loss = tape.sum_all(y)?;
+    /// tape.backward(loss)?;
+    /// assert_eq!((tape.value(y), tape.grad(a)[0]), (&[0.0, 1.0][..], 1.0));
+    /// # Ok::<(), augsim_tensor::TensorError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn tanh(&mut self, a: Var) -> Result<Var, TensorError> {

@@ -1,5 +1,6 @@
 //! A trained net as a predictor.
 
+use crate::difference::Difference;
 use crate::engine::{Engine, ModelPush};
 use crate::featuriser::Featuriser;
 use crate::latent::infer;
@@ -58,7 +59,7 @@ impl NetModel {
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         if settings.correction == Correction::Rollout {
-            return Err(TrainerError::Foreign { what: "nets of pushes only forecast".to_owned() });
+            return Err(Difference::OnlyForecasts.into());
         }
         let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
         match &self.net {
@@ -94,7 +95,7 @@ impl NetModel {
         let mut state = self.state.clone();
         let there = &state.settings.engine;
         if (there.columns(), there.action_columns()) != (engine.columns(), engine.action_columns()) {
-            return Err(TrainerError::Foreign { what: "it moves another kind of system".to_owned() });
+            return Err(Difference::OtherSystem.into());
         }
         state.settings.engine = engine;
         Self::new(state)
@@ -214,8 +215,7 @@ impl NetModel {
     /// Latents drawn from the fitted law, `[L, samples]`.
     fn latents(&self, net: &Stepwise, index: u64, samples: usize) -> Result<Vec<f32>, TrainerError> {
         let Some(law) = &self.state.latent else {
-            let what = "its training has not ended, so the law of its latent is not fitted yet";
-            return Err(TrainerError::Foreign { what: what.into() });
+            return Err(Difference::Unfinished.into());
         };
         Ok(law.draw(&self.noise("forecast", index, net.sizes().latent * samples), samples))
     }
@@ -272,9 +272,8 @@ impl Forecaster for NetModel {
         let settings = &self.state.settings;
         let (states, actions) = (settings.engine.columns(), settings.engine.action_columns());
         if task.start.len() != states.len() || task.actions.len() != actions.len() * task.time {
-            let wanted = [states, actions].concat().join(", ");
-            let what = format!("it forecasts from {wanted} of every sample, which the data lack");
-            return Err(TrainerError::Foreign { what });
+            let columns = [states, actions].concat().into_iter().map(Into::into).collect();
+            return Err(Difference::Inputs { columns }.into());
         }
         if let Some(push) = settings.rollouts()? {
             return self.push(push, task, samples);

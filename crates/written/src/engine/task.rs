@@ -1,4 +1,4 @@
-//! What is simulated and what comes of it.
+//! The task of a simulation and its result.
 
 use super::{Method, Signal, SimulationError};
 
@@ -54,7 +54,7 @@ pub struct Window<'a> {
     pub parameters: &'a [f64],
 }
 
-/// What a derivative is with respect to.
+/// The number that a derivative is with respect to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seed {
     /// A parameter, by its index in the model; it must be active in the compiled system.

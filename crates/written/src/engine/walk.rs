@@ -145,7 +145,7 @@ impl Lane {
         self.advance(system, method, step, columns)
     }
 
-    /// What is watched in the present mode, always in the same order.
+    /// Conditions that are watched in the present mode, always in the same order.
     pub(super) fn watched(&self, system: &System) -> Vec<Watched> {
         let mut list = Vec::new();
         for (event, declared) in system.model.events.iter().enumerate() {

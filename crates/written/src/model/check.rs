@@ -1,4 +1,4 @@
-//! What a model must have beyond correct expressions: parameters that matter and outputs that show the state.
+//! Requirements on a model beyond correct expressions: parameters that matter and outputs that show the state.
 
 use super::toml_reader::Reader;
 use super::{Expression, Model};

@@ -6,7 +6,7 @@ use crate::text::{Meaning, Symbol};
 /// Samples of which `slope` takes the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
 
-/// What is measured from the begin of a window on.
+/// Measured values from the begin of a window on.
 #[derive(Debug, Clone, Copy)]
 pub struct FirstSamples<'a> {
     /// Times in seconds.
