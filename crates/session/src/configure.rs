@@ -6,19 +6,29 @@ use crate::run_data::paper_engine;
 use crate::run_dir::{Config, DataSource};
 use crate::{DataFrom, Usage};
 use augsim_data::checks::Check;
+use augsim_physics::model::ModelFile;
 use augsim_trainer::{Recipe, Settings};
 use std::path::PathBuf;
 
 /// Iterations between checkpoints, where nobody says otherwise.
 pub const CHECKPOINT_EVERY: u64 = 500;
 
+/// The model that a net corrects.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Corrected {
+    /// The augmented model in the folder of a discovery.
+    Folder(PathBuf),
+    /// This model.
+    Model(Box<ModelFile>),
+}
+
 /// What a user wants of a training run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WantedRun {
     /// Net.
     pub recipe: Recipe,
-    /// Folder of the discovery whose augmented model the net corrects; the paper's ball where there is none.
-    pub residual_of: Option<PathBuf>,
+    /// The model that the net corrects; the paper's ball where there is none.
+    pub residual_of: Option<Corrected>,
     /// Iterations, at least 1.
     pub iterations: u64,
     /// Seed of every draw.
@@ -36,7 +46,8 @@ pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config,
         return Err(Usage("iterations = 0: must be at least 1".to_owned()).into());
     }
     let (engine, notes) = match &wanted.residual_of {
-        Some(found) => residual::engine(found, data, wanted.recipe)?,
+        Some(Corrected::Folder(found)) => residual::engine(found, data, wanted.recipe)?,
+        Some(Corrected::Model(model)) => residual::engine_of(model, "the model", data, wanted.recipe)?,
         None => (paper_engine(), Vec::new()),
     };
     let source = match data {

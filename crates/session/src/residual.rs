@@ -17,13 +17,7 @@ pub const MODEL: &str = "model.toml";
 /// # Errors
 /// The recipe reads no physics, the folder holds no model, or the model is no engine of the data.
 pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
-    if matches!(recipe, Recipe::Neural | Recipe::NeuralPlus) {
-        let text = format!(
-            "the recipe of {} reads no physics; leave out --residual-of, or choose a hybrid",
-            recipe.label()
-        );
-        return Err(Usage(text).into());
-    }
+    reads_physics(recipe)?;
     let path = run.join(MODEL);
     if !path.is_file() {
         anyhow::bail!(
@@ -31,16 +25,29 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
             run.display()
         );
     }
-    let model = ModelFile::read(&path)?;
+    engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
+}
+
+/// The engine of a model, which is called `place` in messages, with the step of the data, and notes as [`engine`] gives them.
+///
+/// # Errors
+/// As [`engine`].
+pub fn engine_of(
+    model: &ModelFile,
+    place: &str,
+    data: &DataFrom,
+    recipe: Recipe,
+) -> anyhow::Result<(Engine, Vec<String>)> {
+    reads_physics(recipe)?;
     let dataset = data.read(MissingCells::AsGap)?;
     let groups: BTreeSet<Option<&str>> = dataset.trajectories().iter().map(Trajectory::group).collect();
     // A net's engine is one for all trajectories: that of their group, if all are of one.
     let model = match groups.first() {
-        Some(Some(group)) if groups.len() == 1 => model.of_group(group),
-        _ => model,
+        Some(Some(group)) if groups.len() == 1 => model.clone().of_group(group),
+        _ => model.clone(),
     };
     let step_s = step_s(&dataset, data)?;
-    let engine = SystemEngine::new(&model, Some(step_s)).with_context(|| path.display().to_string())?;
+    let engine = SystemEngine::new(&model, Some(step_s)).with_context(|| place.to_owned())?;
     let left_out = engine.left_out().iter();
     let mut notes: Vec<String> = left_out
         .map(|kind| {
@@ -57,6 +64,16 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
         ));
     }
     Ok((Engine::Model(engine), notes))
+}
+
+fn reads_physics(recipe: Recipe) -> Result<(), Usage> {
+    if matches!(recipe, Recipe::Neural | Recipe::NeuralPlus) {
+        let label = recipe.label();
+        let text =
+            format!("the recipe of {label} reads no physics; leave out --residual-of, or choose a hybrid");
+        return Err(Usage(text));
+    }
+    Ok(())
 }
 
 /// Seconds between the samples of the first trajectory; whether all others have them is checked when they are loaded.

@@ -50,6 +50,17 @@ pub enum Difference {
     /// A net that corrects roll-outs has no reconstruction.
     #[error("nets of pushes only forecast")]
     OnlyForecasts,
+    /// A net that reads the whole path of an action has no single steps.
+    #[error("nets of pushes read the whole path of the rod; sample them under its actions")]
+    OnlyRollouts,
+    /// A state has not one value for each column.
+    #[error("a state has {expected} values, not {found}")]
+    State {
+        /// State columns of the engine.
+        expected: usize,
+        /// Values that were given.
+        found: usize,
+    },
     /// The new engine has other columns than the run's.
     #[error("it moves another kind of system")]
     OtherSystem,

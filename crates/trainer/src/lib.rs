@@ -16,6 +16,7 @@ mod scales;
 pub mod score;
 mod sequences;
 mod settings;
+mod stepper;
 mod steps;
 mod tiles;
 mod training;
@@ -30,6 +31,7 @@ pub use models::NetModel;
 pub use scales::Scales;
 pub use sequences::{Sequence, Sequences};
 pub use settings::{Correction, NetSettings, Recipe, Settings};
+pub use stepper::{Next, Stepper};
 pub use training::{Losses, Training, TrainingState};
 
 /// Trajectories per batch tile: the f32 lanes of the widest vector.

@@ -1,8 +1,9 @@
-//! Standard normal draws for many sequences at once: one stream per (seed, purpose, place).
+//! Standard normal draws, for one sequence or many at once: one stream per (seed, purpose, place).
 
 use augsim_data::random_stream;
 use augsim_tensor::kernels::normal::NormalLanes;
 use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 /// Generators for the sequences `first..first + lanes` of a purpose.
 pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> NormalLanes {
@@ -10,4 +11,10 @@ pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> Nor
         let mut stream = random_stream(seed, purpose, i);
         [stream.next_u64(), stream.next_u64()]
     }))
+}
+
+/// `n` draws of the stream of (seed, purpose, index).
+pub(crate) fn standard(seed: u64, purpose: &str, index: u64, n: usize) -> Vec<f32> {
+    let mut rng = random_stream(seed, purpose, index);
+    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
 }

@@ -5,7 +5,7 @@ use crate::engine::{Engine, ModelPush};
 use crate::featuriser::Featuriser;
 use crate::latent::infer;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
-use crate::noise::normals;
+use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
 use crate::sequences::Sequence;
 use crate::settings::{Correction, Recipe};
@@ -87,6 +87,16 @@ impl NetModel {
         }
     }
 
+    /// The net itself.
+    pub(crate) fn net(&self) -> &Net {
+        &self.net
+    }
+
+    /// The parameters, under PyTorch's names.
+    pub fn params(&self) -> &Params<f32> {
+        &self.params
+    }
+
     /// The same net with another engine: another object or support, the same scenario.
     ///
     /// # Errors
@@ -98,6 +108,16 @@ impl NetModel {
             return Err(Difference::OtherSystem.into());
         }
         state.settings.engine = engine;
+        Self::new(state)
+    }
+
+    /// The same net whose forecasts draw from another seed than that of its training.
+    ///
+    /// # Errors
+    /// As [`NetModel::new`].
+    pub fn with_seed(&self, seed: u64) -> Result<Self, TrainerError> {
+        let mut state = self.state.clone();
+        state.settings.seed = seed;
         Self::new(state)
     }
 
@@ -115,8 +135,7 @@ impl NetModel {
     }
 
     fn noise(&self, purpose: &str, index: u64, n: usize) -> Vec<f32> {
-        let mut rng = random_stream(self.state.settings.seed, purpose, index);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+        standard(self.state.settings.seed, purpose, index, n)
     }
 
     /// Rolls the net and the physics out together for latents `w [L, samples]`.

@@ -1,0 +1,38 @@
+"""augsim: what a physics model lacks, found in measured trajectories; forecasts with bands; control loops.
+
+>>> import augsim
+>>> found = augsim.discover("model.toml", frame)   # a pandas or polars frame, a dict of arrays, or a path
+>>> found.sentence, found.model.to_toml()
+
+The engine is that of the command line: the same inputs and seed give the same bytes.
+"""
+
+from . import generate
+from ._augsim import __version__
+from ._data import Data, read
+from ._discovery import Discovery, Figures, discover
+from ._errors import DataError, Error, ModelError, NumericalError, UsageError
+from ._model import Fit, Model, Parameter
+from ._run import Run, train
+from ._stepper import Stepper
+
+__all__ = [
+    "Data",
+    "DataError",
+    "Discovery",
+    "Error",
+    "Figures",
+    "Fit",
+    "Model",
+    "ModelError",
+    "NumericalError",
+    "Parameter",
+    "Run",
+    "Stepper",
+    "UsageError",
+    "__version__",
+    "discover",
+    "generate",
+    "read",
+    "train",
+]

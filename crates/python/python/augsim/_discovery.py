@@ -1,0 +1,160 @@
+"""What a model lacks to explain data."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from . import _augsim, _progress
+from ._errors import UsageError
+from ._model import Model, _opened, whole
+from ._tables import source
+
+
+class Figures(Sequence[str]):
+    """The figures of a report as SVG documents. A notebook shows them."""
+
+    def __init__(self, figures: list[tuple[str, str]]) -> None:
+        self._figures = figures
+
+    @property
+    def titles(self) -> list[str]:
+        """Titles, in the order of the report."""
+        return [title for title, _ in self._figures]
+
+    def __len__(self) -> int:
+        return len(self._figures)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return Figures(self._figures[index])
+        return self._figures[index][1]
+
+    def __iter__(self) -> Iterator[str]:
+        return (svg for _, svg in self._figures)
+
+    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Writes ``1.svg``, ``2.svg``, … into a folder, which is made if it is absent; gives their paths."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = [folder / f"{number}.svg" for number in range(1, len(self) + 1)]
+        for path, svg in zip(paths, self):
+            path.write_text(svg, encoding="utf-8")
+        return paths
+
+    def _repr_html_(self) -> str:
+        # Element ids and styles of one figure must not meet those of another.
+        frames = (_frame(f"<title>{html.escape(title)}</title>{svg}", 460) for title, svg in self._figures)
+        return "".join(frames)
+
+
+class Discovery:
+    """What :func:`augsim.discover` found. A notebook shows the sentence, the table of errors and the first figures."""
+
+    def __init__(self, inner: _augsim.Discovery) -> None:
+        self._inner = inner
+
+    @cached_property
+    def json(self) -> str:
+        """``result.json`` of ``augsim discover``, byte for byte."""
+        return self._inner.json()
+
+    @cached_property
+    def result(self) -> dict[str, Any]:
+        """The same as a dict."""
+        return json.loads(self.json)
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one word, such as ``explained`` or ``nothing-to-add``."""
+        return self.result["verdict"]
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        return self.result["sentence"]
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """What was added, largest share of the gain first: ``kind``, ``parameters`` (``value``, ``ci95``, ``unit``), ``share``, …"""
+        return self.result["effects"]
+
+    @property
+    def error(self) -> dict[str, Any]:
+        """Errors on held-out trajectories in ``unit``: ``declared``, ``calibrated``, ``augmented``, ``noise_floor``, ``reduction``,
+        each with ``rmse`` and ``ci95``."""
+        return self.result["error"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is suspicious in the data, though not refused."""
+        return [warning["text"] for warning in self.result.get("warnings", [])]
+
+    @cached_property
+    def model(self) -> Model:
+        """The augmented model."""
+        return Model._of(_augsim.Model.parse(self._inner.model_toml()))
+
+    def to_html(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the report, one page that needs nothing else, and gives its path."""
+        path = Path(path)
+        path.write_text(self._inner.page(path.parent), encoding="utf-8")
+        return path
+
+    def plot(self) -> Figures:
+        """The figures of the report."""
+        return Figures(self._inner.figures())
+
+    def _repr_html_(self) -> str:
+        return _frame(self._inner.excerpt(), 720)
+
+    def __repr__(self) -> str:
+        return f"<augsim.Discovery: {self.verdict}. {self.sentence}>"
+
+
+def _frame(page: str, height: int) -> str:
+    """A page in a page, whose styles stay in it."""
+    text = html.escape(page, quote=True)
+    return f'<iframe srcdoc="{text}" style="width:100%;height:{height}px;border:0"></iframe>'
+
+
+def discover(
+    model: Model | str | os.PathLike[str],
+    data: Any,
+    *,
+    seed: int = 1,
+    groups: Sequence[str] | None = None,
+    train_share: float = 0.7,
+    accept: Sequence[str] = (),
+    progress: bool | _progress.Progress = True,
+) -> Discovery:
+    """Finds what a declared model lacks to explain measured trajectories, as ``augsim discover`` does: same seed, same bytes.
+
+    ``model`` is a path, the text of a model file or a :class:`Model`; ``data`` whatever :func:`read` takes. ``groups`` leaves out
+    the trajectories of all others, ``train_share`` is the share of the trajectories that fits may see, ``accept`` names checks of
+    suspicious data that are not made. ``progress`` shows the step in a terminal or a notebook, or is called with its text and the
+    share that is done (or ``None``). Other threads of Python run meanwhile, and Ctrl-C ends it.
+
+    Raises :class:`augsim.DataError`, :class:`augsim.ModelError`, :class:`augsim.NumericalError` or :class:`augsim.UsageError`.
+    """
+    if isinstance(groups, str) or isinstance(accept, str):
+        raise UsageError("groups and accept are lists of names; write ['name'] for one")
+    told = _progress.shown(progress)
+    try:
+        found = _augsim.discover(
+            _opened(model),
+            source(data),
+            seed=whole("seed", seed),
+            groups=[str(group) for group in groups or ()],
+            train_share=float(train_share),
+            accept=[str(check) for check in accept],
+            progress=told,
+        )
+    finally:
+        _progress.cleared(told)
+    return Discovery(found)

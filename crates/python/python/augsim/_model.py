@@ -1,0 +1,151 @@
+"""Model files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _augsim
+from ._errors import UsageError
+from ._tables import numbers, source
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a model; its name ends in its unit."""
+
+    name: str
+    value: float
+    min: float
+    max: float
+    #: Whether fits leave it alone.
+    frozen: bool
+    #: 95 % interval, where a fit has put one.
+    ci95: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What :meth:`Model.fit` found."""
+
+    #: The model with the values that were found.
+    model: Model
+    #: ``result.json`` of ``augsim fit``.
+    json: str
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """The same as a dict: ``parameters``, ``rows`` (misfit of each output), ``windows``, ``gauges``, …"""
+        return json.loads(self.json)
+
+
+class Model:
+    """A model file: a ball, pushing, or a system of equations.
+
+    ``model`` is a path, or the text of a model file (anything with a line break). Raises :class:`augsim.ModelError`, with line,
+    key and remedy.
+    """
+
+    def __init__(self, model: str | os.PathLike[str]) -> None:
+        self._inner = _opened(model)
+
+    @classmethod
+    def _of(cls, inner: _augsim.Model) -> Model:
+        model = cls.__new__(cls)
+        model._inner = inner
+        return model
+
+    @property
+    def scenario(self) -> str:
+        """``ball``, ``push`` or ``system``."""
+        return self._inner.scenario()
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Declared parameters by name, then those of the effects in the model."""
+        return {row[0]: Parameter(*row) for row in self._inner.parameters()}
+
+    def to_toml(self) -> str:
+        """The text of the model file."""
+        return self._inner.to_toml()
+
+    def fit(self, data: Any) -> Fit:
+        """Calibrates the declared parameters of a system of equations, as ``augsim fit`` does."""
+        fitted, found = self._inner.fit(source(data))
+        return Fit(Model._of(fitted), found)
+
+    def simulate(
+        self,
+        start: Mapping[str, Any],
+        times: Any,
+        inputs: Mapping[str, Any] | None = None,
+        samples: int = 0,
+        seed: int = 1,
+    ) -> np.ndarray:
+        """Trajectories from given starts: an array ``[batch, sample, time, column]`` in the units of the columns.
+
+        ``start`` has the first value of each state by name, one number or an array ``[batch]``: ``height_m`` and
+        ``velocity_m_s`` of a ball that moves up and down, ``x_m``, ``z_m``, ``velocity_x_m_s``, ``velocity_z_m_s`` of one in a
+        plane (and ``y_m``, ``velocity_y_m_s`` in space), ``x_m``, ``y_m``, ``theta_rad`` of a pushed object, the states of a
+        system of equations; and what is known of a whole trajectory, such as ``spin_rad_s``. ``times`` are seconds, increasing,
+        shape ``[time]``. ``inputs`` has the values of each input at these times (``pusher_x_m`` and ``pusher_y_m`` of a push),
+        shape ``[time]``, the same for the whole batch. The columns are those of :meth:`columns`.
+
+        With ``samples=0`` there is one sample, of the nominal values. With more, parameters are drawn within the intervals that
+        a fit has put into the model, a declared scatter is drawn, and the declared sensor noise is added.
+        """
+        return self._simulated(start, times, inputs, samples, seed)[0]
+
+    def columns(self, start: Mapping[str, Any], inputs: Mapping[str, Any] | None = None) -> list[str]:
+        """Names of the columns that :meth:`simulate` gives from such a start, in their order."""
+        first = {name: np.asarray(values).ravel()[:2] for name, values in (inputs or {}).items()}
+        times = np.arange(max([len(v) for v in first.values()], default=1), dtype=float)
+        return self._simulated(start, times, first, 0, 1)[1]
+
+    def _simulated(
+        self, start: Mapping[str, Any], times: Any, inputs: Mapping[str, Any] | None, samples: int, seed: int
+    ) -> tuple[np.ndarray, list[str]]:
+        rows = {name: _one_dimension(f"start `{name}`", value) for name, value in start.items()}
+        batch = max((len(values) for values in rows.values()), default=0)
+        wide = [(name, np.repeat(v, batch) if len(v) == 1 else v) for name, v in rows.items()]
+        streams = [(name, _one_dimension(f"input `{name}`", value)) for name, value in (inputs or {}).items()]
+        samples, seed = whole("samples", samples), whole("seed", seed)
+        memory, shape, columns = self._inner.simulate(wide, _one_dimension("times", times), streams, samples, seed)
+        return np.frombuffer(memory).reshape(*shape, len(columns)), columns
+
+    def __repr__(self) -> str:
+        free = ", ".join(f"{p.name} = {p.value:g}" for p in self.parameters.values() if not p.frozen)
+        return f"<augsim.Model: {self.scenario}{'; ' if free else ''}{free}>"
+
+
+def _opened(model: Any) -> _augsim.Model:
+    if isinstance(model, Model):
+        return model._inner
+    if isinstance(model, str) and "\n" in model:
+        return _augsim.Model.parse(model)
+    if isinstance(model, (str, os.PathLike)):
+        return _augsim.Model.read(os.fspath(model))
+    raise UsageError(f"a model of type {type(model).__name__}: give a path, the text of a model file, or an augsim.Model")
+
+
+def _one_dimension(place: str, values: Any) -> np.ndarray:
+    array = np.atleast_1d(numbers(place, values))
+    if array.ndim != 1:
+        raise UsageError(f"{place}: an array of shape {array.shape}; give one number, or one dimension")
+    return array
+
+
+def whole(name: str, value: Any) -> int:
+    """A whole number from 0 that fits into 64 bits."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        raise UsageError(f"{name} = {value!r}: give a whole number") from None
+    if not 0 <= number < 2**64:
+        raise UsageError(f"{name} = {number}: give a whole number from 0 to 2^64 - 1")
+    return number

@@ -1,0 +1,159 @@
+"""Trained nets."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _augsim, _progress
+from ._data import Data
+from ._discovery import Discovery
+from ._errors import UsageError
+from ._model import Model, whole
+from ._stepper import Stepper
+from ._tables import numbers, source
+
+
+class Run:
+    """A trained net: what :func:`train` gives, or the folder that ``augsim train`` wrote.
+
+    Forecasts begin from a first state and see nothing else than the actions, where somebody acts.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self._inner = _augsim.read_run(os.fspath(folder))
+
+    @classmethod
+    def _of(cls, inner: _augsim.Run) -> Run:
+        run = cls.__new__(cls)
+        run._inner = inner
+        return run
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the state columns S; each ends in its unit."""
+        return self._inner.columns()[0]
+
+    @property
+    def action_columns(self) -> list[str]:
+        """Names of the action columns A; ``t_s`` is the time of the sample. None where nobody acts."""
+        return self._inner.columns()[1]
+
+    @property
+    def recipe(self) -> str:
+        """Name of the net in tables."""
+        return self._inner.settings()[0]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done."""
+        return self._inner.settings()[1]
+
+    @property
+    def seed(self) -> int:
+        """Seed of the training, and of forecasts that ask for no other."""
+        return self._inner.settings()[2]
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return self._inner.settings()[3]
+
+    @property
+    def notes(self) -> list[str]:
+        """What of the model takes no part, and what is suspicious in the data."""
+        return self._inner.notes
+
+    def sample(self, start: Any, actions: Any, n: int, seed: int | None = None, first: int = 0) -> np.ndarray:
+        """Samples of forecasts: an array ``[batch, sample, time, S]`` of 32-bit floats, in the units of :attr:`columns`.
+
+        ``start`` has first states, shape ``[batch, S]`` or ``[S]``. ``actions`` has the actions at every sample, shape
+        ``[batch, time, A]``, or ``[time, A]`` for the whole batch; where nobody acts, the number of samples instead. The first
+        sample is the start. Trajectory ``i`` of the batch draws from the random stream of place ``first + i`` in a data set, as
+        ``augsim predict`` does.
+        """
+        begin = np.atleast_2d(numbers("start", start))
+        if begin.ndim != 2 or begin.shape[1] != len(self.columns):
+            raise UsageError(f"start: an array of shape {np.shape(start)}; give [batch, {len(self.columns)}]: {', '.join(self.columns)}")
+        width = len(self.action_columns)
+        if isinstance(actions, (int, np.integer)):
+            if width:
+                raise UsageError(f"actions: give an array [time, {width}]: {', '.join(self.action_columns)}")
+            acted = np.empty((1, whole("actions", actions), 0))
+        else:
+            acted = numbers("actions", actions)
+            acted = acted[np.newaxis] if acted.ndim == 2 else acted
+        if acted.ndim != 3 or acted.shape[2] != width or acted.shape[0] not in (1, len(begin)):
+            raise UsageError(f"actions: an array of shape {np.shape(actions)}; give [{len(begin)}, time, {width}] or [time, {width}]")
+        for name, array in (("start", begin), ("actions", acted)):
+            if not np.isfinite(array).all():
+                raise UsageError(f"{name}: holds NaN or an infinite number; give finite ones")
+        if len(begin) == 0 or acted.shape[1] == 0:
+            raise UsageError("start and actions: there is none; give at least one trajectory and one sample")
+        drawn = None if seed is None else whole("seed", seed)
+        shape, n = (len(begin), acted.shape[1]), whole("n", n)
+        memory = self._inner.sample(begin, acted, shape, n, drawn, whole("first", first))
+        return np.frombuffer(memory, dtype=np.float32).reshape(len(begin), n, shape[1], begin.shape[1])
+
+    def predict(self, data: Any, samples: int = 100) -> Data:
+        """Forecasts from the first state of each trajectory, as ``augsim predict`` writes them: mean, median, 50 and 90 % bands."""
+        return Data._of(self._inner.predict(source(data), whole("samples", samples)))
+
+    def stepper(self) -> Stepper:
+        """The net for a control loop: state in, distribution of the next state out. Nets of pushes, which read the whole path of the
+        rod, have none."""
+        return Stepper(self)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes the run directory, for ``augsim predict`` and :class:`Run`; gives its path."""
+        self._inner.save(os.fspath(folder))
+        return Path(folder)
+
+    def __repr__(self) -> str:
+        return f"<augsim.Run: {self.recipe} of {self.parameters} parameters, {self.iterations} iterations, on {', '.join(self.columns)}>"
+
+
+def train(
+    data: Any,
+    recipe: str = "hybrid-plus",
+    residual_of: str | os.PathLike[str] | Model | Discovery | None = None,
+    *,
+    iterations: int = 10_000,
+    seed: int = 1,
+    accept: Sequence[str] = (),
+    progress: bool | _progress.Progress = True,
+) -> Run:
+    """Trains a net on measured trajectories, as ``augsim train`` does: same seed, same weights.
+
+    ``recipe`` is ``neural``, ``hybrid``, ``hybrid-standardised``, ``hybrid-plus`` or, for pushes, ``neural-plus``. The net corrects
+    ``residual_of``: a :class:`Model`, the augmented one of a :class:`Discovery`, or that in the folder of ``augsim discover``;
+    without it, the ball of the paper. Other threads of Python run meanwhile, and Ctrl-C ends it.
+    """
+    if isinstance(accept, str):
+        raise UsageError("accept is a list of names; write ['name'] for one")
+    told = _progress.shown(progress)
+    try:
+        run = _augsim.train(
+            source(data),
+            recipe=recipe,
+            residual_of=_corrected(residual_of),
+            iterations=whole("iterations", iterations),
+            seed=whole("seed", seed),
+            accept=[str(check) for check in accept],
+            progress=told,
+        )
+    finally:
+        _progress.cleared(told)
+    return Run._of(run)
+
+
+def _corrected(residual_of: Any) -> Any:
+    if isinstance(residual_of, Discovery):
+        residual_of = residual_of.model
+    if isinstance(residual_of, Model):
+        return residual_of._inner
+    return None if residual_of is None else os.fspath(residual_of)

@@ -1,0 +1,84 @@
+"""Tables of a caller as columns that the extension reads: pandas and polars frames, dicts of arrays, paths."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import _augsim
+from ._errors import DataError
+
+#: Columns of labels; all others hold numbers.
+LABELS = ("trajectory", "group")
+
+
+def source(data: Any) -> _augsim.Source:
+    """Where trajectories come from: a path, a frame, a dict of arrays, or what :func:`augsim.read` gave."""
+    held = getattr(data, "_source", None)
+    if isinstance(held, _augsim.Source):
+        return held
+    if isinstance(data, (str, os.PathLike)):
+        return _augsim.Source.file(os.fspath(data))
+    if isinstance(data, Mapping):
+        names: list[Any] = list(data.keys())
+    elif hasattr(data, "columns") and hasattr(data, "__getitem__"):
+        names = list(data.columns)
+    elif isinstance(data, np.ndarray) and data.dtype.names:
+        names = list(data.dtype.names)
+    else:
+        kind = type(data).__name__
+        raise DataError(f"data of type {kind}: give a path, a pandas or polars frame, or a dict of arrays")
+    for name in names:
+        if not isinstance(name, str):
+            raise DataError(f"the table's column {name!r}: names of columns are text, such as 'height_m'")
+        if names.count(name) > 1:
+            raise DataError(f"the table has the column `{name}` twice; rename one")
+    columns = [(name, _column(name, data[name])) for name in names]
+    return _augsim.Source.columns("table", columns)
+
+
+def _column(name: str, cells: Any) -> list[str] | np.ndarray:
+    cells = cells.to_numpy() if hasattr(cells, "to_numpy") else cells
+    try:
+        values = np.asarray(cells)
+    except ValueError as cause:
+        raise DataError(f"the table's column `{name}`: rows of different lengths; give one value a row") from cause
+    if values.ndim != 1:
+        shape = "×".join(map(str, values.shape)) or "no"
+        raise DataError(f"the table's column `{name}`: an array of {shape} values; give one value a row")
+    if name in LABELS:
+        return [_label(name, row, value) for row, value in enumerate(values.tolist())]
+    return numbers(f"the table's column `{name}`", values)
+
+
+def _label(name: str, row: int, value: Any) -> str:
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    if value is None or value != value:
+        raise DataError(f"the table's column `{name}`, row {row}: no value; every row needs one")
+    if isinstance(value, bytes):
+        raise DataError(f"the table's column `{name}`, row {row}: bytes; give text or numbers")
+    return str(value)
+
+
+def numbers(place: str, values: Any) -> np.ndarray:
+    """One-dimensional numbers, contiguous; missing values become NaN."""
+    try:
+        array = np.asarray(values)
+    except ValueError as cause:
+        raise DataError(f"{place}: rows of different lengths; give one value a row") from cause
+    if array.dtype.kind == "O":
+        array = np.array([np.nan if _is_missing(v) else v for v in array.ravel()], dtype=object).reshape(array.shape)
+    elif array.dtype.kind not in "fiub":
+        raise DataError(f"{place}: values of type {array.dtype}; give numbers")
+    try:
+        return np.ascontiguousarray(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as cause:
+        raise DataError(f"{place}: {cause}; give numbers") from cause
+
+
+def _is_missing(value: Any) -> bool:
+    return value is None or type(value).__name__ == "NAType"

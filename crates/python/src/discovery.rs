@@ -1,0 +1,92 @@
+//! A discovery, and what is shown of it.
+
+use crate::background;
+use crate::error::{raised, unlocked};
+use crate::model::Model;
+use crate::source::{Source, accepted};
+use augsim_discovery::Options;
+use augsim_report::{DiscoveryReport, discovery_excerpt, discovery_figures, discovery_report};
+use augsim_session::discovery_page::page;
+use augsim_session::{Circumstances, DataFrom, Subject, Wanted};
+use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Width of a figure on its own, pixels.
+const FIGURE_WIDTH: f64 = 640.0;
+
+/// What a discovery found, with what it was made of.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Discovery {
+    found: augsim_discovery::Discovery,
+    subject: Subject,
+    model: Option<PathBuf>,
+    data: DataFrom,
+    wanted: Wanted,
+}
+
+/// Closes the loop on a model and data.
+#[pyfunction]
+#[pyo3(signature = (model, data, *, seed, groups, train_share, accept, progress))]
+#[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
+pub fn discover(
+    py: Python<'_>,
+    model: &Model,
+    data: &Source,
+    seed: u64,
+    groups: Vec<String>,
+    train_share: f64,
+    accept: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Discovery> {
+    let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
+    let options =
+        Options { seed, train_share, accepted: accept.iter().copied().collect(), ..Options::default() };
+    let wanted = Wanted { groups, accept, options };
+    let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
+    background::run(py, progress.as_ref(), move |line| {
+        let mut told = |step: augsim_discovery::Progress| {
+            line.end_if_stopped();
+            line.step(step.describe().to_owned(), None);
+        };
+        let found = augsim_session::discover(&subject, &data, &wanted, &mut told)?;
+        Ok(Discovery { found, subject, model: path, data, wanted })
+    })
+}
+
+impl Discovery {
+    fn report(&self, folder: &Path) -> DiscoveryReport {
+        let circumstances = Circumstances::new(self.model.as_deref(), &self.data, &self.wanted, folder);
+        page(&circumstances, &self.subject, &self.found)
+    }
+}
+
+#[pymethods]
+impl Discovery {
+    /// The bytes of `result.json`.
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
+    }
+
+    /// The text of the augmented model.
+    fn model_toml(&self) -> &str {
+        &self.found.model_toml
+    }
+
+    /// The page as it is in a folder.
+    fn page(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+        unlocked(py, || Ok(discovery_report(&self.report(&folder))))
+    }
+
+    /// The beginning of the page.
+    fn excerpt(&self, py: Python<'_>) -> PyResult<String> {
+        unlocked(py, || Ok(discovery_excerpt(&self.report(Path::new("")))))
+    }
+
+    /// Titles and SVG documents of all figures.
+    fn figures(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
+        let drawn = |figure: &augsim_report::figure::Figure| {
+            (figure.title().to_owned(), figure.svg_document(FIGURE_WIDTH))
+        };
+        unlocked(py, || Ok(discovery_figures(&self.report(Path::new(""))).iter().map(drawn).collect()))
+    }
+}

@@ -1,0 +1,36 @@
+#![doc = include_str!("../README.md")]
+
+mod background;
+mod discovery;
+mod error;
+mod generated;
+mod model;
+mod numbers;
+mod run;
+mod source;
+mod stepper;
+
+use pyo3::prelude::*;
+
+/// The functions and classes that the package `augsim` is made of; not to be used directly.
+#[pymodule]
+mod _augsim {
+    #[pymodule_export]
+    use super::discovery::{Discovery, discover};
+    #[pymodule_export]
+    use super::generated::{drops, pushes};
+    #[pymodule_export]
+    use super::model::Model;
+    #[pymodule_export]
+    use super::run::{Run, read_run, train};
+    #[pymodule_export]
+    use super::source::{Data, Source, read};
+    #[pymodule_export]
+    use super::stepper::Stepper;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,95 @@
+//! Model files.
+
+use crate::background;
+use crate::error::unlocked;
+use crate::numbers::{Numbers, memory};
+use crate::source::Source;
+use augsim_session::Subject;
+use augsim_session::simulate::{Plan, simulate};
+use augsim_session::written::fitted::calibrate;
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use std::path::PathBuf;
+
+/// A model file of any kind.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Model {
+    pub subject: Subject,
+    /// Where it was read from; nothing for a text.
+    pub path: Option<PathBuf>,
+}
+
+/// Name, value, lower and upper bound, whether it is frozen, and 95 % interval of a parameter.
+type Parameter = (String, f64, f64, f64, bool, Option<(f64, f64)>);
+
+/// Columns by name.
+type Named = Vec<(String, Numbers)>;
+
+fn owned(columns: Named) -> Vec<(String, Vec<f64>)> {
+    columns.into_iter().map(|(name, values)| (name, values.into_vec())).collect()
+}
+
+#[pymethods]
+impl Model {
+    /// Reads a model file.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let subject = unlocked(py, || Subject::read(&path))?;
+        Ok(Model { subject, path: Some(path) })
+    }
+
+    /// Parses the text of a model file.
+    #[staticmethod]
+    fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let subject = unlocked(py, || Subject::parse(text, "model"))?;
+        Ok(Model { subject, path: None })
+    }
+
+    /// The scenario: `ball`, `push` or `system`.
+    fn scenario(&self) -> &'static str {
+        self.subject.scenario()
+    }
+
+    /// Declared parameters, then those of the effects in the model.
+    fn parameters(&self) -> Vec<Parameter> {
+        self.subject
+            .parameters()
+            .into_iter()
+            .map(|p| (p.name, p.nominal, p.min, p.max, p.frozen, p.ci95.map(|[low, high]| (low, high))))
+            .collect()
+    }
+
+    /// The text of the model file.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        unlocked(py, || self.subject.to_toml())
+    }
+
+    /// The model with its declared parameters calibrated, and the fit as JSON.
+    fn fit(&self, py: Python<'_>, data: &Source) -> PyResult<(Model, String)> {
+        let (subject, data) = (self.subject.clone(), data.from.clone());
+        let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
+        let (fitted, json) = background::run(py, None, move |_| {
+            let (fitted, answer) = calibrate(&subject, &file, &data)?;
+            Ok((fitted, serde_json::to_string_pretty(&answer)?))
+        })?;
+        Ok((Model { subject: Subject::Written(Box::new(fitted)), path: None }, json))
+    }
+
+    /// Simulated trajectories: memory of the values `[trajectory, sample, time, column]`, the first three extents, and the
+    /// columns.
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        start: Named,
+        times: Numbers,
+        inputs: Named,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3], Vec<String>)> {
+        let times = times.into_vec();
+        let plan = Plan { start: owned(start), times, inputs: owned(inputs), samples, seed };
+        let subject = self.subject.clone();
+        let made = background::run(py, None, move |_| simulate(&subject, &plan))?;
+        Ok((memory(py, &made.values)?, made.shape, made.columns))
+    }
+}

@@ -1,0 +1,232 @@
+//! Trained nets.
+
+use crate::background::{self, Line};
+use crate::error::{raised, unlocked};
+use crate::model::Model;
+use crate::numbers::{Numbers, memory};
+use crate::source::{Data, Source, accepted};
+use augsim_data::checks::Warning;
+use augsim_session::configure::{Corrected, WantedRun, configure};
+use augsim_session::run_data::{admit_measured, load_timed, read_measured};
+use augsim_session::run_dir::{Config, RunDir};
+use augsim_session::training_run::{Begin, Watch, train_in_memory};
+use augsim_session::{RunLock, Subject, Usage, forecast};
+use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use rayon::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Iterations between two reports of progress.
+const TELL_EVERY: u64 = 10;
+
+/// A trained net.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Run {
+    config: Option<Config>,
+    pub model: Arc<NetModel>,
+    #[pyo3(get)]
+    notes: Vec<String>,
+}
+
+/// Tells a training run's steps, and stops it when the caller was interrupted.
+struct Telling<'a, T> {
+    line: &'a Line<T>,
+    total: u64,
+}
+
+impl<T> Watch for Telling<'_, T> {
+    fn must_stop(&mut self) -> bool {
+        self.line.must_stop()
+    }
+
+    fn begins(&mut self, from: Begin) {
+        self.total = from.total;
+    }
+
+    fn step(&mut self, losses: &Losses) {
+        if losses.iteration.is_multiple_of(TELL_EVERY) {
+            let Losses { iteration, loss, .. } = losses;
+            let text = format!("iteration {iteration} of {}, loss {loss:.1} nats", self.total);
+            self.line.step(text, Some(*iteration as f64 / self.total.max(1) as f64));
+        }
+    }
+
+    fn ends(&mut self) {}
+}
+
+/// The model that a net is to correct.
+#[derive(FromPyObject)]
+pub enum Corrects {
+    Model(Py<Model>),
+    Folder(PathBuf),
+}
+
+impl Corrects {
+    fn corrected(self) -> anyhow::Result<Corrected> {
+        match self {
+            Corrects::Folder(folder) => Ok(Corrected::Folder(folder)),
+            Corrects::Model(model) => match &model.get().subject {
+                Subject::BuiltIn(model) => Ok(Corrected::Model(model.clone())),
+                Subject::Written(_) => {
+                    let text =
+                        "nets correct models of a ball or of pushes; this one is a system of equations";
+                    Err(Usage(text.to_owned()).into())
+                }
+            },
+        }
+    }
+}
+
+/// Trains a net.
+#[pyfunction]
+#[pyo3(signature = (data, *, recipe, residual_of, iterations, seed, accept, progress))]
+#[expect(clippy::too_many_arguments, reason = "all but one are keywords of Python")]
+pub fn train(
+    py: Python<'_>,
+    data: &Source,
+    recipe: &str,
+    residual_of: Option<Corrects>,
+    iterations: u64,
+    seed: u64,
+    accept: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    let wanted = || {
+        let accept = accepted(&accept)?;
+        let residual_of = residual_of.map(Corrects::corrected).transpose()?;
+        Ok(WantedRun { recipe: named(recipe)?, residual_of, iterations, seed, accept })
+    };
+    let wanted = wanted().map_err(|e| raised(py, &e))?;
+    let data = data.from.clone();
+    background::run(py, progress.as_ref(), move |line| {
+        let (config, mut notes) = configure(&wanted, &data)?;
+        let set = read_measured(&data, &config.settings.engine)?;
+        let (train, warnings) = admit_measured(set, &config)?;
+        notes.extend(warnings.into_iter().map(|Warning { text, .. }| text));
+        let mut watch = Telling { line, total: 0 };
+        let state = train_in_memory(&config.settings, &train, &mut watch)?;
+        // Only an interrupted caller, who does not wait any more, stops it.
+        let state = state.ok_or_else(|| anyhow::anyhow!("the training was stopped"))?;
+        Ok(Run { config: Some(config), model: Arc::new(NetModel::new(state)?), notes })
+    })
+}
+
+fn named(recipe: &str) -> anyhow::Result<Recipe> {
+    Ok(match recipe {
+        "neural" => Recipe::Neural,
+        "hybrid" => Recipe::Hybrid,
+        "hybrid-standardised" => Recipe::HybridStandardised,
+        "hybrid-plus" => Recipe::HybridPlus,
+        "neural-plus" => Recipe::NeuralPlus,
+        other => {
+            let text = format!(
+                "recipe {other}: there are neural, hybrid, hybrid-standardised, hybrid-plus and, for pushes, neural-plus"
+            );
+            return Err(Usage(text).into());
+        }
+    })
+}
+
+/// Reads the run directory of `augsim train`.
+#[pyfunction]
+pub fn read_run(py: Python<'_>, folder: PathBuf) -> PyResult<Run> {
+    unlocked(py, || {
+        let run = RunDir::open(&folder);
+        let model = Arc::new(NetModel::new(run.read_model()?)?);
+        Ok(Run { config: run.read_config().ok(), model, notes: Vec::new() })
+    })
+}
+
+#[pymethods]
+impl Run {
+    /// State columns, then action columns.
+    fn columns(&self) -> (Vec<String>, Vec<String>) {
+        let engine = &self.model.state().settings.engine;
+        let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+        (owned(engine.columns()), owned(engine.action_columns()))
+    }
+
+    /// Name of the net in tables, iterations, seed, and number of parameters.
+    fn settings(&self) -> (String, u64, u64, usize) {
+        let state = self.model.state();
+        let settings = &state.settings;
+        (settings.recipe.label().to_owned(), state.iteration, settings.seed, state.params.len())
+    }
+
+    /// Writes a run directory as `augsim train` does, without its losses.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        unlocked(py, || {
+            let config = self.config.as_ref();
+            let config =
+                config.ok_or_else(|| Usage("the run has no configuration; copy its folder".to_owned()))?;
+            let _lock = RunLock::take(&folder)?;
+            let run = RunDir::open(&folder);
+            if run.checkpoint().exists() {
+                let text = format!("{}: holds a run already; choose another folder", folder.display());
+                return Err(Usage(text).into());
+            }
+            run.write_config(config)?;
+            run.write_checkpoint(self.model.state())?;
+            Ok(run.write_weights(self.model.params())?)
+        })
+    }
+
+    /// Bands of every trajectory, forecast from its first state.
+    fn predict(&self, py: Python<'_>, data: &Source, samples: usize) -> PyResult<Data> {
+        let (model, data) = (Arc::clone(&self.model), data.from.clone());
+        let set = background::run(py, None, move |_| {
+            let (starts, times) = load_timed(&data, &model.state().settings.engine)?;
+            forecast::bands(&model, &starts, &times, samples)
+        })?;
+        Data::of(py, set)
+    }
+
+    /// Memory of samples `[trajectory, sample, time, state]` of `shape` trajectories and samples in time, from first states
+    /// `[trajectory, S]` under actions `[trajectory or 1, time, A]`.
+    #[expect(clippy::too_many_arguments, reason = "the package hands its arguments on")]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        start: Numbers,
+        actions: Numbers,
+        shape: (usize, usize),
+        samples: usize,
+        seed: Option<u64>,
+        first: u64,
+    ) -> PyResult<Bound<'py, PyByteArray>> {
+        let (start, actions) = (start.into_vec(), actions.into_vec());
+        let (batch, time) = shape;
+        let model = Arc::clone(&self.model);
+        let values = background::run(py, None, move |_| {
+            let model = match seed {
+                Some(seed) if seed != model.state().settings.seed => Arc::new(model.with_seed(seed)?),
+                _ => model,
+            };
+            let engine = &model.state().settings.engine;
+            let (states, width) = (engine.columns().len(), time * engine.action_columns().len());
+            forecast::check_size(batch, samples, time, states)?;
+            let is_shared = actions.len() == width;
+            let each = samples * time * states;
+            let mut values = vec![0.0_f32; batch * each];
+            values.par_chunks_mut(each.max(1)).enumerate().try_for_each(
+                |(i, out)| -> anyhow::Result<()> {
+                    let from = if is_shared { 0 } else { i * width };
+                    let lacking = || Usage("start and actions: not of the shape that is said".to_owned());
+                    let start = start.get(i * states..(i + 1) * states).ok_or_else(lacking)?;
+                    let actions = actions.get(from..from + width).ok_or_else(lacking)?;
+                    let task = Task { start, actions, time, index: first.wrapping_add(i as u64) };
+                    let made = model.forecast(task, samples)?;
+                    // From `[time, state, sample]`.
+                    for (at, row) in made.values.chunks_exact(made.count).enumerate() {
+                        row.iter().enumerate().for_each(|(sample, v)| out[sample * time * states + at] = *v);
+                    }
+                    Ok(())
+                },
+            )?;
+            Ok(values)
+        })?;
+        memory(py, &values)
+    }
+}

@@ -1,0 +1,122 @@
+//! Data of a caller: a file, or columns of a table.
+
+use crate::error::unlocked;
+use crate::numbers::{Numbers, memory};
+use augsim_data::{Dataset, MissingCells, Trajectory};
+use augsim_session::{DataFrom, Usage, table};
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use std::path::PathBuf;
+
+/// Where trajectories come from.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Source {
+    pub from: DataFrom,
+}
+
+/// A column of a table, as the package hands it over: checked, of one dimension, contiguous.
+#[derive(FromPyObject)]
+enum Column {
+    Text(Vec<String>),
+    Numbers(Numbers),
+}
+
+#[pymethods]
+impl Source {
+    /// A file or folder.
+    #[staticmethod]
+    fn file(path: PathBuf) -> Self {
+        Source { from: DataFrom::File(path) }
+    }
+
+    /// A table of columns by name; NaN is a gap.
+    #[staticmethod]
+    fn columns(py: Python<'_>, name: String, columns: Vec<(String, Column)>) -> PyResult<Self> {
+        let owned = columns
+            .into_iter()
+            .map(|(column, cells)| {
+                let cells = match cells {
+                    Column::Text(text) => table::Cells::Text(text),
+                    Column::Numbers(numbers) => table::Cells::Numbers(numbers.into_vec()),
+                };
+                (column, cells)
+            })
+            .collect::<Vec<_>>();
+        let csv = unlocked(py, move || table::csv(&owned))?;
+        Ok(Source { from: DataFrom::Table { name, csv: csv.into() } })
+    }
+
+    /// What messages call it.
+    fn name(&self) -> String {
+        self.from.to_string()
+    }
+}
+
+/// Trajectories in memory.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Data {
+    pub source: Py<Source>,
+    set: Dataset,
+}
+
+/// Reads trajectories, whose columns end in their unit.
+#[pyfunction]
+pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
+    let from = source.get().from.clone();
+    let set = unlocked(py, move || Ok(from.read(MissingCells::AsGap)?))?;
+    Ok(Data { source, set })
+}
+
+impl Data {
+    /// Trajectories that were made here, as if read from a table.
+    pub fn of(py: Python<'_>, set: Dataset) -> PyResult<Self> {
+        let csv = unlocked(py, || table::csv(&table::long(&set)))?;
+        let from = DataFrom::Table { name: "table".to_owned(), csv: csv.into() };
+        Ok(Data { source: Py::new(py, Source { from })?, set })
+    }
+}
+
+#[pymethods]
+impl Data {
+    /// Where it came from.
+    fn source(&self, py: Python<'_>) -> Py<Source> {
+        self.source.clone_ref(py)
+    }
+
+    /// Names of the columns and the symbols of their units.
+    fn columns(&self) -> Vec<(String, String)> {
+        self.set.columns().iter().map(|c| (c.name().to_owned(), c.unit().symbol())).collect()
+    }
+
+    /// Identifier, group and number of samples of each trajectory.
+    fn trajectories(&self) -> Vec<(String, Option<String>, usize)> {
+        let each = |t: &Trajectory| (t.id().to_owned(), t.group().map(str::to_owned), t.len());
+        self.set.trajectories().iter().map(each).collect()
+    }
+
+    /// Memory of the times (`t_s`) or the values of a column over all trajectories, one after the other.
+    fn series<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
+        let all = self.set.trajectories().iter();
+        let values: Vec<f64> = if name == augsim_data::TIME {
+            all.flat_map(|t| t.time_s()).copied().collect()
+        } else {
+            let column = unlocked(py, || Ok(self.set.column_index(name)?))?;
+            all.flat_map(|t| t.column(column)).copied().collect()
+        };
+        memory(py, &values)
+    }
+}
+
+/// The names of checks that a caller does without.
+///
+/// # Errors
+/// There is no such check.
+pub fn accepted(names: &[String]) -> anyhow::Result<Vec<augsim_data::checks::Check>> {
+    use augsim_data::checks::Check;
+    let known = || Check::all().map(Check::name).into_iter().collect::<Vec<_>>().join(", ");
+    let check = |name: &String| {
+        Check::named(name)
+            .ok_or_else(|| Usage(format!("accept: no check is called {name}; there are {}", known())).into())
+    };
+    names.iter().map(check).collect()
+}

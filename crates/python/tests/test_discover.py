@@ -1,0 +1,158 @@
+"""Contract: `discover` finds from a frame what the command line finds from the file, byte for byte, says how far it is, lets other
+threads run, and stops when it is told to."""
+
+import json
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import pandas
+import polars
+import pytest
+
+import augsim
+
+
+@pytest.fixture(scope="module")
+def found(sealed):
+    frame = pandas.read_csv(sealed / "bounces.csv")
+    return augsim.discover(sealed / "model.toml", frame, seed=1, progress=False)
+
+
+@pytest.fixture(scope="module")
+def folder(sealed, augsim_command, tmp_path_factory):
+    """What the command line writes."""
+    out = tmp_path_factory.mktemp("discover")
+    augsim_command("discover", sealed / "model.toml", sealed / "bounces.csv", "--seed", 1, "--out", out)
+    return out
+
+
+def test_drag_is_found_in_a_pandas_frame(found):
+    assert found.verdict == "explained"
+    [effect] = found.effects
+    low, high = effect["parameters"]["k_per_m"]["ci95"]
+    assert effect["kind"] == "quadratic-drag" and low < 0.031 < high
+    assert found.sentence.startswith("The model lacks quadratic-drag (k_per_m = 0.03")
+    assert found.error["augmented"]["rmse"] < 0.1 * found.error["calibrated"]["rmse"]
+
+
+def test_the_bytes_are_those_of_the_command_line(found, folder):
+    assert found.json == (folder / "result.json").read_text()
+    assert found.model.to_toml() == (folder / "model.toml").read_text()
+
+
+def test_the_page_is_that_of_the_command_line(sealed, folder, tmp_path):
+    found = augsim.discover(sealed / "model.toml", sealed / "bounces.csv", progress=False)
+    assert found.to_html(tmp_path / "page.html") == tmp_path / "page.html"
+    assert (tmp_path / "page.html").read_text() == (folder / "report.html").read_text()
+
+
+def test_every_form_of_a_table_is_read_alike(sealed, found):
+    path = sealed / "bounces.csv"
+    pandas_frame = pandas.read_csv(path)
+    text = (sealed / "model.toml").read_text()
+    forms = {
+        "path": str(path),
+        "polars": polars.read_csv(path),
+        "dict": {name: column.to_numpy() for name, column in pandas_frame.items()},
+        "read": augsim.read(pandas_frame),
+        "to_dict": augsim.read(path).to_dict(),
+        "records": pandas_frame.to_records(index=False),
+        "every second row of a wider frame": pandas_frame.loc[pandas_frame.index.repeat(2)].iloc[::2],
+    }
+    for name, form in forms.items():
+        assert augsim.read(form).to_dict().keys() == augsim.read(path).to_dict().keys(), name
+    again = augsim.discover(augsim.Model(text), forms["polars"], progress=False)
+    assert again.json == found.json
+
+
+def test_a_notebook_shows_sentence_table_and_figures(found):
+    shown = found._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and "quadratic-drag" in shown
+    assert "Root mean square" in shown and "&lt;svg" in shown
+    assert "<script" not in shown and "&lt;script" not in shown
+    figures = found.plot()
+    assert len(figures) >= 3 and all(svg.startswith("<svg") for svg in figures)
+    assert any("held-out" in title for title in figures.titles)
+
+
+def test_figures_are_written(found, tmp_path):
+    paths = found.plot()[:2].save(tmp_path / "figures")
+    assert [p.name for p in paths] == ["1.svg", "2.svg"]
+    assert paths[1].read_text() == found.plot()[1]
+
+
+def test_progress_is_told_step_by_step(sealed):
+    told = []
+    augsim.discover(
+        sealed / "model.toml", sealed / "bounces.csv", progress=lambda step, share: told.append((step, share))
+    )
+    steps = [step for step, _ in told]
+    assert steps[0] == "finding events and estimating the noise" and "fitting candidate effects" in steps
+
+
+def test_what_progress_raises_comes_back(sealed):
+    def refuse(step, share):
+        raise KeyError(step)
+
+    with pytest.raises(KeyError, match="finding events"):
+        augsim.discover(sealed / "model.toml", sealed / "bounces.csv", progress=refuse)
+
+
+def test_other_threads_run_meanwhile(sealed):
+    beats, done = [], threading.Event()
+
+    def beat():
+        while not done.wait(0.005):
+            beats.append(time.monotonic())
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    begun = time.monotonic()
+    augsim.discover(sealed / "model.toml", sealed / "bounces.csv", progress=False)
+    seconds = time.monotonic() - begun
+    done.set()
+    thread.join()
+    during = sum(begun < b < begun + seconds for b in beats)
+    assert during >= 5, f"{during} beats in {seconds:.2f} s"
+
+
+def test_ctrl_c_stops_it(sealed):
+    script = f"""
+        import augsim
+        print("ready", flush=True)
+        try:
+            while True:
+                augsim.discover({str(sealed / "model.toml")!r}, {str(sealed / "bounces.csv")!r}, progress=False)
+        except KeyboardInterrupt:
+            print("stopped", flush=True)
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.3)
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=30)
+    assert out == "stopped\n" and process.returncode == 0, errors
+    assert errors == "" and time.monotonic() - begun < 10
+
+
+def test_groups_are_asked_for_by_name(sealed):
+    with pytest.raises(augsim.UsageError, match="--group A: no trajectory is in this group"):
+        augsim.discover(sealed / "model.toml", sealed / "bounces.csv", groups=["A"], progress=False)
+    with pytest.raises(augsim.UsageError, match="lists of names"):
+        augsim.discover(sealed / "model.toml", sealed / "bounces.csv", groups="A", progress=False)
+
+
+def test_a_system_of_equations_is_discovered_as_by_the_command_line(root, augsim_command, tmp_path):
+    system = root / "fixtures" / "systems" / "pendulum"
+    frame = pandas.read_csv(system / "swings.csv")
+    found = augsim.discover(system / "model.toml", frame, progress=False)
+    augsim_command("discover", system / "model.toml", system / "swings.csv", "--seed", 1, "--out", tmp_path)
+    assert json.loads(found.json)["sentence"].startswith("The model lacks coulomb")
+    assert found.json == (tmp_path / "result.json").read_text()
