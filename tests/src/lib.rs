@@ -12,3 +12,4 @@ pub mod push_battery;
 pub mod random;
 pub mod sealed;
 pub mod sealed_push;
+pub mod sealed_systems;

@@ -1,5 +1,6 @@
 //! Windows that grow: short ones forgive a wrong parameter, long ones tell small ones.
 
+use crate::minima::deepest;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
 use crate::steps::{Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
 use crate::windows::{Problem, Shot, doubled};
@@ -31,6 +32,7 @@ pub fn calibrate(
     let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut shots = problem.shots();
     let mut best = problem.fit(&nominal, &shots, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
+    best = deepest(&mut problem, &shots, best);
     let mut stages = vec![stage(&problem, &best)];
     let mut stopped = None;
     loop {

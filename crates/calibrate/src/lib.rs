@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod growth;
+mod minima;
 mod normal;
 mod outcome;
 mod starts;

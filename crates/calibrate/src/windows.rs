@@ -34,6 +34,11 @@ impl<'a> Problem<'a> {
         Self { system, records, free, states, sd }
     }
 
+    /// What each channel scatters by, the scale that fits begin with, in its unit.
+    pub fn spread(&self) -> Vec<f64> {
+        (0..self.schema().channels.len()).map(|channel| spread(self.records, channel)).collect()
+    }
+
     pub fn schema(&self) -> &Schema {
         self.system.schema()
     }

@@ -222,9 +222,33 @@ pub struct Discover {
     /// Only trajectories of this group (column `group`); may be given several times.
     #[arg(long)]
     pub group: Vec<String>,
+    /// Effects that are tried: those of the library, and formulas where they end; or none of them, and formulas alone (models
+    /// of equations).
+    #[arg(long, value_enum, default_value_t = Library::Generic)]
+    pub library: Library,
     /// Checks of suspicious data to do without, in the knowledge that the data are right.
     #[command(flatten)]
     pub accept: Accept,
+}
+
+/// Effects that a discovery tries before it looks for formulas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Library {
+    /// Those of the library.
+    #[default]
+    Generic,
+    /// None.
+    None,
+}
+
+impl Library {
+    /// As it is typed.
+    pub fn word(self) -> &'static str {
+        match self {
+            Library::Generic => "generic",
+            Library::None => "none",
+        }
+    }
 }
 
 /// Checks of suspicious data that a user overrides.
@@ -339,6 +363,8 @@ pub enum Scenario {
     /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
     /// pushing.
     Loop,
+    /// Systems of equations on benchmark sets, with formulas where the library is emptied, beside published figures.
+    Systems,
 }
 
 /// Nets of the pushing tables.
@@ -361,16 +387,16 @@ pub struct Reproduce {
     pub scenario: Scenario,
     /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`; without it drops of the same law are generated. Push:
     /// directory with published MIT Push files (folders `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both; what
-    /// is not there is generated. The table says which. Loop: the folder of all sets.
+    /// is not there is generated. The table says which. Loop and systems: the folder of all sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Ball: test drops, where they are generated.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`).
+    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`, `out/systems`).
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A tenth of the iterations; of pushes, also fewer and on fewer sets.
+    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas.
     #[arg(long)]
     pub quick: bool,
     /// Iterations of each net.

@@ -13,6 +13,7 @@ mod record;
 mod reproduction;
 mod session;
 mod sweep;
+mod systems;
 
 use args::Args;
 use augsim_data::Limit;

@@ -229,3 +229,38 @@ fn a_pendulum_that_lacks_nothing_gets_nothing() {
     let found = json(&["discover", "pendulum.toml", "plain.csv", "--out", "found", "--json"], d);
     assert_eq!(found["verdict"], "nothing-to-add", "{}", found["sentence"]);
 }
+
+#[test]
+fn with_the_library_emptied_a_pendulum_gets_a_formula() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    std::fs::write(d.join("drag.csv"), swings(0.05)).unwrap();
+    let args = ["discover", "pendulum.toml", "drag.csv", "--library", "none", "--out", "found", "--json"];
+    let found = json(&args, d);
+    assert_eq!(found["verdict"], "explained", "{}", found["sentence"]);
+    let effect = &found["effects"][0];
+    assert_eq!(effect["kind"], "abs(omega_rad_s) * omega_rad_s on omega_rad_s", "{}", found["sentence"]);
+    assert_eq!(effect["formula"]["of"], "omega_rad_s");
+    let c = &effect["parameters"]["c"];
+    let bounds = [&c["ci95"][0], &c["ci95"][1]].map(|v| v.as_f64().expect("a number"));
+    assert!(bounds[0] < -0.05 && -0.05 < bounds[1] && bounds[1] - bounds[0] < 0.01, "{c}");
+    // The file with the formula is a model like any other.
+    let text = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
+    assert!(text.contains("kind = \"formula\""), "{text}");
+    augsim(&["evaluate", "found/model.toml", "--data", "drag.csv", "--burn-in", "20"], d);
+    std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
+    let text = refused(&["discover", "ball.toml", "drag.csv", "--library", "none"], 2, d);
+    assert!(text.contains("formulas are looked for in models of equations only"), "{text}");
+}
+
+#[test]
+fn benchmark_sets_that_are_not_there_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let text = refused(&["reproduce", "systems"], 2, d);
+    assert!(text.contains("give the folder of the sets with --data"), "{text}");
+    std::fs::create_dir(d.join("sets")).unwrap();
+    let text = refused(&["reproduce", "systems", "--data", "sets"], 3, d);
+    assert!(text.contains("none of the folders `silverbox`, `emps`, `cascaded-tanks` is in it"), "{text}");
+}

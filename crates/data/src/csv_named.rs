@@ -53,11 +53,19 @@ impl NamedCsv {
     /// # Errors
     /// A column is missing, or a row cannot be read: [`DataError`] with file, line, column and remedy.
     pub fn read(self, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
+        self.read_by(TIME, wanted)
+    }
+
+    /// The same of a file whose rows are counted by the column `clock` where others have times: times are these counts.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_by(self, clock: &str, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
         let mut source = self.source;
         let path = source.path().to_owned();
         let place = |name: &str| source.header().iter().position(|n| n == name);
         let (id_cell, group_cell) = (place(TRAJECTORY), place(GROUP));
-        let time_cell = source.require(TIME, LAYOUT)?;
+        let time_cell = source.require(clock, LAYOUT)?;
         let mut columns = Vec::with_capacity(wanted.len());
         let mut cells = Vec::with_capacity(wanted.len());
         for (name, unit) in wanted {

@@ -2,6 +2,7 @@
 
 use crate::addition::Addition;
 use crate::calibrate::calibrate;
+use crate::candidates::Family;
 use crate::prepare::prepare;
 use crate::search::Search;
 use crate::{DiscoveryError, Options, forecast};
@@ -39,7 +40,8 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test));
+    let search =
+        Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), Family::Described);
     let base = calibrate(&search.train);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds

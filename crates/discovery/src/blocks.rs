@@ -12,23 +12,51 @@ use std::ops::Range;
 const ENOUGH_RECORDS: usize = 8;
 /// Blocks that few records are cut into, together.
 const BLOCKS: usize = 20;
+/// Samples of a recording from which on it is taken for several: a free run over more tells nothing new and takes long.
+const LONGEST: usize = 10_000;
 /// Part of a block that a forecast begins from, at most so many samples.
 const KNOWN: (usize, usize) = (20, 50);
 
-/// The records themselves, or their blocks where they are few and have several windows.
-pub(crate) fn divided(records: Vec<Record>) -> Vec<Record> {
+/// A recording that is fitted in several windows, or a long stretch of one, and the records that its parts became.
+#[derive(Clone, Debug)]
+pub(crate) struct Recording {
+    pub whole: Record,
+    /// Index of each record that is a part of it, and the sample of the whole that the part begins with.
+    pub parts: Vec<(usize, usize)>,
+}
+
+/// The records themselves, or their blocks where they are few and have several windows; and the recordings that are fitted in
+/// several windows, with their parts among these records.
+pub(crate) fn divided(records: Vec<Record>) -> (Vec<Record>, Vec<Recording>) {
     let windows: usize = records.iter().map(|r| r.seen.windows.len()).sum();
-    if records.len() >= ENOUGH_RECORDS || windows < 2 * records.len().max(1) {
-        return records;
+    if windows < 2 * records.len().max(1) {
+        return (records, Vec::new());
     }
-    let mut out = Vec::new();
+    if records.len() >= ENOUGH_RECORDS {
+        let whole = |(j, r): (usize, &Record)| Recording { whole: r.clone(), parts: vec![(j, 0)] };
+        let recordings = records.iter().enumerate().map(whole).collect();
+        return (records, recordings);
+    }
+    let (mut out, mut recordings) = (Vec::new(), Vec::new());
     for record in &records {
         let own = record.seen.windows.len();
         let blocks = ((BLOCKS * own) as f64 / windows as f64).round().clamp(1.0, own as f64) as usize;
         let first = |block: usize| block * own / blocks;
+        let sample = |block: usize| record.seen.windows[first(block)].samples.start;
+        let stretches = record.seen.times.len().div_ceil(LONGEST).clamp(1, blocks);
+        for stretch in 0..stretches {
+            let own = stretch * blocks / stretches..(stretch + 1) * blocks / stretches;
+            let parts = own.clone().map(|b| (out.len() + b, sample(b) - sample(own.start))).collect();
+            recordings.push(Recording { whole: block(record, first(own.start)..first(own.end)), parts });
+        }
         out.extend((0..blocks).map(|b| block(record, first(b)..first(b + 1))));
     }
-    out
+    (out, recordings)
+}
+
+/// How many of so many samples of a record a forecast begins from.
+pub(crate) fn known(seen: &Seen, samples: usize) -> usize {
+    (samples / KNOWN.0).clamp(seen.known.min(KNOWN.1), KNOWN.1).min(samples)
 }
 
 /// The part of a record that consists of some of its windows.
@@ -57,7 +85,7 @@ fn block(record: &Record, windows: Range<usize>) -> Record {
             pieces: pieces.collect(),
             events: seen.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
             memory_s: seen.memory_s,
-            known: (samples / KNOWN.0).clamp(seen.known.min(KNOWN.1), KNOWN.1).min(samples),
+            known: known(seen, samples),
             under_way: seen.under_way || first > 0,
         },
         weight: record.weight.iter().map(part).collect(),
@@ -86,8 +114,12 @@ mod tests {
 
     #[test]
     fn every_window_stands_in_one_block_with_its_samples() {
-        let blocks = divided(vec![long(1000, 10)]);
+        let (blocks, recordings) = divided(vec![long(1000, 10)]);
         assert_eq!(blocks.len(), 20);
+        assert_eq!(recordings.len(), 1);
+        for (block, first) in &recordings[0].parts {
+            assert_eq!(blocks[*block].seen.values[0][0], *first as f64);
+        }
         let mut found: Vec<f64> = Vec::new();
         for b in &blocks {
             assert_eq!(b.seen.times.len(), 50);
@@ -103,7 +135,9 @@ mod tests {
 
     #[test]
     fn many_records_and_single_windows_stay_whole() {
-        assert_eq!(divided(vec![long(100, 10); 8]).len(), 8);
-        assert_eq!(divided(vec![long(100, 100)]).len(), 1);
+        let (records, recordings) = divided(vec![long(100, 10); 8]);
+        assert_eq!((records.len(), recordings.len()), (8, 8));
+        let (records, recordings) = divided(vec![long(100, 100)]);
+        assert_eq!((records.len(), recordings.len()), (1, 0));
     }
 }

@@ -9,13 +9,24 @@ use augsim_physics::system::Event;
 /// Most groups for which an effect is offered with one value a group: beyond, that is a description, not a law.
 const MOST_GROUPS: usize = 20;
 
-/// Library effects that these data can speak about; with several groups each in two variants. Scatter is tried by another
+/// What candidates are taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// Effects that somebody described.
+    Described,
+    /// Formulas of a grammar.
+    Grammar,
+}
+
+/// Effects of a family that these data can speak about; with several groups each in two variants. Scatter is tried by another
 /// rule.
-pub(crate) fn library(data: &Measured) -> Vec<Addition> {
+pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.seen());
     let grouped = (2..=MOST_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
     let mut out = Vec::new();
-    for index in (0..system.library().len()).filter(|&i| system.possible(i, &records)) {
+    let wanted = |i: &usize| system.library()[*i].grammar.is_some() == (family == Family::Grammar);
+    let list = (0..system.library().len()).filter(wanted);
+    for index in list.filter(|&i| system.possible(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.library()[index].joins.is_none() {
             out.extend(Addition::effect(system, index, Per::Group));

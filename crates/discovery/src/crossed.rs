@@ -6,6 +6,7 @@
 use crate::Options;
 use crate::addition::{Addition, kinds};
 use crate::calibrate::calibrate;
+use crate::candidates::Family;
 use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
@@ -34,7 +35,7 @@ pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories.
-pub(crate) fn crossed(prepared: &Prepared, options: &Options) -> Option<Crossed> {
+pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) -> Option<Crossed> {
     let data = &prepared.data;
     if data.records.len() < FOLDS * FEWEST {
         return None;
@@ -45,9 +46,9 @@ pub(crate) fn crossed(prepared: &Prepared, options: &Options) -> Option<Crossed>
         .map(|fold| {
             let rest: Vec<usize> = (0..data.records.len()).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(data, &rest, options);
-            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test));
+            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test), family);
             let base = calibrate(&search.train);
-            let decided = decide(&mut search, base, false, &mut |_| {})?;
+            let decided = decide(&mut search, base, &[], false, &mut |_| {})?;
             // What was decided is fitted to all that the fold leaves.
             let all = prepared.sample(&rest);
             let [base, best] = [&decided.base, &decided.best].map(|j| {

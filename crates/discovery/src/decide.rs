@@ -5,12 +5,15 @@ use crate::addition::Addition;
 use crate::adequacy::{Adequacy, adequacy};
 use crate::fit::Fit;
 use crate::forecast;
+use crate::formulas::{is_formula, nodes};
+use crate::free_runs::NO_WORSE;
+use crate::report::AMBIGUOUS_TOTAL;
 use crate::result::Verdict;
 use crate::search::{Found, Judged, Search};
 use crate::unlisted::unlisted;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
-const MARGIN: f64 = 10.0;
+pub(crate) const MARGIN: f64 = 10.0;
 
 /// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
@@ -34,15 +37,16 @@ pub(crate) struct Decided {
 }
 
 /// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
-/// for if `tables`.
+/// for if `tables`; `known` are sets that another search came to, which this one begins with.
 pub(crate) fn decide(
     search: &mut Search<'_>,
     base: Fit,
+    known: &[Judged],
     tables: bool,
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Search);
-    let mut found = search.run(base);
+    let mut found = search.run(base, known);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned()?;
     let mut best = confirmed(&found, &base);
@@ -53,7 +57,7 @@ pub(crate) fn decide(
     {
         // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
         search.scatter = false;
-        let other = search.run(base.fit.clone());
+        let other = search.run(base.fit.clone(), &[]);
         let lawful = confirmed(&other, &base);
         if forecast_of(search, &lawful) < LAWFUL * forecast_of(search, &best) {
             (found, best) = (other, lawful);
@@ -70,7 +74,10 @@ pub(crate) fn decide(
         progress(Progress::Unlisted);
         severe = tests.severe();
         if tables && let Some(wider) = widen(search, &base, &best) {
-            let better = wider.criterion < best.criterion - MARGIN && wider.heldout_ll > best.heldout_ll;
+            let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
+            let better = wider.criterion < best.criterion - MARGIN
+                && wider.heldout_ll > best.heldout_ll
+                && !runs_worse;
             if better {
                 let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Table(_)));
                 verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
@@ -101,7 +108,20 @@ fn confirmed(found: &Found, base: &Judged) -> Judged {
         };
         holds(trained, gain)
     };
-    found.pool.first().filter(confirms).unwrap_or(base).clone()
+    let first = found.pool.first().filter(confirms).unwrap_or(base);
+    simplest(found, first).clone()
+}
+
+/// The set with the shortest formulas among those that are as good as `best`.
+fn simplest<'f>(found: &'f Found, best: &'f Judged) -> &'f Judged {
+    if !best.additions().iter().any(is_formula) {
+        return best;
+    }
+    let as_good = found.pool.iter().filter(|j| {
+        let close = j.total() < best.total() + AMBIGUOUS_TOTAL;
+        close && !j.additions().is_empty() && j.additions().len() <= best.additions().len()
+    });
+    as_good.min_by_key(|j| nodes(j)).unwrap_or(best)
 }
 
 /// Gain in ln likelihood on the held-out part.

@@ -2,14 +2,16 @@
 
 use crate::anatomy::anatomy;
 use crate::answer::Parts;
-use crate::calibrate::calibrate;
+use crate::candidates::Family;
 use crate::crossed::{crossed, worth_crossing};
-use crate::decide::{Decided, decide, heldout_gain};
+use crate::decide::{Decided, heldout_gain};
 use crate::error_table::{Lists, measured_in};
 use crate::fit::{fit, merged};
+use crate::formulas::{answer, beyond_the_library, has_grammar};
+use crate::free_runs::fit_whole;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
-use crate::result::{Discovery, ErrorTable};
+use crate::result::{Discovery, ErrorTable, FreeRun};
 use crate::search::{Judged, Search};
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
@@ -32,14 +34,26 @@ pub fn discover(
     progress(Progress::Noise);
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
-    let prepared = prepare(model, &data, options)?;
-    let Prepared { data: measured, noise, train, test } = &prepared;
-    let mut search = Search::new(prepared.sample(train), prepared.sample(test));
-
-    progress(Progress::Calibration);
-    let base = calibrate(&search.train);
-    let Decided { found, base, best, tests, verdict, severe } = decide(&mut search, base, true, progress)
-        .ok_or_else(|| DiscoveryError::TooFew { data: measured.name.clone(), found: 0 })?;
+    let mut prepared = prepare(model, &data, options)?;
+    let (mut decided, mut family) = answer(&prepared, options, None, progress)?;
+    if prepared.quieter(&decided.best.fit) {
+        // What was noise beside the declared model may be structure beside the augmented one: the search goes on from there.
+        (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
+    }
+    if has_grammar(&prepared) && family == Family::Described && !decided.tests.ok() {
+        // Only what the tests see is worth a formula.
+        if let Some(wider) = beyond_the_library(&prepared, &decided, progress) {
+            (decided, family) = (wider, Family::Grammar);
+        }
+    }
+    let search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+    let Prepared { data: measured, noise, .. } = &prepared;
+    let Decided { found, base, best, tests, verdict, severe } = decided;
+    let [(base, long_base), (best, long_best)] =
+        [base, best].map(|j| match search.over_whole_recordings(&j) {
+            Some(better) => (better, true),
+            None => (j, false),
+        });
 
     progress(Progress::Errors);
     let gain = heldout_gain(&best, &base).unwrap_or(0.0);
@@ -48,21 +62,27 @@ pub fn discover(
     let mut error = lists.table(&unit, options.seed, gain);
     let crossed = if worth_crossing(&best, &error) {
         progress(Progress::Folds);
-        crossed(&prepared, options)
+        crossed(&prepared, family, options)
     } else {
         None
     };
     if let Some(c) = &crossed {
         error = ErrorTable { folds: Some(c.found.len()), ..c.lists.table(&unit, options.seed, gain) };
     }
+    error.free_run = FreeRun::of(&*measured.system, base.free_run, best.free_run);
+    if !prepared.smooth && error.noise_floor.rmse > error.augmented.rmse {
+        // The noise was only bounded: what was reached is a lower bound.
+        error.noise_floor = error.augmented;
+    }
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = prepared.sample(&everything);
-    let full = |j: &Judged| {
+    let full = |j: &Judged, is_long: bool| {
         let held = search.heldout(&j.fit);
         let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
-        fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
+        let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
+        if is_long { fit_whole(&all, &windows) } else { windows }
     };
-    let (calibrated, last) = (full(&base), full(&best));
+    let (calibrated, last) = (full(&base, long_base), full(&best, long_best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     let discovery = report(Parts {
         model,

@@ -3,8 +3,8 @@
 use crate::fit::{Fit, Sample, fit_nuisance};
 use crate::forecast::{self, Errors};
 use crate::hypothesis::Hypothesis;
-use crate::result::{ErrorTable, Rmse};
-use augsim_physics::system::Schema;
+use crate::result::{ErrorTable, FreeRun, Rmse};
+use augsim_physics::system::{Schema, System};
 
 /// Forecast errors of the same trajectories: as declared, calibrated, augmented, and what noise and scatter leave.
 #[derive(Clone, Debug, Default)]
@@ -55,7 +55,20 @@ impl Lists {
             },
             explained_share: ErrorTable::explained(calibrated.rmse, augmented.rmse, noise_floor.rmse),
             heldout_gain,
+            free_run: None,
         }
+    }
+}
+
+impl FreeRun {
+    /// The errors of free runs of the calibrated and of the augmented model; `None` where there are none.
+    pub(crate) fn of(system: &dyn System, calibrated: Option<f64>, augmented: Option<f64>) -> Option<Self> {
+        let unit = match &system.schema().channels[..] {
+            [one] => one.unit.clone(),
+            _ => String::new(),
+        };
+        let finite = |error: Option<f64>| error.filter(|e| e.is_finite());
+        augmented.map(|_| Self { unit, calibrated: finite(calibrated), augmented: finite(augmented) })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::record::{Excerpt, Measured, Record};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::model::Per;
-use augsim_physics::system::{ScatterPer, Window};
+use augsim_physics::system::{ScatterPer, Simulated, Window, spread};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -18,6 +18,9 @@ use rayon::prelude::*;
 const BOOTSTRAP: usize = 400;
 /// Replicates of the noise floor.
 const REPLICATES: u64 = 4;
+
+/// Error of a sample, in what its channel scatters by, that a forecast which runs away counts with.
+const RUNAWAY: f64 = 1e6;
 
 /// Sum of squared errors (m²) and their number, trajectory by trajectory.
 pub(crate) type Errors = Vec<(f64, f64)>;
@@ -50,7 +53,7 @@ pub(crate) fn bootstrap(lists: &[&Errors], seed: u64, statistic: impl Fn(&[f64])
 
 /// The hypothesis as a predictor: scatter off, and a trajectory's own parameters drawn towards those of the training
 /// trajectories, because the first samples may say little about them.
-fn predictor(training: &Fit) -> Hypothesis {
+pub(crate) fn predictor(training: &Fit) -> Hypothesis {
     let mut h = training.hypothesis.clone();
     let own = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
     let first = h.system.schema().free_states().count();
@@ -68,7 +71,9 @@ fn predictor(training: &Fit) -> Hypothesis {
     h
 }
 
-fn truncated(record: &Record, n: usize) -> Record {
+/// The samples of a record that a forecast begins from, as a record of one window.
+pub(crate) fn beginning(record: &Record) -> Record {
+    let n = record.seen.known;
     let mut r = record.clone();
     r.seen.times.truncate(n);
     r.seen.values.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(n));
@@ -86,24 +91,37 @@ fn one_error(
     correlation: f64,
 ) -> (f64, f64) {
     let known = record.seen.known;
-    let single = data.with_records(vec![truncated(record, known)]);
+    let single = data.with_records(vec![beginning(record)]);
     let sample = Sample { data: &single, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
-    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
-    let forecast = Excerpt { record, window: &whole };
-    let lanes = Lanes::new(h, Excerpt { record: &single.records[0], window: &whole }, &[]);
-    let point = Point::new(h, &*h.system, &lanes, record, theta, &start.nuisance[0]);
-    let run = point.plain(&lanes, forecast);
+    let run = foretold(&single.records[0], record, h, theta, &start.nuisance[0]);
     let (mut s, mut n) = (0.0, 0.0);
     for c in 0..run.channels() {
+        let most = RUNAWAY * spread(std::slice::from_ref(&record.seen), c);
         for k in known..record.seen.times.len() {
             if record.weight[c][k] > 0.0 {
-                s += (record.seen.values[c][k] - run.value(k, c)).powi(2);
+                let error = record.seen.values[c][k] - run.value(k, c);
+                // The smaller of a number and no number is the number.
+                s += error.abs().min(most).powi(2);
                 n += 1.0;
             }
         }
     }
     (s, n)
+}
+
+/// The simulation of all of a record from a start that was fitted to its beginning.
+pub(crate) fn foretold(
+    beginning: &Record,
+    record: &Record,
+    h: &Hypothesis,
+    theta: &[f64],
+    start: &[f64],
+) -> Simulated {
+    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
+    let lanes = Lanes::new(h, Excerpt { record: beginning, window: &whole }, &[]);
+    let point = Point::new(h, &*h.system, &lanes, record, theta, start);
+    point.plain(&lanes, Excerpt { record, window: &whole })
 }
 
 /// Errors on a sample of forecasts with the parameters `theta`, by the hypothesis that was fitted to training trajectories.

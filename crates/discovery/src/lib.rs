@@ -23,12 +23,16 @@ mod experiment;
 mod fit;
 mod folds;
 mod forecast;
+mod formulas;
+mod free_runs;
 mod hypothesis;
+mod judged;
 mod linear;
 #[cfg(test)]
 mod linear_toy;
 mod noise;
 mod options;
+mod pairs;
 mod periodicity;
 mod pieces;
 mod prepare;
@@ -44,6 +48,7 @@ mod scan;
 mod score;
 mod search;
 mod separate;
+mod sound;
 mod spikes;
 mod statistics;
 mod tally;
@@ -55,6 +60,6 @@ pub use error::{DiscoveryError, Groups};
 pub use options::{Options, Progress};
 pub use push::{assess_push, discover_push};
 pub use result::{
-    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound,
-    Rmse, SCHEMA, Tests, Unexplained, Verdict, Work,
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, FoundFormula, FreeRun, Horizon,
+    NoiseFound, PushFound, Rmse, SCHEMA, Tests, Unexplained, Verdict, Work,
 };

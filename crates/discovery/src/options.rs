@@ -11,11 +11,13 @@ pub struct Options {
     pub train_share: f64,
     /// Checks of suspicious data that are not made.
     pub accepted: Accepted,
+    /// Whether effects of the library are tried. Without them formulas are looked for at once, where the system has a grammar.
+    pub library: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, train_share: 0.7, accepted: Accepted::default() }
+        Self { seed: 0, train_share: 0.7, accepted: Accepted::default(), library: true }
     }
 }
 
@@ -32,6 +34,8 @@ pub enum Progress {
     Adequacy,
     /// Laws that are not in the library.
     Unlisted,
+    /// Formulas of a grammar.
+    Formulas,
     /// Errors before and after.
     Errors,
     /// The loop once more on folds.
@@ -47,6 +51,7 @@ impl Progress {
             Progress::Search => "fitting candidate effects",
             Progress::Adequacy => "testing what the best model leaves",
             Progress::Unlisted => "looking for a law outside the library",
+            Progress::Formulas => "looking for a formula",
             Progress::Folds => "repeating the loop without each fifth of the data",
             Progress::Errors => "measuring errors on held-out trajectories",
         }

@@ -3,10 +3,11 @@
 use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::deal;
-use crate::fit::Sample;
+use crate::fit::{Fit, Sample};
 use crate::noise::{Noise, estimate};
 use crate::pieces;
 use crate::record::Measured;
+use crate::residuals::left;
 use crate::rough_noise::rough_noise;
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
@@ -16,9 +17,12 @@ use augsim_physics::model::unknown_group;
 use augsim_physics::system::{Declaration, Record as Seen};
 
 /// Data ready for fits.
+#[derive(Clone)]
 pub(crate) struct Prepared {
     pub data: Measured,
     pub noise: Noise,
+    /// Whether polynomials follow the motion between samples, so that what they leave is noise.
+    pub smooth: bool,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
 }
@@ -28,6 +32,52 @@ impl Prepared {
     pub fn sample<'a>(&'a self, chosen: &'a [usize]) -> Sample<'a> {
         Sample { data: &self.data, chosen, correlation: self.noise.correlation }
     }
+
+    /// The same with less noise, where a fit of the training part shows that the estimate was too high: samples too few for
+    /// polynomials to follow the motion only bound it from above, by the misfit of a model that lacks something.
+    pub fn quieter(&mut self, fit: &Fit) -> bool {
+        if self.smooth {
+            return false;
+        }
+        let found = misfit(&self.sample(&self.train), fit);
+        let ratios: Vec<f64> = found
+            .iter()
+            .zip(&self.noise.sd)
+            .map(|(found, sd)| if *found > 0.0 { (found.max(QUIETEST) / sd).min(1.0) } else { 1.0 })
+            .collect();
+        if ratios.iter().all(|ratio| *ratio > TELLING) {
+            return false;
+        }
+        for (sd, ratio) in self.noise.sd.iter_mut().zip(&ratios) {
+            *sd *= ratio;
+        }
+        for record in &mut self.data.records {
+            for (weights, ratio) in record.weight.iter_mut().zip(&ratios) {
+                weights.iter_mut().for_each(|w| *w /= ratio);
+            }
+        }
+        true
+    }
+}
+
+/// Noise that is not told from none, in the unit of any channel, as in [`estimate`].
+const QUIETEST: f64 = 1e-6;
+/// Ratio of a new estimate of the noise to the old one above which nothing changes.
+const TELLING: f64 = 0.9;
+
+/// What a fit leaves in each channel, as a standard deviation: freedom is what remains of the samples after the starts of windows and
+/// the parameters.
+pub(crate) fn misfit(sample: &Sample<'_>, fit: &Fit) -> Vec<f64> {
+    let left = left(sample, fit);
+    let channels = sample.data.system.schema().channels.len();
+    let each = |c: usize| left.iter().flat_map(move |l| l.residuals[c].iter().filter(|r| r.is_finite()));
+    let counts: Vec<f64> = (0..channels).map(|c| each(c).count() as f64).collect();
+    let all: f64 = counts.iter().sum();
+    let fitted = left.iter().map(|l| l.nuisances).sum::<usize>() + fit.theta.len();
+    let share = (1.0 - fitted as f64 / all.max(1.0)).max(0.1);
+    (0..channels)
+        .map(|c| (each(c).map(|r| r * r).sum::<f64>() / (share * counts[c]).max(1.0)).sqrt())
+        .collect()
 }
 
 /// Samples of blocks that are enough to search on.
@@ -57,7 +107,7 @@ pub(crate) fn prepare(
     let system = data.system.clone();
     data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
     let smooth = pieces::find(&mut data);
-    data.records = divided(std::mem::take(&mut data.records));
+    (data.records, data.recordings) = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
@@ -78,7 +128,7 @@ pub(crate) fn prepare(
     let (mut train, mut test) = split(&data, &everything, options);
     shorten(&data, &mut train, MOST_SAMPLES);
     shorten(&data, &mut test, MOST_SAMPLES / 2);
-    Ok(Prepared { data, noise, train, test })
+    Ok(Prepared { data, noise, smooth, train, test })
 }
 
 /// The records as the system sees them; samples that were masked are not measured.

@@ -1,6 +1,7 @@
 //! Measured records, ready for fits.
 
 use crate::DiscoveryError;
+use crate::blocks::Recording;
 use crate::tally::Tally;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::{Declaration, Record as Seen, Stream, System, Window};
@@ -36,6 +37,8 @@ pub(crate) struct Measured {
     /// The declared system.
     pub system: Arc<dyn System>,
     pub records: Vec<Record>,
+    /// Whole recordings, where fits see them in several windows.
+    pub recordings: Vec<Recording>,
     pub groups: Vec<String>,
     /// Session time that the clocks of the records count from, s, where every record has one.
     pub clock_reference_s: Option<f64>,
@@ -105,7 +108,8 @@ impl Measured {
             records.iter_mut().for_each(|r| r.covariates[clock] -= reference);
         }
         let records = records.into_iter().map(|seen| Record { seen, weight: Vec::new() }).collect();
-        Ok(Self { name, system, records, groups, clock_reference_s, tally: Arc::default() })
+        let (recordings, tally) = (Vec::new(), Arc::default());
+        Ok(Self { name, system, records, recordings, groups, clock_reference_s, tally })
     }
 
     /// The number of each record's group.
@@ -118,12 +122,13 @@ impl Measured {
         self.records.iter().map(|r| &r.seen).collect()
     }
 
-    /// The same description with other records.
+    /// The same description with other records, which are no parts of recordings.
     pub fn with_records(&self, records: Vec<Record>) -> Self {
         Self {
             name: self.name.clone(),
             groups: self.groups.clone(),
             records,
+            recordings: Vec::new(),
             tally: self.tally.clone(),
             system: self.system.clone(),
             clock_reference_s: self.clock_reference_s,

@@ -16,7 +16,7 @@ use augsim_physics::model::Per;
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
-const AMBIGUOUS_TOTAL: f64 = 9.2;
+pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// The same on the training part alone.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
 
@@ -243,6 +243,11 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
                 [again(&parts.folds, &label[0]), parts.folds.len()]
             }),
             share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
+            formula: a.listed().and_then(|effect| {
+                let grammar = effect.grammar.as_ref()?;
+                let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
+                Some(FoundFormula { text: effect.formula.clone(), of, unit, range: grammar.range })
+            }),
             per: match a {
                 Addition::Scatter(s) => Some(s.word.clone()),
                 _ => None,
@@ -264,7 +269,15 @@ fn sentence(
             .iter()
             .map(|e| {
                 let p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                format!("{} ({})", e.kind, p.join(", "))
+                let values = p.join(", ");
+                match &e.formula {
+                    None => format!("{} ({values})", e.kind),
+                    Some(f) => {
+                        let [low, high] = f.range;
+                        let of = format!("{} from {low:.3} to {high:.3} {}", f.of, f.unit);
+                        format!("a term that fits as {} ({values}; {})", f.text, of.trim_end())
+                    }
+                }
             })
             .collect();
         words.join(" and ")

@@ -80,9 +80,25 @@ pub struct FoundEffect {
     /// In how many folds the loop found it again, of how many; absent where it was not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<[usize; 2]>,
+    /// For a formula that fits, and is no law that somebody described: where it was seen to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formula: Option<FoundFormula>,
     /// For a scatter: what one draw of it belongs to, in the system's words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
+}
+
+/// Where a formula stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundFormula {
+    /// The whole term, in the names of the model.
+    pub text: String,
+    /// The quantity that it is a shape of.
+    pub of: String,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+    /// Smallest and largest value of the quantity in the data: outside nothing is known.
+    pub range: [f64; 2],
 }
 
 /// The sensor's noise.
@@ -178,6 +194,20 @@ pub struct ErrorTable {
     pub explained_share: Option<f64>,
     /// Gain in ln likelihood on the held-out part.
     pub heldout_gain: f64,
+    /// Errors of free runs of whole recordings; absent where fits see recordings whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub free_run: Option<FreeRun>,
+}
+
+/// Errors over held-out stretches of recordings that are simulated from their first samples without a break.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FreeRun {
+    /// Unit of the one output; empty where there are several, whose errors' geometric mean is given.
+    pub unit: String,
+    /// Of the calibrated model; absent where a run does not stay finite.
+    pub calibrated: Option<f64>,
+    /// Of the augmented model; absent where a run does not stay finite.
+    pub augmented: Option<f64>,
 }
 
 impl ErrorTable {

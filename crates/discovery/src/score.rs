@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 const BATCH: usize = 16;
 const WIDE_BATCH: usize = 32;
 /// Eigenvalues of the scaled information below this are directions that the data do not see.
-const RANK_CUT: f64 = 1e-4;
+pub(crate) const RANK_CUT: f64 = 1e-4;
 /// Information below this, in raw units of the parameter, is none.
-const OBSERVABLE: f64 = 1e-7;
+pub(crate) const OBSERVABLE: f64 = 1e-7;
 
 /// The score test of one candidate at a fit.
 #[derive(Clone, Debug)]
@@ -23,6 +23,10 @@ pub(crate) struct Score {
     pub addition: Addition,
     /// Chi-squared statistic.
     pub statistic: f64,
+    /// The same whatever the sign of an amount that has one.
+    pub unsigned: f64,
+    /// The point at which the test was made.
+    pub point: Vec<f64>,
     /// Its degrees of freedom; 0 when the candidate cannot be seen in these data.
     pub rank: f64,
     /// One-step estimate of each parameter, from the null point at which the test was made.
@@ -80,12 +84,22 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
     out.into_iter().flatten().collect()
 }
 
-fn batch_scores(
+/// Information and gradient of theta and of candidates beside it, nuisances eliminated.
+pub(crate) struct Joint<'b> {
+    pub s: Square,
+    pub u: Vec<f64>,
+    /// Of each candidate: its place in the list, the point at which it stands, and its entries.
+    pub owned: Vec<(usize, &'b [f64], std::ops::Range<usize>)>,
+}
+
+/// The joint information of a fit and of the candidates of a batch, each at its point; `None` for candidates that cannot stand
+/// in one system.
+pub(crate) fn joint<'b>(
     sample: &Sample<'_>,
     fit: &Fit,
     candidates: &[Addition],
-    batch: &[&(usize, Vec<f64>)],
-) -> Vec<(usize, Score)> {
+    batch: &[&'b (usize, Vec<f64>)],
+) -> Option<Joint<'b>> {
     batch.iter().for_each(|_| sample.data.tally.score());
     let h = &fit.hypothesis;
     let mut laws: Vec<Law> = Vec::new();
@@ -95,7 +109,7 @@ fn batch_scores(
     // Lane by lane: which parameter of the system, which columns of the common matrix.
     let mut extras: Vec<usize> = Vec::new();
     let mut columns: Vec<(usize, bool)> = Vec::new();
-    let mut owned: Vec<(usize, &[f64], std::ops::Range<usize>)> = Vec::new();
+    let mut owned: Vec<(usize, &'b [f64], std::ops::Range<usize>)> = Vec::new();
     let mut width = theta_len;
     let mut values: Vec<f64> = Vec::new();
     let first = parameters;
@@ -114,7 +128,7 @@ fn batch_scores(
         laws.push(law);
         owned.push((i, point, begin..width));
     }
-    let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
+    let system = h.system.augmented(&laws).ok()?;
     let windows = sample.excerpts();
     let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(h, at, &extras)).collect();
     let each = windows.iter().zip(&lanes).zip(&fit.nuisance);
@@ -144,10 +158,22 @@ fn batch_scores(
             }
         }
     }
+    Some(Joint { s, u, owned })
+}
+
+fn batch_scores(
+    sample: &Sample<'_>,
+    fit: &Fit,
+    candidates: &[Addition],
+    batch: &[&(usize, Vec<f64>)],
+) -> Vec<(usize, Score)> {
+    let theta_len = fit.hypothesis.theta_len();
+    let Some(Joint { s, u, owned }) = joint(sample, fit, candidates, batch) else { return Vec::new() };
     owned
         .into_iter()
         .map(|(i, point, range)| {
             let mut score = one_score(&candidates[i], &s, &u, range, theta_len);
+            score.point = point.to_vec();
             // One with a value for each group begins at the same point in all.
             let per = score.estimate.len() / point.len().max(1);
             for (k, x) in score.estimate.iter_mut().enumerate() {
@@ -176,6 +202,8 @@ fn one_score(
     let mut score = Score {
         addition: addition.clone(),
         statistic: 0.0,
+        unsigned: 0.0,
+        point: Vec::new(),
         rank: 0.0,
         estimate: vec![0.0; keep],
         sd: vec![f64::INFINITY; keep],
@@ -192,8 +220,9 @@ fn one_score(
         score.rank = 1.0;
         score.estimate[0] = v[0] / information;
         score.sd[0] = information.sqrt().recip();
+        score.unsigned = v[0] * v[0] / information;
         if !(positive && v[0] <= 0.0) {
-            score.statistic = v[0] * v[0] / information;
+            score.statistic = score.unsigned;
         }
         return score;
     }
@@ -218,13 +247,14 @@ fn one_score(
             variance[i] += direction * direction / value;
         }
     }
+    score.unsigned = score.statistic;
     score.sd = variance.iter().map(|v| v.sqrt()).collect();
     score
 }
 
 /// Square of the size in which parameter `i` of `count` is observed: its usual one where that is large. A stiffness of a
 /// thousand is not unobservable because a change by one cannot be seen.
-fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
+pub(crate) fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
     let parameters = addition.parameters();
     let per = count / parameters.len().max(1);
     let usual = parameters.get(i / per.max(1)).map_or(1.0, |p| p.typical.abs());

@@ -2,12 +2,16 @@
 
 use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
-use crate::candidates::{library, may_join};
+use crate::candidates::{Family, library, may_join};
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
+use crate::free_runs::{FreeRuns, fit_whole};
 use crate::hypothesis::Hypothesis;
+pub(crate) use crate::judged::Judged;
+use crate::pairs::pairs;
 use crate::scan::scan;
 use crate::score::{Score, heterogeneity, scores};
+use crate::sound::{best_sound, is_sound};
 use crate::statistics::{chi2_quantile, chi2_tail};
 use augsim_physics::model::Per;
 use augsim_physics::system::{ScatterPer, Start, System};
@@ -23,6 +27,9 @@ pub(crate) const MOST_EFFECTS: usize = 4;
 const MOST_OF_AN_OFFSET: f64 = 0.6;
 /// Thresholds that are fitted from where a scan puts them.
 const MOST_SCANNED: usize = 3;
+/// Pairs that are fitted at once, and the statistic of a pair in that of its better half from which on it is.
+const MOST_PAIRS: usize = 3;
+const WORTH_A_PAIR: f64 = 1.1;
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
 
@@ -38,16 +45,8 @@ pub(crate) struct Search<'a> {
     tests: usize,
     /// Whether the parameter of the events may scatter.
     pub scatter: bool,
-}
-
-/// A fitted hypothesis with its criterion, once also judged on the held-out part.
-#[derive(Clone, Debug)]
-pub(crate) struct Judged {
-    pub fit: Fit,
-    /// -2 ln likelihood on the training part plus penalties.
-    pub criterion: f64,
-    /// Ln likelihood of the held-out part.
-    pub heldout_ll: Option<f64>,
+    /// Free runs over the held-out part.
+    free_runs: Option<FreeRuns>,
 }
 
 /// Ratio of two scores from which on they are the same law in two forms.
@@ -69,23 +68,6 @@ fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
     out
 }
 
-impl Judged {
-    /// Criterion of both parts together.
-    pub fn total(&self) -> f64 {
-        self.criterion - 2.0 * self.heldout_ll.unwrap_or(f64::NEG_INFINITY)
-    }
-
-    /// Whether it could be fitted: where no window can be simulated, or a direction has no information, there is no criterion.
-    pub fn is_finite(&self) -> bool {
-        let intervals = || self.fit.ci95().iter().flatten().all(|v| v.is_finite());
-        self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
-    }
-
-    pub fn additions(&self) -> &[Addition] {
-        &self.fit.hypothesis.additions
-    }
-}
-
 /// The end of a search.
 pub(crate) struct Found {
     /// Judged on both parts, best total first; the base among them.
@@ -97,8 +79,8 @@ pub(crate) struct Found {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(train: Sample<'a>, test: Sample<'a>) -> Self {
-        let library = library(train.data);
+    pub fn new(train: Sample<'a>, test: Sample<'a>, family: Family) -> Self {
+        let library = library(train.data, family);
         let system = &train.data.system;
         let points = |a: &Addition| match a {
             Addition::Effect(listed, _) => {
@@ -107,7 +89,8 @@ impl<'a> Search<'a> {
             _ => 1,
         };
         let tests = library.iter().map(points).sum();
-        Self { train, test, library, tests, scatter: true }
+        let free_runs = FreeRuns::new(&test);
+        Self { train, test, library, tests, scatter: true, free_runs }
     }
 
     fn system(&self) -> &dyn System {
@@ -151,7 +134,8 @@ impl<'a> Search<'a> {
         // Penalties in units of the dispersion of the records' gradients would keep the level where every model misses
         // something; but then the first of two effects that are both needed no longer pays.
         let penalty = self.penalty_of(&fit.hypothesis.additions);
-        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None }
+        let free_run = self.free_runs.as_ref().map(|runs| runs.error(&fit));
+        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None, free_run }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
@@ -263,6 +247,13 @@ impl<'a> Search<'a> {
         let mut list = self.library_scores(fit);
         list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
         let (most, least) = if level == 1 { (9, 4.0) } else { (5, 6.0) };
+        let mut both = Vec::new();
+        if best && self.system().side_by_side() > 1 {
+            // Where many derivatives come at the price of few, pairs are foretold as well.
+            both = pairs(&self.train, fit, &list);
+            let strongest = list.first().map_or(0.0, |s| s.statistic);
+            both.retain(|p| p.statistic > strongest && p.statistic > WORTH_A_PAIR * p.alone + least);
+        }
         let strong = list.first().map_or(0.0, |s| s.statistic);
         let mut moves: Vec<Move> = list
             .iter()
@@ -279,6 +270,7 @@ impl<'a> Search<'a> {
                 vec![(s.addition.clone(), start)]
             })
             .collect();
+        moves.extend(both.into_iter().take(MOST_PAIRS).map(|p| p.members));
         if best {
             let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
             moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
@@ -298,13 +290,16 @@ impl<'a> Search<'a> {
         moves
     }
 
-    /// The search on the training part and the judgement on the held-out part.
-    pub fn run(&self, base: Fit) -> Found {
+    /// The search on the training part and the judgement on the held-out part. It begins at the best of `base` and of `known`,
+    /// sets that another search came to.
+    pub fn run(&self, base: Fit, known: &[Judged]) -> Found {
         let base_scores = self.library_scores(&base);
         let base = self.judge(base);
         let base_criterion = base.criterion;
-        let mut tried = vec![base.clone()];
-        let mut beam = vec![base];
+        let mut tried = vec![base];
+        tried.par_extend(known.par_iter().map(|j| self.refit(&j.fit, j.additions(), &[])));
+        tried.retain(|j| j.additions().is_empty() || j.is_finite());
+        let mut beam = self.foremost(&tried, &tried);
         for level in 1..=MOST_EFFECTS {
             let jobs: Vec<(usize, Move)> = beam
                 .par_iter()
@@ -319,9 +314,7 @@ impl<'a> Search<'a> {
             let fitted: Vec<Judged> = fitted.filter(Judged::is_finite).collect();
             let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
             tried.extend(fitted.iter().cloned());
-            let mut next = fitted;
-            next.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-            next.truncate(BEAM);
+            let mut next = self.foremost(&fitted, &tried);
             // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
             let (top, gain) =
                 next.first().map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
@@ -334,9 +327,9 @@ impl<'a> Search<'a> {
         }
         self.refine(&mut tried);
         tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-        let best = tried[0].criterion;
-        let mut pool: Vec<Judged> =
-            tried.iter().filter(|j| j.criterion < best + POOL).take(12).cloned().collect();
+        let best = best_sound(&tried).map_or(base_criterion, |j| j.criterion);
+        let sound = tried.iter().filter(|j| j.criterion < best + POOL && is_sound(j, &tried));
+        let mut pool: Vec<Judged> = sound.take(12).cloned().collect();
         if !pool.iter().any(|j| j.additions().is_empty()) {
             pool.extend(tried.iter().find(|j| j.additions().is_empty()).cloned());
         }
@@ -348,9 +341,27 @@ impl<'a> Search<'a> {
         Found { pool, tried, base_scores }
     }
 
+    /// The foremost of `list` by criterion, those first that are no worse in free runs than their parts among `tried`.
+    fn foremost(&self, list: &[Judged], tried: &[Judged]) -> Vec<Judged> {
+        let mut list: Vec<(bool, &Judged)> = list.iter().map(|j| (!is_sound(j, tried), j)).collect();
+        list.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.criterion.total_cmp(&b.1.criterion)));
+        list.into_iter().take(BEAM).map(|(_, j)| j.clone()).collect()
+    }
+
     /// The held-out part at the parameters of a fit, nuisances fitted.
     pub fn heldout(&self, f: &Fit) -> Fit {
         fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
+    }
+
+    /// A set with the parameters of a fit over whole recordings, where its free runs are better for it. Intervals stay those of
+    /// windows.
+    pub fn over_whole_recordings(&self, judged: &Judged) -> Option<Judged> {
+        if self.free_runs.is_none() || judged.fit.theta.is_empty() {
+            return None;
+        }
+        let again = self.judge(fit_whole(&self.train, &judged.fit));
+        let better = again.is_finite() && again.free_run < judged.free_run;
+        better.then(|| Judged { heldout_ll: Some(self.heldout(&again.fit).ll), ..again })
     }
 
     /// Whether an addition is a threshold, which fits begin at several places for.
@@ -384,14 +395,12 @@ impl<'a> Search<'a> {
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>) {
         for _ in 0..4 {
-            let Some(best) = tried.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned() else {
-                return;
-            };
+            let Some(best) = best_sound(tried).cloned() else { return };
             let now = best.additions().to_vec();
             if now.is_empty() {
                 return;
             }
-            let mut sets: Vec<Move> = Vec::new();
+            let (mut sets, mut idle): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
             for i in 0..now.len() {
                 let mut rest = now.clone();
                 let gone = rest.remove(i);
@@ -399,7 +408,9 @@ impl<'a> Search<'a> {
                 if rest.iter().any(|a| a.acts_through(&gone)) {
                     continue;
                 }
-                if now.len() > 1 {
+                if now.len() > 1 && self.free_runs.is_some() && best.is_inert(i) {
+                    idle.push(keep.clone());
+                } else if now.len() > 1 {
                     sets.push(keep.clone());
                 }
                 // What would take its place: the best scores at the fit without it.
@@ -440,6 +451,8 @@ impl<'a> Search<'a> {
                 seen.push(key);
                 fresh
             });
+            // A set without what does nothing is fitted from here even if it was fitted before, from a worse start.
+            sets.extend(idle);
             let fitted: Vec<Judged> = sets
                 .par_iter()
                 .map(|set| {
@@ -448,9 +461,10 @@ impl<'a> Search<'a> {
                 })
                 .filter(Judged::is_finite)
                 .collect();
+            let without = fitted.iter().any(|j| j.free_run < best.free_run);
             let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
             tried.extend(fitted);
-            if !improved {
+            if !improved && !without {
                 return;
             }
         }

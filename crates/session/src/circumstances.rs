@@ -2,6 +2,7 @@
 
 use crate::command_line::quoted;
 use crate::provenance::{fingerprint, shown};
+use crate::written::pictures::Pictures;
 use crate::{DataFrom, Wanted};
 use augsim_report::page::DataSource;
 use std::path::Path;
@@ -17,6 +18,8 @@ pub struct Circumstances {
     pub sources: Vec<DataSource>,
     /// What to type to repeat it; empty where nothing on disk would.
     pub reproduce: String,
+    /// Runs of the models and laws, for systems of equations.
+    pub pictures: Pictures,
 }
 
 impl Circumstances {
@@ -35,7 +38,7 @@ impl Circumstances {
                 (name.clone(), String::new())
             }
         };
-        Circumstances { name, seed: wanted.options.seed, sources, reproduce }
+        Circumstances { name, seed: wanted.options.seed, sources, reproduce, pictures: Pictures::default() }
     }
 }
 
@@ -45,6 +48,9 @@ fn command(model: &Path, data: &Path, wanted: &Wanted, out: &Path) -> String {
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
     words.extend([model, data].map(|path| shown(path, out)));
     words.extend(["--train-share".to_owned(), options.train_share.to_string()]);
+    if !options.library {
+        words.extend(["--library", "none"].map(str::to_owned));
+    }
     words.extend(groups.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
     words.extend(accept.iter().flat_map(|check| ["--accept".to_owned(), check.to_string()]));
     words.extend(["--seed".to_owned(), options.seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);

@@ -32,12 +32,19 @@ pub fn discover(
         let share = wanted.options.train_share;
         return Err(Usage(format!("--train-share {share}: must lie between 0 and 1")).into());
     }
+    if !wanted.options.library && matches!(subject, Subject::BuiltIn(_)) {
+        let text = "--library none: formulas are looked for in models of equations only; leave it out";
+        return Err(Usage(text.to_owned()).into());
+    }
     let Wanted { groups, options, .. } = wanted;
     match subject {
         Subject::Written(model) => {
             told(Progress::Calibration);
             let (declared, set) = written::discovery::measured(model, data)?;
-            Ok(augsim_discovery::discover(&declared, &of_groups(groups, data, set)?, options, told)?)
+            let set = of_groups(groups, data, set)?;
+            let mut found = augsim_discovery::discover(&declared, &set, options, told)?;
+            found.model_toml = written::discovery::with_shared_starts(&found.model_toml, &model.file, &set)?;
+            Ok(found)
         }
         Subject::BuiltIn(model) => {
             let set = of_groups(groups, data, data.read(MissingCells::AsGap)?)?;

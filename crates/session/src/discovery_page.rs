@@ -112,6 +112,11 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
             })
             .collect(),
         anatomy: anatomy(d),
+        laws: of.pictures.laws.clone(),
+        examples: of.pictures.examples.clone(),
+        examples_note: "The beginning of the data, which fits have seen windows of: each model runs on from its first 20 samples, \
+                        calibrated (before) and with what was added (after)."
+            .to_owned(),
         candidates: d
             .candidates
             .iter()

@@ -1,6 +1,6 @@
 //! The loop on every measured set of a folder.
 
-use crate::args::{Accept, Discover};
+use crate::args::{Accept, Discover, Library};
 use crate::commands::discover::close_loop;
 use crate::destination::{REPORT, RESULT};
 use crate::output::Output;
@@ -99,6 +99,7 @@ pub fn one(
         out: out.clone(),
         train_share: 0.7,
         group: Vec::new(),
+        library: Library::Generic,
         accept: Accept::default(),
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));

@@ -1,7 +1,7 @@
 //! `augsim demo`: the whole chain in about two minutes.
 
 use super::discover::close_loop;
-use crate::args::{Accept, Demo, Discover};
+use crate::args::{Accept, Demo, Discover, Library};
 use crate::destination::{REPORT, RESULT, Results};
 use crate::exit::Outcome;
 use crate::experiment::data::Data;
@@ -37,6 +37,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         data: out.join("bounces.csv"),
         out,
         train_share: 0.7,
+        library: Library::Generic,
         group: Vec::new(),
         accept: Accept::default(),
     };

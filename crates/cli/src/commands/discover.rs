@@ -1,6 +1,6 @@
 //! `augsim discover`.
 
-use crate::args::Discover;
+use crate::args::{Discover, Library};
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
@@ -8,6 +8,7 @@ use crate::progress::Steps;
 use crate::record::Record;
 use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
+use augsim_session::written::pictures::pictures;
 use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover};
 use std::fmt::Write as _;
 
@@ -29,7 +30,9 @@ const MODEL: &str = "model.toml";
 pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
     let accept = args.accept.accept.clone();
-    let options = Options { seed, train_share: args.train_share, accepted: accept.iter().copied().collect() };
+    let accepted = accept.iter().copied().collect();
+    let library = args.library == Library::Generic;
+    let options = Options { seed, train_share: args.train_share, accepted, library };
     let wanted = Wanted { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
@@ -42,7 +45,8 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    let circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
+    let mut circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
+    circumstances.pictures = pictures(&subject, &found, &data);
     claim.write(REPORT, &augsim_report::discovery_report(&page(&circumstances, &subject, &found)))?;
     claim.write_timing(())?;
     Ok(found)
@@ -53,12 +57,19 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
         .setting("seed", seed)
         .setting("train-share", args.train_share)
+        .setting("library", args.library.word())
         .setting("group", args.group.join(", "))
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
         .input("data", &args.data);
     let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
     Results { folder: &args.out, files, inputs, record, force }.claim()
+}
+
+/// Decimals that show three digits of the smallest of these errors: five at least.
+fn decimals(errors: impl Iterator<Item = f64>) -> usize {
+    let least = errors.map(f64::abs).filter(|e| *e > 0.0).fold(1.0, f64::min);
+    (2.0 - least.log10().floor()).clamp(5.0, 12.0) as usize
 }
 
 /// The result in a few lines.
@@ -96,8 +107,21 @@ fn text(args: &Discover, d: &Discovery) -> String {
         ("noise floor", e.noise_floor),
         ("reduction", e.reduction),
     ];
+    let d5 = decimals(rows.iter().map(|(_, r)| r.rmse));
     for (name, r) in rows {
-        let _ = writeln!(out, "  {name:<12} {:>10.5}  ({:.5} to {:.5})", r.rmse, r.ci95[0], r.ci95[1]);
+        let _ = writeln!(out, "  {name:<12} {:>10.d5$}  ({:.d5$} to {:.d5$})", r.rmse, r.ci95[0], r.ci95[1]);
+    }
+    if let Some(run) = &e.free_run {
+        let shown = |error: Option<f64>| match error {
+            Some(error) => format!("{error:.d5$} {}", run.unit).trim_end().to_owned(),
+            None => "no end of it".to_owned(),
+        };
+        let _ = writeln!(
+            out,
+            "  free run of whole recordings, over held-out parts: calibrated {}, augmented {}",
+            shown(run.calibrated),
+            shown(run.augmented)
+        );
     }
     if let Some(push) = &d.push {
         let r = &push.rotation;

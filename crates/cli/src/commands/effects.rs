@@ -51,7 +51,9 @@ pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
                 system.tuned(&list)?.scales(&list)
             }
         };
-        (WrittenSystem::new(&model, &scales)?.library().to_vec(), args.data.is_some())
+        let system = WrittenSystem::new(&model, &scales)?;
+        let described = system.library().iter().filter(|effect| effect.grammar.is_none());
+        (described.cloned().collect::<Vec<Effect>>(), args.data.is_some())
     } else {
         if args.data.is_some() {
             let text = "--data gives sizes to models of equations; effects of the ball and of pushing have their own";

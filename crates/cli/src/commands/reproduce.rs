@@ -8,6 +8,7 @@ use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::systems;
 use augsim_session::run_dir::DataSource;
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
+        Scenario::Systems => systems::run(args, seed, force, output),
     }
 }
 

@@ -43,6 +43,11 @@ impl Dimensions {
         self.twelfths.map(|t| f64::from(t) / f64::from(TWELFTHS))
     }
 
+    /// Base units with their exponents in twelfths, without those that it does not have.
+    pub(super) fn factors(self) -> impl Iterator<Item = (&'static str, i32)> {
+        BASES.into_iter().zip(self.twelfths).filter(|(_, t)| *t != 0)
+    }
+
     /// Dimensions of a quantity raised to `exponent`; `None` where one of the exponents would be no multiple of
     /// a twelfth (or beyond 10,000): there is no such quantity, and sums of it cannot be checked.
     pub fn power(self, exponent: f64) -> Option<Dimensions> {

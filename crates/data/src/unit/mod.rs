@@ -15,6 +15,10 @@ use dimensions::{TWELFTHS, quotient};
 use std::fmt;
 use symbol::Symbol;
 
+/// Named units that quantities are shown in where this is shorter than base units.
+const NAMED: [Symbol; 6] =
+    [Symbol::Newton, Symbol::Volt, Symbol::Pascal, Symbol::Watt, Symbol::Joule, Symbol::Ohm];
+
 /// Most factors a unit may have; `kg m^2/(s^3 A^2)` has four.
 const MOST_FACTORS: usize = 6;
 
@@ -53,6 +57,26 @@ impl Unit {
         Some(unit)
     }
 
+    /// The unit with the fewest symbols that has these dimensions: base units, or a named one and base units; `None` where
+    /// there are too many.
+    pub fn of_dimensions(dimensions: Dimensions) -> Option<Unit> {
+        let bases = |d: Dimensions| -> Vec<(Symbol, i32)> {
+            d.factors().filter_map(|(base, t)| Some((Symbol::from_text(base)?, t))).collect()
+        };
+        let mut best = bases(dimensions);
+        for symbol in NAMED {
+            for power in [1, -1, 2, -2, 3, -3] {
+                let Some(part) = symbol.dimensions().power(f64::from(power)) else { continue };
+                let mut factors = vec![(symbol, power * TWELFTHS)];
+                factors.extend(bases(dimensions / part));
+                if factors.len() < best.len() {
+                    best = factors;
+                }
+            }
+        }
+        Unit::of_factors(&best)
+    }
+
     /// Exponents of the base units.
     pub fn dimensions(self) -> Dimensions {
         self.factors.into_iter().flatten().fold(Dimensions::NONE, |product, (symbol, twelfths)| {
@@ -73,5 +97,29 @@ impl Unit {
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(&self.symbol())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a unit that is computed is shown as short as it can be, and has the dimensions that it was computed from.
+    use super::*;
+
+    #[test]
+    fn computed_units_take_the_shortest_symbols() {
+        for (text, shown) in [
+            ("kg m^2/(s^3 A)", "V"),
+            ("s^3 A/(kg m^2)", "1/V"),
+            ("kg m/s^2", "N"),
+            ("kg/s", "kg/s"),
+            ("m/s^2", "m/s^2"),
+            ("V/(m s)", "V/(m s)"),
+            ("1/(V^2 s^2)", "1/(V^2 s^2)"),
+        ] {
+            let unit = Unit::of_text(text).expect("a unit");
+            let computed = Unit::of_dimensions(unit.dimensions()).expect("few symbols");
+            assert_eq!(computed.symbol(), shown, "{text}");
+            assert_eq!(computed.dimensions(), unit.dimensions(), "{text}");
+        }
     }
 }

@@ -116,6 +116,7 @@ impl Lists {
             reduction: self.whole.reduction(of, scale, seed),
             explained_share: ErrorTable::explained(calibrated.rmse, augmented.rmse, noise_floor.rmse),
             heldout_gain,
+            free_run: None,
         }
     }
 

@@ -49,6 +49,7 @@ fn scattered(parts: &Parts<'_>) -> Option<(FoundEffect, f64)> {
         parameters: BTreeMap::from([(SCATTER_SPEC.parameters[0].name.to_string(), sd_m)]),
         share,
         folds: None,
+        formula: None,
         per: Some("push".into()),
     };
     (!scatter.declared).then_some((effect, share))
@@ -75,6 +76,7 @@ fn effects(parts: &Parts<'_>, numbers: &Numbers<'_>) -> Vec<FoundEffect> {
                 stands_for: also,
                 parameters: numbers.estimates(Some(kind)),
                 share: share * rest,
+                formula: None,
                 per: None,
             }
         })

@@ -1,5 +1,6 @@
 //! An effect of a system's library, with everything that the loop asks about it.
 
+use super::schema::Quantity;
 use crate::effects::{EffectSpec, ParameterSpec, Polar, Rival as RivalSpec, Start as StartSpec};
 
 /// One parameter of an effect.
@@ -100,6 +101,19 @@ pub struct Effect {
     pub separated_by: Vec<(Rival, String)>,
     /// The experiment that confirms it, where there is no other explanation.
     pub confirmed_by: Option<String>,
+    /// For a formula of a grammar, which is no law that somebody described: how simple it is and where it stands.
+    pub grammar: Option<Grammar>,
+}
+
+/// What is known of a formula of a grammar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grammar {
+    /// Numbers, names and operations in it.
+    pub nodes: usize,
+    /// The quantity that it is a shape of.
+    pub of: Quantity,
+    /// Smallest and largest value of this quantity in the data.
+    pub range: [f64; 2],
 }
 
 impl From<&EffectSpec> for Effect {
@@ -136,6 +150,7 @@ impl From<&EffectSpec> for Effect {
             polar: spec.polar,
             separated_by: spec.separated_by.iter().map(|(r, text)| (rival(r), text.to_string())).collect(),
             confirmed_by: spec.confirmed_by.map(Into::into),
+            grammar: None,
         }
     }
 }

@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, NotReadable};
 pub use design::{Design, Designs};
-pub use effect::{Effect, EffectParameter, Join, Rival, Start, known_separation};
+pub use effect::{Effect, EffectParameter, Grammar, Join, Rival, Start, known_separation};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};

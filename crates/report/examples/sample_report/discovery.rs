@@ -206,6 +206,8 @@ pub fn sample() -> DiscoveryReport {
             FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), folds: None },
         ],
         anatomy: anatomy(),
+        examples_note: String::new(),
+        laws: Vec::new(),
         examples: examples(),
         candidates: candidates(),
         score_unit: "nats, held-out".into(),

@@ -1,7 +1,7 @@
 //! Figures of the residual before and after, and of held-out trajectories.
 
 use super::tones::{AFTER, BEFORE};
-use super::{Anatomy, Bins, Example, Profile, Rmse};
+use super::{Anatomy, Bins, Example, LawCurve, Profile, Rmse};
 use crate::figure::{
     Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,
     Series, Tone,
@@ -89,7 +89,30 @@ fn profile(p: &Profile) -> Line {
     line
 }
 
-pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
+/// What was added, over the range of the data.
+pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
+    if laws.is_empty() {
+        return Vec::new();
+    }
+    let figure = |law: &LawCurve| {
+        let mut line = Line::new(
+            &capitalised(&law.title),
+            Axis::linear(&law.of, &law.of_unit),
+            Axis::linear(&format!("added to {}", law.adds), &law.unit).with_zero(),
+        );
+        line.hide_legend = true;
+        Figure::from(line.with(Series::line("law", AFTER, law.x.clone(), law.y.clone())))
+    };
+    vec![Block::Grid(Grid {
+        columns: Columns::Two,
+        legend: Vec::new(),
+        figures: laws.iter().map(figure).collect(),
+        caption: "Over the values that occur in the data; outside nothing is known.".to_owned(),
+    })]
+}
+
+/// Trajectories with the runs of both models; `note` is said below them.
+pub(super) fn examples(examples: &[Example], note: &str) -> Vec<Block> {
     let mut figures = Vec::new();
     for e in examples {
         let mut line = Line::new(
@@ -130,6 +153,9 @@ pub(super) fn examples(examples: &[Example]) -> Vec<Block> {
             key(AFTER_NAME, AFTER),
         ],
         figures,
-        caption: "Trajectories that no fit has seen: only their initial state was fitted.".to_owned(),
+        caption: match note {
+            "" => "Trajectories that no fit has seen: only their initial state was fitted.".to_owned(),
+            note => note.to_owned(),
+        },
     })]
 }

@@ -38,6 +38,12 @@ pub struct DiscoveryReport {
     /// Held-out trajectories with the predictions of the declared and the augmented model.
     #[serde(default)]
     pub examples: Vec<Example>,
+    /// What is said below them; empty: that no fit has seen them.
+    #[serde(default)]
+    pub examples_note: String,
+    /// Laws that were added, as curves over what they depend on.
+    #[serde(default)]
+    pub laws: Vec<LawCurve>,
     /// All candidates, best first.
     #[serde(default)]
     pub candidates: Vec<Candidate>,
@@ -299,6 +305,27 @@ pub struct Example {
     /// Predictions of the augmented model; may be empty.
     #[serde(default, with = "crate::nullable")]
     pub after: Vec<f64>,
+}
+
+/// A law that was added, over the values that its quantity takes in the data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LawCurve {
+    /// Its name.
+    pub title: String,
+    /// What it changes, e.g. `d(speed)/dt`.
+    pub adds: String,
+    /// Unit of what it adds.
+    pub unit: String,
+    /// The quantity that it depends on.
+    pub of: String,
+    /// Unit of that quantity.
+    pub of_unit: String,
+    /// Values of the quantity.
+    #[serde(with = "crate::nullable")]
+    pub x: Vec<f64>,
+    /// What is added there.
+    #[serde(with = "crate::nullable")]
+    pub y: Vec<f64>,
 }
 
 /// A candidate model.

@@ -13,6 +13,7 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
     }
     let methods =
         if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] };
+    let runs = if report.examples_note.is_empty() { "Held-out trajectories" } else { "Runs of both models" };
     Page {
         overline: format!("augsim · discovery report · {}", report.scenario),
         title: report.title.clone(),
@@ -26,9 +27,10 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
             ),
             Section::new("Error on held-out trajectories", error(&report.error)),
             Section::new("What was found", findings::found(report)),
+            Section::new("The laws as curves", anatomy::laws(&report.laws)),
             Section::new("What remains open", findings::open(report)),
             Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
-            Section::new("Held-out trajectories", anatomy::examples(&report.examples)),
+            Section::new(runs, anatomy::examples(&report.examples, &report.examples_note)),
             Section::new("Candidates", findings::candidates(report)),
             Section::new("How well the parameters are told apart", findings::correlations(report)),
             Section::new("Noise", findings::noise(&report.noise)),
@@ -81,7 +83,6 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
     if shown.is_empty() {
         return vec![Block::Prose("No held-out trajectories were evaluated.".to_owned())];
     }
-    let quantity = format!("{} error", e.quantity);
     let bars = shown.iter().map(|(name, rmse, tone, _)| Bar {
         name: (*name).to_owned(),
         tone: *tone,
@@ -89,8 +90,11 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         interval: rmse.and_then(|r| r.ci95),
     });
     let figure = Bars {
-        title: format!("Root mean square {quantity} on {} held-out trajectories", e.heldout_trajectories),
-        value: Axis::linear(&quantity, &e.unit),
+        title: format!(
+            "Root mean square error of the {} on {} held-out trajectories",
+            e.quantity, e.heldout_trajectories
+        ),
+        value: Axis::linear("error", &e.unit),
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
     };

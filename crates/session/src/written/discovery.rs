@@ -1,16 +1,31 @@
 //! A written system as the loop takes it: calibrated first, with windows over which the declared model follows the data.
 
-use super::fit::{fit, prepared};
+use super::fit::{fit, prepared, share_starts};
 use super::records;
 use crate::DataFrom;
 use augsim_data::Dataset;
 use augsim_physics::system::Record;
 use augsim_written::{MeasuredModel, Model, WrittenSystem};
 
-/// Windows that the data are to have at least, where they are long enough: some of them are held out.
-const WINDOWS: f64 = 24.0;
+/// Windows that the data are to have at least, where they are long enough: half of them are held out. More of them would be
+/// shorter, and what no output shows of a start is then free too often.
+const WINDOWS: f64 = 8.0;
 /// Samples of the longest windows of the search: the engine carries many windows in one pass, and a few long ones leave it idle.
 const SAMPLES: f64 = 500.0;
+
+/// The text of an augmented model with the start that all trajectories share, found with its effects.
+///
+/// # Errors
+/// The model cannot be simulated.
+pub fn with_shared_starts(text: &str, file: &str, data: &Dataset) -> anyhow::Result<String> {
+    let mut model = augsim_written::model::parse(text, file)?;
+    if !model.states.iter().any(|state| state.shared) {
+        return Ok(text.to_owned());
+    }
+    let records = records::records(data, &model, true)?;
+    share_starts(&mut model, &records)?;
+    Ok(model.to_toml()?)
+}
 
 /// The declaration of a model for data, and the data in the columns of the model.
 ///

@@ -112,6 +112,23 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
             // Data without noise leave no interval that could be written.
             .filter(|[low, high]| low < high);
     }
+    write_shared_starts(model, calibration);
+}
+
+/// Puts the start that all trajectories share into a model, from the starts of the records at the values of the model.
+///
+/// # Errors
+/// The model cannot be compiled, or cannot be simulated over the shortest windows.
+pub fn share_starts(model: &mut Model, records: &[Record]) -> anyhow::Result<()> {
+    if model.states.iter().any(|s| s.shared) {
+        let mut frozen = model.clone();
+        frozen.parameters.iter_mut().for_each(|p| p.frozen = true);
+        write_shared_starts(model, &with_hold(&frozen, records, None)?.0);
+    }
+    Ok(())
+}
+
+fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
         // Weighted by what each record says of it.
         let starts = calibration.starts.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));

@@ -7,7 +7,7 @@ mod tune;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};
 use crate::error::ModelError;
-use crate::library::{Candidate, Scales, candidates, table_draft};
+use crate::library::{Candidate, Scales, candidates, formulas, table_draft};
 use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_physics::model::Parameter;
@@ -54,8 +54,15 @@ impl WrittenSystem {
     /// A model that cannot be compiled, or a candidate that cannot be placed.
     pub fn new(model: &Model, scales: &Scales) -> Result<Self, ModelError> {
         let mut found = candidates(model)?;
+        found.extend(formulas(model)?);
         found.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
-        Self::with_candidates(model, found)
+        let mut system = Self::with_candidates(model, found)?;
+        let effects = system.candidates.iter().map(|candidate| Effect {
+            grammar: schema::grammar(candidate, model, scales),
+            ..schema::effect(candidate)
+        });
+        system.library = effects.collect();
+        Ok(system)
     }
 
     /// The system of a model without a library: for fits of what is declared, and for forecasts.

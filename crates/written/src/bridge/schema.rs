@@ -1,12 +1,13 @@
 //! The words of a model for the loop: schema, effects and parameters.
 
-use crate::library::{Candidate, Motion};
+use crate::library::{Candidate, Motion, Scales, size_unit};
 use crate::model::{Hold, Model, Parameter as ModelParameter};
-use crate::text::{Kind, Symbol};
+use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Begin, Between, Channel, Effect, EffectParameter, Input, Measure, Quantity, Schema, State, Target,
+    Begin, Between, Channel, Effect, EffectParameter, Grammar, Input, Measure, Quantity, Schema, State,
+    Target,
 };
 
 /// Bound of a parameter that has none, in its nominal value (or in 1, where that is smaller).
@@ -34,7 +35,7 @@ pub(super) fn of(model: &Model) -> Schema {
     let states = model.states.iter().take(model.declared_states());
     let rate = |unit: Option<Unit>| {
         let dimensions = unit.map(|unit| unit.dimensions() / Dimensions::TIME);
-        dimensions.map_or_else(String::new, |d| if d.is_pure() { String::new() } else { d.to_string() })
+        dimensions.map_or_else(String::new, |d| if d.is_pure() { String::new() } else { of_dimensions(d) })
     };
     let rates = states.map(|state| Target {
         quantity: Quantity::new(&state.name, &rate(state.unit)),
@@ -89,6 +90,11 @@ fn shows(model: &Model, output: usize, state: usize) -> bool {
     matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
 }
 
+/// The shortest symbol of these dimensions.
+fn of_dimensions(dimensions: Dimensions) -> String {
+    Unit::of_dimensions(dimensions).map_or_else(|| dimensions.to_string(), Unit::symbol)
+}
+
 /// Quantities that a table may depend on, each by a text that is an expression of the model.
 fn features(model: &Model) -> Vec<Quantity> {
     let text = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
@@ -99,7 +105,7 @@ fn features(model: &Model) -> Vec<Quantity> {
     list.extend(speeds.map(|s| Quantity::new(&format!("abs({})", s.name), &text(s.unit))));
     list.extend(model.lets.iter().map(|l| {
         let unit = l.dimensions.filter(|d| !d.is_pure());
-        Quantity::new(&l.name, &unit.map_or_else(String::new, |d| d.to_string()))
+        Quantity::new(&l.name, &unit.map_or_else(String::new, of_dimensions))
     }));
     list.push(Quantity::new("t", "s"));
     list
@@ -116,6 +122,30 @@ pub(super) fn parameter(p: &ModelParameter) -> Parameter {
     let mut parameter = Parameter::free(p.name.clone(), p.nominal, p.min.max(-bound), p.max.min(bound));
     (parameter.frozen, parameter.ci95) = (p.frozen, p.ci95);
     parameter
+}
+
+/// Names, numbers and operations of an expression.
+fn count_tokens(text: &str) -> usize {
+    let mut lexer = Lexer::new(text);
+    let mut count = 0;
+    loop {
+        match lexer.next() {
+            Ok((Token::End, _)) | Err(_) => return count,
+            Ok((Token::Sign(b'(' | b')' | b','), _)) => {}
+            Ok(_) => count += 1,
+        }
+    }
+}
+
+/// What the loop knows of a formula of the grammar; nothing for an effect that somebody described.
+pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<Grammar> {
+    let of = candidate.shape.as_ref()?;
+    let unit = size_unit(of, &[], model).map_or_else(String::new, Unit::symbol);
+    Some(Grammar {
+        nodes: count_tokens(candidate.text()?),
+        of: Quantity::new(of, &unit),
+        range: scales.range(of, model).unwrap_or([0.0, 0.0]),
+    })
 }
 
 /// A candidate as the loop reads effects.

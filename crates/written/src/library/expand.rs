@@ -32,6 +32,8 @@ pub struct Candidate {
     pub source: String,
     pub(super) states: Vec<DraftState>,
     pub(super) changes: Vec<(DraftTarget, String)>,
+    /// The quantity that a formula of the grammar is a shape of; nothing for an effect that somebody described.
+    pub shape: Option<String>,
     /// Names of the row, and what they stand for.
     pub(super) names: Vec<(&'static str, String)>,
     line: usize,
@@ -126,6 +128,7 @@ fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> 
         source: row.source.clone(),
         states: row.states.iter().map(of_state).collect(),
         changes,
+        shape: None,
         names: place.names.clone(),
         line: row.place.1,
     };
@@ -201,6 +204,11 @@ impl CandidateParameter {
 }
 
 impl Candidate {
+    /// The expression of its first change.
+    pub fn text(&self) -> Option<&str> {
+        self.changes.first().map(|(_, text)| text.as_str())
+    }
+
     /// Values at which the effect vanishes, inner parameters at the first of their grids.
     pub fn nulls(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.null).collect()
@@ -303,7 +311,7 @@ impl Candidate {
             if dimensions.is_pure() {
                 return Some(Unit::DIMENSIONLESS);
             }
-            Unit::of_text(&dimensions.to_string())
+            Unit::of_dimensions(dimensions)
         });
         amounts.iter().for_each(|i| self.parameters[*i].unit = unit);
     }

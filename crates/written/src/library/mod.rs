@@ -1,6 +1,8 @@
 //! Effects that a system of equations may lack, as data: rows of expressions, expanded for the places of a model.
 
+mod curve;
 mod expand;
+mod formulas;
 mod place;
 mod scale;
 mod size;
@@ -9,10 +11,13 @@ pub(crate) mod tables;
 
 use crate::error::ModelError;
 use crate::model::{Model, Row, read_all};
+pub use curve::{Curve, curves};
 pub use expand::{Candidate, CandidateParameter};
+pub(crate) use formulas::formulas;
 pub use place::Motion;
 pub(crate) use place::target_named;
 pub use scale::Scales;
+pub(crate) use size::size_unit;
 pub use tables::draft as table_draft;
 
 /// The text of the generic library.

@@ -119,6 +119,34 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             };
             model.outputs.iter().enumerate().map(of).collect()
         }
+        "law" => {
+            let quantities = [quantities(model), vec!["t".to_owned()]].concat();
+            let at = |v: usize| {
+                let of = move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
+                quantities.iter().map(of).collect::<Vec<_>>()
+            };
+            laws(&motion).into_iter().flat_map(at).collect()
+        }
+        "law-pair" | "law-product" => {
+            let mut list = Vec::new();
+            let quantities = quantities(model);
+            for v in laws(&motion) {
+                for (i, z) in quantities.iter().enumerate() {
+                    let wanted = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
+                    for q in (0..quantities.len()).filter(wanted).map(|k| &quantities[k]) {
+                        let names = vec![("z", z.clone()), ("q", q.clone())];
+                        list.push(place(Target::Rate(v), name(v), None, names));
+                    }
+                }
+            }
+            list
+        }
+        "sensor-law" => {
+            let of = |(i, o): (usize, &crate::model::Output)| {
+                place(Target::Output(i), o.name.clone(), None, vec![("z", o.name.clone())])
+            };
+            model.outputs.iter().enumerate().map(of).collect()
+        }
         "output-input" | "output-state" => {
             let mut list = Vec::new();
             for (i, output) in model.outputs.iter().enumerate() {
@@ -155,6 +183,18 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
         _ => vec![named(word, model)?],
     };
     Some(list)
+}
+
+/// States whose rates are force or flow equations: those that a term may be added to.
+fn laws(motion: &Motion) -> Vec<usize> {
+    motion.pairs.iter().map(|(_, v)| *v).chain(motion.flows.iter().copied()).collect()
+}
+
+/// Texts of what a formula may be of: declared states, inputs and intermediate values.
+fn quantities(model: &Model) -> Vec<String> {
+    let states = model.states.iter().take(model.declared_states()).map(|s| &s.name);
+    let inputs = model.inputs.iter().map(|i| &i.name);
+    states.chain(inputs).chain(model.lets.iter().map(|l| &l.name)).cloned().collect()
 }
 
 /// Parameters in the resets of events, each with the size of what is reset.

@@ -5,7 +5,7 @@ use super::size::meant;
 use crate::engine::{Options, Window};
 use crate::model::{How, Model, Target};
 use crate::system::System;
-use crate::text::{Meaning, Symbol};
+use crate::text::{Meaning, Symbol, Tree};
 
 /// An amount is of usual size where its term has this share of the root mean square of what it changes.
 const USUAL_SHARE: f64 = 0.05;
@@ -62,6 +62,30 @@ impl Scales {
         scales.duration_s = windows.iter().filter_map(lasts).fold(scales.step_s, f64::max);
         scales.parameters = windows.first().map_or_else(Vec::new, |w| w.parameters.to_vec());
         scales
+    }
+
+    /// Values of an expression while a state or an input takes the values `x`; everything else stays as at the first point.
+    pub(crate) fn swept(&self, model: &Model, tree: &Tree, of: Symbol, x: &[f64]) -> Option<Vec<f64>> {
+        let first = self.points.first()?;
+        let parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
+        let at = |x: &f64| {
+            let mut point = first.clone();
+            match of {
+                Symbol::State(i) => *point.state.get_mut(i)? = *x,
+                Symbol::Input(i) => *point.inputs.get_mut(i)? = *x,
+                _ => return None,
+            }
+            Some(tree.value(&Scene::new(model, &point, &parameters, 1.0)))
+        };
+        x.iter().map(at).collect()
+    }
+
+    /// Smallest and largest value of a text in the names of the model; nothing where it has no two values.
+    pub fn range(&self, text: &str, model: &Model) -> Option<[f64; 2]> {
+        let values = self.values(text, model);
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (low < high).then_some([low, high])
     }
 
     /// Whether nothing is known.

@@ -9,7 +9,7 @@ pub(super) fn meant(name: &str, names: &[(&'static str, String)]) -> String {
 }
 
 /// Unit of what a parameter is measured in.
-pub(super) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Model) -> Option<Unit> {
+pub(crate) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Model) -> Option<Unit> {
     let inner = ["range(", "span(", "peak("].iter().find_map(|p| of.strip_prefix(p)?.strip_suffix(')'));
     let of_name = |name: &str| -> Option<Dimensions> {
         let tree = model.tree_of(&meant(name, names))?;
@@ -37,5 +37,5 @@ pub(super) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Mode
     if dimensions.is_pure() {
         return Some(Unit::DIMENSIONLESS);
     }
-    Unit::of_text(&dimensions.to_string())
+    Unit::of_dimensions(dimensions)
 }

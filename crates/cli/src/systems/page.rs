@@ -1,0 +1,66 @@
+//! The page of `reproduce systems`.
+
+use super::{ResultFile, Scored, SetRow};
+use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
+use std::path::Path;
+
+/// The page; `command` repeats the run.
+pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
+    let mut sections: Vec<Section> = result.sets.iter().map(section).collect();
+    let code = Block::Code { caption: String::new(), text: command.to_owned() };
+    sections.push(Section::new("How to reproduce", vec![code]));
+    Page {
+        overline: "systems of equations".to_owned(),
+        title: "Benchmark sets, declared as textbooks do".to_owned(),
+        summary: "Each model was calibrated and augmented on the training record alone; the errors are those of free runs on \
+                  the test record, in the benchmark's own metric, beside what others published."
+            .to_owned(),
+        sections,
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: Some(result.seed),
+            more: vec![("data".to_owned(), data.display().to_string())],
+            ..Default::default()
+        },
+        ..Default::default()
+    }
+}
+
+/// One set: its errors beside those of others, and what was found.
+fn section(set: &SetRow) -> Section {
+    let row = |name: &str, error: Option<f64>, note: String| Row {
+        cells: vec![Cell::text(name), Cell::number(error), Cell::text(note)],
+        ..Default::default()
+    };
+    let found = |s: &Scored| s.kinds.join(" + ");
+    let mut rows = vec![
+        row("as declared", set.declared, String::new()),
+        row("calibrated", set.calibrated, String::new()),
+        row("augmented by the library", set.augmented.error, found(&set.augmented)),
+    ];
+    if let Some(formula) = &set.formula {
+        rows.push(row("formulas, library emptied", formula.error, found(formula)));
+    }
+    for p in set.published {
+        let read = if p.verified { "published, verified" } else { "published, from memory" };
+        rows.push(row(p.method, Some(p.error), read.to_owned()));
+    }
+    let table = Table {
+        caption: format!("Root mean square error: {}.", set.metric),
+        columns: vec![
+            Column::text("model"),
+            Column::number("error", set.unit).decimals(3),
+            Column::text("what it has"),
+        ],
+        rows,
+        ..Default::default()
+    };
+    let runs =
+        [Some(("with the library", &set.augmented)), set.formula.as_ref().map(|f| ("library emptied", f))];
+    let told = runs
+        .into_iter()
+        .flatten()
+        .map(|(name, s)| (name.to_owned(), format!("{} Report: `{}`.", s.sentence, s.report.display())));
+    let source = Block::Prose(format!("Data: {}.", set.source));
+    Section::new(set.set, vec![Block::Table(table), Block::Definitions(told.collect()), source])
+}

@@ -1,0 +1,146 @@
+//! The benchmark sets: where their files are, what a textbook declares, how they are scored, and what others reached.
+
+use augsim_data::{Column, DataError, Dataset, NamedCsv, Trajectory, Unit};
+use std::path::Path;
+
+/// A published error of another method on the same test record.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub struct Published {
+    /// The method.
+    pub method: &'static str,
+    /// Its error, in the unit of the set's table.
+    pub error: f64,
+    /// Where it was read: a source that was opened, or the literature from memory.
+    pub verified: bool,
+}
+
+/// Records of a set: to find the model on, and to score it on.
+#[derive(Debug)]
+pub struct Records {
+    pub train: Dataset,
+    pub test: Dataset,
+}
+
+/// A benchmark set.
+#[derive(Debug, Clone, Copy)]
+pub struct Set {
+    /// Name of its folder.
+    pub name: &'static str,
+    /// The model file that declares what a textbook does.
+    pub model: &'static str,
+    /// Samples that the start of the free run is fitted to.
+    pub burn_in: usize,
+    /// Unit of its table, and how many of it one unit of the output is.
+    pub unit: (&'static str, f64),
+    /// What is scored, in words.
+    pub metric: &'static str,
+    /// Who measured it.
+    pub source: &'static str,
+    /// What others reached.
+    pub published: &'static [Published],
+    /// Reads its records.
+    pub read: fn(&Path) -> Result<Records, DataError>,
+}
+
+const fn verified(method: &'static str, error: f64) -> Published {
+    Published { method, error, verified: true }
+}
+
+const fn recalled(method: &'static str, error: f64) -> Published {
+    Published { method, error, verified: false }
+}
+
+/// All sets.
+pub const SETS: [Set; 3] = [
+    Set {
+        name: "silverbox",
+        model: include_str!("../../../../fixtures/systems/silverbox.toml"),
+        burn_in: 50,
+        unit: ("mV", 1e3),
+        metric: "free run over the last 21,688 samples of the multisine, start from 50 samples",
+        source: "Wigren, Schoukens: Three free data sets for development and benchmarking in nonlinear system identification, \
+                 ECC 2013",
+        published: &[
+            verified("GRU", 1.49),
+            verified("LSTM", 1.50),
+            verified("RNN", 1.64),
+            verified("FIR-MLP", 18.9),
+        ],
+        read: silverbox,
+    },
+    Set {
+        name: "emps",
+        model: include_str!("../../../../fixtures/systems/emps.toml"),
+        burn_in: 20,
+        unit: ("mm", 1e3),
+        metric: "open loop over 24.8 s of the validation record, start from 20 samples",
+        source: "Janot, Gautier, Brunot: Data Set and Reference Models of EMPS, Nonlinear System Identification Benchmarks 2019",
+        published: &[
+            verified("LSTM", 74.1),
+            verified("RNN", 89.2),
+            verified("FIR-MLP", 120.8),
+            verified("GRU", 220.0),
+        ],
+        read: emps,
+    },
+    Set {
+        name: "cascaded-tanks",
+        model: include_str!("../../../../fixtures/systems/cascaded-tanks.toml"),
+        burn_in: 5,
+        unit: ("V", 1.0),
+        metric: "free run over the validation record, start from 5 samples",
+        source: "Schoukens, Mattsson, Wigren, Noel: Cascaded tanks benchmark combining soft and hard nonlinearities, 2016",
+        published: &[
+            verified("grey box with overflow", 0.18),
+            recalled("continuous-time subspace encoder", 0.22),
+            verified("truncated-simulation net", 0.33),
+            verified("NLSS2", 0.34),
+            verified("GRU", 0.396),
+            verified("soft-constrained net", 0.40),
+            verified("pNARX", 0.413),
+            verified("GP-inspired state space", 0.45),
+            verified("Volterra", 0.54),
+            verified("best linear model", 0.75),
+        ],
+        read: tanks,
+    },
+];
+
+/// Silverbox's sampling rate, Hz, and the rows of the training part.
+const RATE_HZ: f64 = 1e7 / 16_384.0;
+const SILVERBOX_TRAIN: usize = 65_062;
+
+/// Reads columns of a record in volts and metres, as they are named.
+fn record(path: &Path, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
+    NamedCsv::open(path)?.read(wanted)
+}
+
+fn volt() -> Unit {
+    Unit::of_text("V").unwrap_or(Unit::DIMENSIONLESS)
+}
+
+fn silverbox(folder: &Path) -> Result<Records, DataError> {
+    let path = folder.join("multisine.csv.gz");
+    let all = NamedCsv::open(&path)?.read_by("sample", &[("u_v", volt()), ("y_v", volt())])?;
+    let part = |from: usize, to: usize| -> Result<Dataset, DataError> {
+        let trajectories = all.trajectories().iter().map(|t| {
+            let range = from.min(t.len())..to.min(t.len());
+            let times = (0..range.len()).map(|k| k as f64 / RATE_HZ).collect();
+            let values = t.values().iter().map(|column| column[range.clone()].to_vec()).collect();
+            Trajectory::new(t.id(), times, values)
+        });
+        let columns: Vec<Column> = all.columns().to_vec();
+        Ok(Dataset::new(columns, trajectories.collect::<Result<_, _>>()?)?.with_path(&path))
+    };
+    Ok(Records { train: part(0, SILVERBOX_TRAIN)?, test: part(SILVERBOX_TRAIN, usize::MAX)? })
+}
+
+fn emps(folder: &Path) -> Result<Records, DataError> {
+    let read = |name: &str| record(&folder.join(name), &[("vir_v", volt()), ("position_m", Unit::METRE)]);
+    Ok(Records { train: read("estimation.csv.gz")?, test: read("validation.csv.gz")? })
+}
+
+fn tanks(folder: &Path) -> Result<Records, DataError> {
+    let read = |name: &str| record(&folder.join(name), &[("pump_v", volt()), ("lower_level_v", volt())]);
+    Ok(Records { train: read("estimation.csv")?, test: read("validation.csv")? })
+}

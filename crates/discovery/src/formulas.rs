@@ -1,0 +1,90 @@
+//! Formulas where the library ends.
+
+use crate::DiscoveryError;
+use crate::addition::Addition;
+use crate::candidates::Family;
+use crate::decide::{Decided, MARGIN, decide};
+use crate::free_runs::NO_WORSE;
+use crate::prepare::{Prepared, misfit};
+use crate::result::Verdict;
+use crate::search::{Judged, Search};
+use crate::{Options, Progress};
+
+/// Share of the squared misfit that a formula has to take away to be worth its name.
+const WORTH: f64 = 0.05;
+
+/// Whether a system has formulas of a grammar.
+pub(crate) fn has_grammar(prepared: &Prepared) -> bool {
+    prepared.data.system.library().iter().any(|effect| effect.grammar.is_some())
+}
+
+/// Whether an addition is a formula of a grammar.
+pub(crate) fn is_formula(addition: &Addition) -> bool {
+    addition.listed().is_some_and(|effect| effect.grammar.is_some())
+}
+
+/// Length of the formulas of a set.
+pub(crate) fn nodes(judged: &Judged) -> usize {
+    let grammars = judged.additions().iter().filter_map(|a| a.listed()?.grammar.as_ref());
+    grammars.map(|grammar| grammar.nodes).sum()
+}
+
+/// The answer of the search over formulas that begins at what the library came to; `None` where no formula takes a part of what
+/// is left away, in training windows, in held-out ones and in free runs.
+pub(crate) fn beyond_the_library(
+    prepared: &Prepared,
+    decided: &Decided,
+    progress: &mut dyn FnMut(Progress),
+) -> Option<Decided> {
+    progress(Progress::Formulas);
+    let sample = prepared.sample(&prepared.train);
+    let mut search = Search::new(sample, prepared.sample(&prepared.test), Family::Grammar);
+    let (base, before) = (&decided.base, &decided.best);
+    let known: Vec<Judged> = (!before.additions().is_empty()).then(|| before.clone()).into_iter().collect();
+    let mut found = decide(&mut search, base.fit.clone(), &known, false, progress)?;
+    let after = &found.best;
+    let [left, was] = [after, before].map(|j| misfit(&sample, &j.fit));
+    let squares = left.iter().zip(&was).map(|(a, b)| (a / b).powi(2)).sum::<f64>() / was.len().max(1) as f64;
+    let runs_worse = after.free_run.zip(before.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
+    let is_better = after.additions().iter().any(is_formula)
+        && squares < 1.0 - WORTH
+        && after.criterion < before.criterion - MARGIN
+        && after.heldout_ll > before.heldout_ll
+        && !runs_worse;
+    if !is_better {
+        return None;
+    }
+    if !found.tests.ok() {
+        found.verdict = Verdict::PartlyExplained;
+    }
+    // What the library came to is shown beside the formulas.
+    found.found.tried.extend(decided.found.tried.iter().cloned());
+    Some(found)
+}
+
+/// The answer of a search over the library and, where it leaves something, over formulas.
+///
+/// # Errors
+/// No hypothesis can be judged.
+pub(crate) fn answer(
+    prepared: &Prepared,
+    options: &Options,
+    from: Option<&Decided>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Decided, Family), DiscoveryError> {
+    let family = if options.library { Family::Described } else { Family::Grammar };
+    let mut search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+    let (base, known) = match from {
+        None => {
+            progress(Progress::Calibration);
+            (crate::calibrate::calibrate(&search.train), Vec::new())
+        }
+        Some(from) => {
+            let known = from.found.pool.iter().filter(|j| !j.additions().is_empty()).cloned().collect();
+            (search.refit(&from.base.fit, &[], &[]).fit, known)
+        }
+    };
+    let too_few = || DiscoveryError::TooFew { data: prepared.data.name.clone(), found: 0 };
+    let decided = decide(&mut search, base, &known, true, progress).ok_or_else(too_few)?;
+    Ok((decided, family))
+}

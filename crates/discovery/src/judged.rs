@@ -1,0 +1,47 @@
+//! A fitted hypothesis with what it is chosen by.
+
+use crate::addition::Addition;
+use crate::fit::Fit;
+use augsim_physics::system::EffectParameter;
+
+/// Share of its usual size below which an amount is none.
+const STILL: f64 = 1e-6;
+
+/// A fitted hypothesis with its criterion, once also judged on the held-out part.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub fit: Fit,
+    /// -2 ln likelihood on the training part plus penalties.
+    pub criterion: f64,
+    /// Ln likelihood of the held-out part.
+    pub heldout_ll: Option<f64>,
+    /// Error of free runs on the held-out part, where windows are shorter than recordings.
+    pub free_run: Option<f64>,
+}
+
+impl Judged {
+    /// Criterion of both parts together.
+    pub fn total(&self) -> f64 {
+        self.criterion - 2.0 * self.heldout_ll.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// Whether it could be fitted: where no window can be simulated, or a direction has no information, there is no criterion.
+    pub fn is_finite(&self) -> bool {
+        let intervals = || self.fit.ci95().iter().flatten().all(|v| v.is_finite());
+        self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
+    }
+
+    /// Whether the addition of that number does nothing: all of its amounts are at their nulls.
+    pub fn is_inert(&self, number: usize) -> bool {
+        let h = &self.fit.hypothesis;
+        let Some(effect) = h.additions[number].listed() else { return false };
+        let values = &self.fit.theta[h.range_of(number)];
+        let amounts = effect.parameters.iter().take(effect.amounts.unwrap_or(usize::MAX));
+        let still = |(p, value): (&EffectParameter, &f64)| (value - p.null).abs() <= STILL * p.typical.abs();
+        values.len() == effect.parameters.len() && amounts.zip(values).all(still)
+    }
+
+    pub fn additions(&self) -> &[Addition] {
+        &self.fit.hypothesis.additions
+    }
+}

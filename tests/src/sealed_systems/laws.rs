@@ -1,0 +1,67 @@
+//! Laws that a plant may have and its model lacks: of the library, formulas inside the grammar, and laws outside both.
+
+/// A law: a term of the equation that a plant names, in units of its sizes there.
+#[derive(Clone, Copy, Debug)]
+pub struct Law {
+    /// Kind in the library, or the shape of the formula with `z` for its quantity, or a name.
+    pub name: &'static str,
+    /// Whether the quantity is the speed (force equations) and not the position or level.
+    pub of_speed: bool,
+    /// The term at its quantity, in units of its size, at the other one, and at a time in units of the record; its own size is
+    /// about 1.
+    pub term: fn(f64, f64, f64) -> f64,
+}
+
+const fn law(name: &'static str, of_speed: bool, term: fn(f64, f64, f64) -> f64) -> Law {
+    Law { name, of_speed, term }
+}
+
+/// Effects of the library.
+pub fn listed(is_force: bool) -> &'static [Law] {
+    const FORCE: [Law; 6] = [
+        law("quadratic-damping", true, |v, _, _| -v.abs() * v),
+        law("cubic-damping", true, |v, _, _| -v.powi(3)),
+        law("coulomb", true, |v, _, _| -(v / 0.05).tanh()),
+        law("asymmetric-stiffness", false, |x, _, _| -x * x),
+        law("cubic-stiffness", false, |x, _, _| -x.powi(3)),
+        law("asymmetric-damping", true, |v, _, _| -v.abs()),
+    ];
+    const FLOW: [Law; 2] =
+        [law("leak-square", false, |x, _, _| -x * x), law("constant", false, |_, _, _| -1.0)];
+    if is_force { &FORCE } else { &FLOW }
+}
+
+/// Formulas of the grammar.
+pub fn inside(is_force: bool) -> &'static [Law] {
+    const FORCE: [Law; 5] = [
+        law("z^3", false, |x, _, _| -x.powi(3)),
+        law("abs(z) * z", true, |v, _, _| -v.abs() * v),
+        law("tanh(z / s)", true, |v, _, _| -(v / 0.1).tanh()),
+        law("z * exp(-(z / s)^2)", true, |v, _, _| -2.0 * v * (-v * v).exp()),
+        law("z^2", false, |x, _, _| x * x),
+    ];
+    const FLOW: [Law; 3] = [
+        law("z^2", false, |x, _, _| -x * x),
+        law("z^3", false, |x, _, _| -x.powi(3)),
+        law("relu(z - s)", false, |x, _, _| -2.0 * (x - 0.8).max(0.0)),
+    ];
+    if is_force { &FORCE } else { &FLOW }
+}
+
+/// Laws outside library and grammar.
+pub fn outside(is_force: bool) -> &'static [Law] {
+    const FORCE: [Law; 3] = [
+        law(
+            "a window of position",
+            false,
+            |x, _, _| if (0.3..0.6).contains(&x.abs()) { x.signum() } else { 0.0 },
+        ),
+        law("a fine ripple of position", false, |x, _, _| (47.0 * x).sin()),
+        law("a chirp", false, |_, _, t| (40.0 * t * t).sin()),
+    ];
+    const FLOW: [Law; 2] = [
+        law("a window of level", false, |x, _, _| if (0.9..1.1).contains(&x) { -1.0 } else { 0.0 }),
+        law("a chirp", false, |_, _, t| (25.0 * t * t).sin()),
+    ];
+    if is_force { &FORCE } else { &FLOW }
+}

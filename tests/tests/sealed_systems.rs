@@ -1,0 +1,33 @@
+//! Contract: sealed systems are drawn from the seed alone, hold what their model files name, and a law changes them. The battery
+//! itself runs the binary and is a command of its own (`discover_battery systems-null`, …).
+use augsim_tests::sealed_systems::{PLANTS, draw, inside, listed, outside};
+
+#[test]
+fn every_plant_is_drawn_from_its_seed_alone() {
+    for plant in &PLANTS {
+        let (one, again, other) = (draw(plant, &[], 3), draw(plant, &[], 3), draw(plant, &[], 11));
+        assert_eq!(one.csv, again.csv, "{}", plant.name);
+        assert_ne!(one.csv, other.csv, "{}", plant.name);
+        let mut lines = one.csv.lines();
+        assert_eq!(lines.next(), Some(&*format!("trajectory,t_s,{}", plant.header)));
+        for column in plant.header.split(',') {
+            assert!(plant.model.contains(&format!("{column} = {{")), "{}: {column}", plant.name);
+        }
+        let finite = |line: &str| line.split(',').all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite));
+        assert!(lines.clone().all(finite), "{}", plant.name);
+        assert_eq!(lines.count(), plant.size.0 * plant.size.1, "{}", plant.name);
+    }
+}
+
+#[test]
+fn laws_move_their_plants() {
+    for plant in &PLANTS {
+        let plain = draw(plant, &[], 5).csv;
+        let lists = [listed(plant.is_force), inside(plant.is_force), outside(plant.is_force)];
+        for law in lists.into_iter().flatten() {
+            let drawn = draw(plant, &[(*law, 0.15)], 5);
+            assert!(drawn.amounts[0] > 0.0 && drawn.amounts[0].is_finite(), "{}: {}", plant.name, law.name);
+            assert_ne!(drawn.csv, plain, "{}: {}", plant.name, law.name);
+        }
+    }
+}
