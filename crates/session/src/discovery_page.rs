@@ -161,7 +161,6 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
             data: of.sources.clone(),
             ..Provenance::default()
         },
-        ..DiscoveryReport::default()
     }
 }
 
