@@ -137,7 +137,7 @@ pub fn check(name: &str, inputs: &[Input], f: &Function<'_>) {
 /// the central difference of the whole output and J^T w comes from the tape.
 ///
 /// The difference is off by rounding, eps |f| / h, and by truncation, h^2 times the third derivative; w multiplies both. So
-/// the tolerance is [`TOLERANCE`] times |w| (1 + |J v| + |f|), the 1 for what cancels inside f, which an error in one element of a small output
+/// the tolerance is `TOLERANCE` times |w| (1 + |J v| + |f|), the 1 for what cancels inside f, which an error in one element of a small output
 /// exceeds by far.
 ///
 /// # Panics

@@ -60,6 +60,8 @@ impl Adam {
     pub fn step<T: Scalar>(&self, state: &mut AdamState<T>, params: &mut [T], grads: &[T], lr: f64) {
         state.steps += 1;
         let t = i32::try_from(state.steps).unwrap_or(i32::MAX);
+        // The moments start at 0 and are too small at first, by 1 - beta^t (Kingma and Ba, section 3). Both corrections are
+        // moved into two scalars; eps is added behind that of the second moment, as torch does.
         let step = T::of(lr / (1.0 - self.beta1.powi(t)));
         let scale = T::of((1.0 - self.beta2.powi(t)).sqrt());
         let [b1, b2, eps, decay] = [self.beta1, self.beta2, self.eps, self.weight_decay].map(T::of);

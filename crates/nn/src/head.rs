@@ -59,6 +59,7 @@ impl GaussianHead {
     pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Gaussian, TensorError> {
         let mean = self.mean.forward(tape, p, x)?;
         let raw = self.std.forward(tape, p, x)?;
+        // Softplus grows linearly: an exponential would overflow in single precision from 89 on.
         let mut sd = tape.softplus(raw)?;
         if self.sd_floor > 0.0 {
             sd = tape.shift(sd, self.sd_floor)?;

@@ -48,6 +48,7 @@ pub(crate) fn through<S: Scalar, const K: usize, const M: usize>(
     f: impl Fn([Dual<K>; K]) -> [Dual<K>; M],
 ) -> [S; M] {
     let outputs = f(std::array::from_fn(|i| Dual::variable(inputs[i].value(), i)));
+    // Value 0 and all derivatives: what is left of an input when its value is taken off.
     let changes = inputs.map(|x| x - x.value());
     outputs.map(|y| {
         let mut sum = S::constant(y.value);
@@ -92,6 +93,7 @@ impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn div(mut self, o: Self) -> Self {
+        // (x / y)' = (x' - (x / y) y') / y: one division for all lanes.
         let r = 1.0 / o.value;
         self.value *= r;
         let v = self.value;

@@ -72,11 +72,11 @@ pub enum TensorError {
         shape: Shape,
     },
     /// The environment asks for an instruction set that this machine does not have.
-    #[error("AUGSIM_SIMD={found} names no instruction set of this machine; it has {available}")]
+    #[error("AUGSIM_SIMD={found} names no instruction set of this machine; it has {}", available.join(", "))]
     Simd {
         /// Name in the environment variable.
         found: String,
         /// Levels of this machine.
-        available: String,
+        available: Vec<&'static str>,
     },
 }

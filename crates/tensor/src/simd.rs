@@ -47,8 +47,8 @@ impl Level {
         let Some(text) = std::env::var_os(VARIABLE) else { return Ok(best) };
         let found = Level::available().find(|l| text.to_str() == Some(l.name()));
         found.ok_or_else(|| {
-            let names: Vec<_> = Level::available().map(Level::name).collect();
-            TensorError::Simd { found: text.to_string_lossy().into_owned(), available: names.join(", ") }
+            let names = Level::available().map(Level::name).collect();
+            TensorError::Simd { found: text.to_string_lossy().into_owned(), available: names }
         })
     }
 

@@ -39,6 +39,10 @@ fn describe(page: &mut String, command: &Command) {
     let intro = format!("{about}\n\n```text\n{usage}\n```\n");
     let own = command.get_arguments().filter(|arg| is_shown(arg) && !arg.is_global_set());
     section(page, &format!("`{name}`"), &intro, own);
+    if let Some(examples) = command.get_after_help() {
+        // Writing to a string cannot fail.
+        let _ = write!(page, "\n```text\n{}\n```\n", examples.to_string().trim_end());
+    }
     for below in command.get_subcommands() {
         describe(page, below);
     }

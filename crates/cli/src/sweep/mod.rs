@@ -1,7 +1,7 @@
 //! Many independent runs of one command: planned here, run here or by a cluster's scheduler, collected here.
 //!
-//! `SWEEP.toml` ([`file`]) is crossed into tasks ([`task`], [`plan`]), each of which names everything that decides its
-//! result. A task is run by [`attempt`], whoever asks for it: this machine ([`here`]) or an array job ([`submit`]). What is
+//! `SWEEP.toml` ([`mod@file`]) is crossed into tasks ([`task`], [`plan`]), each of which names everything that decides its
+//! result. A task is run by [`attempt`], whoever asks for it: this machine ([`here`]) or an array job ([`mod@submit`]). What is
 //! done lies in the plan's folder ([`store`]) under names that follow from the tasks, so nothing else keeps a state.
 
 pub mod args;

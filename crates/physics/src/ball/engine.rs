@@ -177,6 +177,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         self.run.positions.len() >= self.times.len()
     }
 
+    /// Time of the last state that a sample shows: a sensor that is late shows states that lie `delay` back.
     fn horizon(&self) -> f64 {
         self.times.last().map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
     }
@@ -395,6 +396,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         if stays {
             return None;
         }
+        // The tangential impulse is taken to act evenly over the contact: on the way the ball has half of its jump.
         let drift = axpy(&tangential, &jump, S::constant(0.5));
         let time = arrival.time + duration;
         if let Some(Some(c)) = &contact {

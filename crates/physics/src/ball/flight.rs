@@ -22,6 +22,8 @@ pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S>
     }
     let pull = -accel;
     let root = (rate * rate + pull * gap * 2.0).sqrt();
+    // Two forms of the same root of gap + rate t - pull t²/2: in each of them the terms that meet have one sign, so that
+    // nothing cancels where the ball is close to the ground.
     if rate.value() >= 0.0 { Some((rate + root) / pull) } else { Some(gap * 2.0 / (root - rate)) }
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Possible<'a> {
 
 impl Possible<'_> {
     /// Whether these records can speak about the library's effect of this index, and the model does not have it already.
-    pub fn holds(&self, effect: usize, records: &[&Record]) -> bool {
+    pub fn allows(&self, effect: usize, records: &[&Record]) -> bool {
         let library = all::<f64>();
         let Some(spec) = library.get(effect).map(|e| e.spec()) else { return false };
         let declared = self.kinds.iter().any(|k| k == spec.kind || spec.excludes.contains(&k.as_str()));

@@ -245,7 +245,7 @@ impl System for Ball {
             parameters: &self.parameters,
             kinds: &self.declares.kinds,
         };
-        possible.holds(effect, records)
+        possible.allows(effect, records)
     }
 
     fn tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {

@@ -1,6 +1,7 @@
 //! Mistakes in a model file, each with file, line and remedy.
 
 use augsim_data::shown;
+use std::fmt;
 use thiserror::Error;
 
 /// A model file that cannot be used. Every message names the file, the line and the remedy.
@@ -36,7 +37,7 @@ pub enum ModelError {
         reason: String,
     },
     /// A key that nothing reads.
-    #[error("{file}:{line}: unknown key `{}` in {place}; {remedy}", shown(key))]
+    #[error("{file}:{line}: unknown key `{}` in {place}; {known}", shown(key))]
     UnknownKey {
         /// The file.
         file: String,
@@ -46,8 +47,8 @@ pub enum ModelError {
         key: String,
         /// Where it stands.
         place: String,
-        /// The known key that is spelt most like it, and all known keys.
-        remedy: String,
+        /// The keys that are known there.
+        known: Box<KnownKeys>,
     },
     /// An effect that the library does not have.
     #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{nearest}`?", shown(kind))]
@@ -117,4 +118,19 @@ pub enum ModelError {
         /// The earlier kind.
         other: String,
     },
+}
+
+/// The keys that are known in one place of a model file.
+#[derive(Debug, PartialEq)]
+pub struct KnownKeys {
+    /// The one that is spelt most like the key that was found.
+    pub nearest: String,
+    /// All of them.
+    pub all: Vec<String>,
+}
+
+impl fmt::Display for KnownKeys {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "did you mean `{}`? Known here: {}", self.nearest, self.all.join(", "))
+    }
 }

@@ -16,7 +16,7 @@ use crate::effects::{Table, index_of};
 use crate::system::ScatterPer;
 use std::path::Path;
 
-pub use error::ModelError;
+pub use error::{KnownKeys, ModelError};
 pub use groups::{UnknownGroup, unknown_group};
 pub use parameter::{Parameter, Per};
 pub(crate) use parse::edit_distance;

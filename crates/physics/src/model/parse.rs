@@ -1,6 +1,6 @@
 //! Model files in: every key is known or refused, with its line.
 
-use super::{EffectBlock, Model, ModelError, Parameter, Per, Release};
+use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Release};
 use crate::ball::BASE_PARAMETERS;
 use crate::effects::{self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::system::ScatterPer;
@@ -112,11 +112,10 @@ impl<'t> Reader<'t> {
                     line: self.line(key.span()),
                     key: name.into(),
                     place: place.into(),
-                    remedy: format!(
-                        "did you mean `{}`? Known here: {}",
-                        nearest.unwrap_or(""),
-                        known.join(", ")
-                    ),
+                    known: Box::new(KnownKeys {
+                        nearest: nearest.unwrap_or_default().into(),
+                        all: known.iter().map(|k| k.to_string()).collect(),
+                    }),
                 });
             }
         }
