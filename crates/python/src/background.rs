@@ -1,6 +1,6 @@
 //! Long work on a thread of its own: the interpreter's lock is free meanwhile, progress is told, Ctrl-C stops it.
 
-use crate::error::{defect, raised};
+use crate::error::{defect, raised, unlocked};
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -90,6 +90,18 @@ pub fn run<T: Send + 'static>(
             Err(e)
         }
     }
+}
+
+/// Does brief work on the calling thread, where waiting for another would take longer, and any other as [`run`] does.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_unless_brief<T: Send + 'static>(
+    py: Python<'_>,
+    is_brief: bool,
+    work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    if is_brief { unlocked(py, work) } else { run(py, None, move |_| work()) }
 }
 
 fn wait<T>(hear: Receiver<Heard<T>>) -> (Receiver<Heard<T>>, Result<Heard<T>, RecvTimeoutError>) {

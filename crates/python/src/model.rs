@@ -5,7 +5,7 @@ use crate::error::unlocked;
 use crate::numbers::{Numbers, memory};
 use crate::source::Source;
 use augsim_session::Subject;
-use augsim_session::simulate::{Plan, simulate};
+use augsim_session::simulate::{BRIEF, Plan, simulate};
 use augsim_session::written::fitted::calibrate;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -89,7 +89,10 @@ impl Model {
         let times = times.into_vec();
         let plan = Plan { start: owned(start), times, inputs: owned(inputs), samples, seed };
         let subject = self.subject.clone();
-        let made = background::run(py, None, move |_| simulate(&subject, &plan))?;
+        let batch = plan.start.first().map_or(0, |(_, values)| values.len());
+        let sizes = [plan.samples.max(1), plan.times.len()];
+        let is_brief = sizes.iter().fold(batch, |all, size| all.saturating_mul(*size)) <= BRIEF;
+        let made = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan))?;
         Ok((memory(py, &made.values)?, made.shape, made.columns))
     }
 }

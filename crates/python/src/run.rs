@@ -9,6 +9,7 @@ use augsim_data::checks::Warning;
 use augsim_session::configure::{Corrected, WantedRun, configure};
 use augsim_session::run_data::{admit_measured, load_timed, read_measured};
 use augsim_session::run_dir::{Config, RunDir};
+use augsim_session::simulate::BRIEF;
 use augsim_session::training_run::{Begin, Watch, train_in_memory};
 use augsim_session::{RunLock, Subject, Usage, forecast};
 use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};
@@ -129,6 +130,20 @@ fn named(recipe: &str) -> anyhow::Result<Recipe> {
     })
 }
 
+/// Samples side by side that are turned over together: a cache line of the source.
+const BESIDE: usize = 16;
+
+/// From `[row, sample]` to `[sample, row]`.
+fn transpose(from: &[f32], samples: usize, to: &mut [f32]) {
+    let rows = from.len() / samples.max(1);
+    for first in (0..samples).step_by(BESIDE) {
+        for row in 0..rows {
+            let beside = &from[row * samples..][first..(first + BESIDE).min(samples)];
+            beside.iter().enumerate().for_each(|(i, value)| to[(first + i) * rows + row] = *value);
+        }
+    }
+}
+
 /// Reads the run directory of `augsim train`.
 #[pyfunction]
 pub fn read_run(py: Python<'_>, folder: PathBuf) -> PyResult<Run> {
@@ -199,7 +214,8 @@ impl Run {
         let (start, actions) = (start.into_vec(), actions.into_vec());
         let (batch, time) = shape;
         let model = Arc::clone(&self.model);
-        let values = background::run(py, None, move |_| {
+        let is_brief = batch.saturating_mul(samples).saturating_mul(time) <= BRIEF;
+        let values = background::run_unless_brief(py, is_brief, move || {
             let model = match seed {
                 Some(seed) if seed != model.state().settings.seed => Arc::new(model.with_seed(seed)?),
                 _ => model,
@@ -210,21 +226,19 @@ impl Run {
             let is_shared = actions.len() == width;
             let each = samples * time * states;
             let mut values = vec![0.0_f32; batch * each];
-            values.par_chunks_mut(each.max(1)).enumerate().try_for_each(
-                |(i, out)| -> anyhow::Result<()> {
-                    let from = if is_shared { 0 } else { i * width };
-                    let lacking = || Usage("start and actions: not of the shape that is said".to_owned());
-                    let start = start.get(i * states..(i + 1) * states).ok_or_else(lacking)?;
-                    let actions = actions.get(from..from + width).ok_or_else(lacking)?;
-                    let task = Task { start, actions, time, index: first.wrapping_add(i as u64) };
-                    let made = model.forecast(task, samples)?;
-                    // From `[time, state, sample]`.
-                    for (at, row) in made.values.chunks_exact(made.count).enumerate() {
-                        row.iter().enumerate().for_each(|(sample, v)| out[sample * time * states + at] = *v);
-                    }
-                    Ok(())
-                },
-            )?;
+            let drawn = |(i, out): (usize, &mut [f32])| -> anyhow::Result<()> {
+                let from = if is_shared { 0 } else { i * width };
+                let lacking = || Usage("start and actions: not of the shape that is said".to_owned());
+                let start = start.get(i * states..(i + 1) * states).ok_or_else(lacking)?;
+                let actions = actions.get(from..from + width).ok_or_else(lacking)?;
+                let task = Task { start, actions, time, index: first.wrapping_add(i as u64) };
+                transpose(&model.forecast(task, samples)?.values, samples, out);
+                Ok(())
+            };
+            match batch == 1 || is_brief {
+                true => values.chunks_mut(each.max(1)).enumerate().try_for_each(drawn)?,
+                false => values.par_chunks_mut(each.max(1)).enumerate().try_for_each(drawn)?,
+            }
             Ok(values)
         })?;
         memory(py, &values)

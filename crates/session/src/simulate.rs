@@ -17,6 +17,9 @@ const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Draws of an event's parameter: events beyond them take its nominal value.
 const MOST_EVENTS: usize = 1000;
 
+/// Values up to which a simulation stays on the calling thread: handing it to others would take longer on a busy machine.
+pub const BRIEF: usize = 20_000;
+
 /// A column of numbers with its name.
 pub type Named = (String, Vec<f64>);
 
@@ -76,13 +79,15 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
         .check(cells)
         .map_err(|e| Usage(format!("{batch} trajectories of {samples} samples: it {e}")))?;
     let mut values = vec![0.0; batch * samples * each];
-    values.par_chunks_mut(samples * each).enumerate().try_for_each(|(trajectory, values)| {
+    let simulated = |(trajectory, values): (usize, &mut [f64])| {
         let mut out = Simulated::default();
-        values
-            .chunks_exact_mut(each)
-            .enumerate()
-            .try_for_each(|(sample, values)| opened.one(plan, trajectory, sample, &mut out, values))
-    })?;
+        let mut all = values.chunks_exact_mut(each).enumerate();
+        all.try_for_each(|(sample, values)| opened.one(plan, trajectory, sample, &mut out, values))
+    };
+    match values.len() <= BRIEF {
+        true => values.chunks_mut(samples * each).enumerate().try_for_each(simulated)?,
+        false => values.par_chunks_mut(samples * each).enumerate().try_for_each(simulated)?,
+    }
     Ok(Trajectories { columns, shape: [batch, samples, plan.times.len()], values })
 }
 
