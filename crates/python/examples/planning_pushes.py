@@ -2,7 +2,7 @@
 # # Pushing a block to a goal
 #
 # A rod pushes a square block by straight pushes to a goal pose. Each push is chosen by model-predictive control: of many candidates,
-# the one whose forecast ends nearest to the goal is made, then the block is looked at again. The world has inertia, friction summed
+# and as many near the best of these, the one whose forecast ends nearest to the goal is made, then the block is looked at again. The world has inertia, friction summed
 # over the footprint, another contact friction than declared, and for every push another gradient of the friction across the table;
 # none of it is declared. The planner forecasts with the calibrated analytical model, or with Hybrid+ on top of the declared one.
 
@@ -14,7 +14,7 @@ import numpy as np
 import augsim
 
 QUICK = bool(os.environ.get("AUGSIM_EXAMPLES_QUICK"))
-TRAIN, ITERATIONS, GOALS, CANDIDATES, SAMPLES = (60, 60, 2, 20, 2) if QUICK else (800, 3000, 100, 150, 4)
+TRAIN, ITERATIONS, GOALS, CANDIDATES, SAMPLES = (60, 60, 2, 20, 2) if QUICK else (800, 3000, 100, 100, 8)
 #: Most pushes of an episode, and the cost (m) below which a goal is reached.
 PUSHES, REACHED = 6, 0.005
 #: Half a side of the block and the rod's radius, m; weight of a radian in metres.
@@ -65,6 +65,14 @@ def drawn_pushes(random, count):
             random.uniform(0.05, 0.2, count),
         ]
     )
+
+
+def near(random, best, count):
+    """Pushes `[count, 5]` near the best ones: the same sides, the rest moved a little, within the bounds of drawn ones."""
+    moved = np.repeat(best, count // len(best), axis=0)
+    moved[:, 1:] += random.normal(size=moved[:, 1:].shape) * [0.004, 0.06, 0.005, 0.02]
+    moved[:, 1:] = np.clip(moved[:, 1:], [-0.03, -0.5, 0.01, 0.05], [0.03, 0.5, 0.06, 0.2])
+    return moved
 
 
 def rod_path(pose, push):
@@ -147,14 +155,18 @@ def cost(poses, goal):
 
 def episode(forecast, number):
     """Cost at the end of an episode. World, goals and candidates are the same for every forecaster."""
-    random = np.random.default_rng([2, number])
+    random = np.random.default_rng([12, number])
     pose, goal = np.array([0.35, -0.03, 0.0]), np.array([0.35, -0.03, random.uniform(-0.6, 0.6)])
     goal[:2] += random.uniform(0.04, 0.1) * np.array([np.cos(a := random.uniform(-np.pi, np.pi)), np.sin(a)])
     for turn in range(PUSHES):
-        candidates = drawn_pushes(np.random.default_rng([3, number, turn]), CANDIDATES)
-        world = world_of(np.random.default_rng([4, number, turn]))
-        noise = NOISE * np.random.default_rng([5, number, turn]).normal(size=3)
+        draws = np.random.default_rng([13, number, turn])
+        world = world_of(np.random.default_rng([14, number, turn]))
+        noise = NOISE * np.random.default_rng([15, number, turn]).normal(size=3)
+        candidates = drawn_pushes(draws, CANDIDATES)
         foreseen = cost(forecast(pose + noise, candidates), goal)
+        finer = near(draws, candidates[np.argsort(foreseen)[:5]], CANDIDATES)
+        candidates = np.vstack([candidates, finer])
+        foreseen = np.r_[foreseen, cost(forecast(pose + noise, finer), goal)]
         if foreseen.min() >= cost(pose + noise, goal):
             break
         pose = pushed(world, pose, candidates[foreseen.argmin()])[-1]
