@@ -13,3 +13,4 @@ pub mod random;
 pub mod sealed;
 pub mod sealed_push;
 pub mod sealed_systems;
+pub mod strange;

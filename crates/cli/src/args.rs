@@ -1,5 +1,7 @@
 //! What can be typed.
 
+use crate::examples;
+use crate::start_args::Start;
 use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -49,30 +51,58 @@ pub struct Global {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Read recordings as they are, and write the data file and the model file that the other commands begin with.
+    #[command(after_help = examples::START)]
+    Start(Start),
     /// See the whole of it in two minutes: simulate, train, forecast, compare, report.
+    #[command(after_help = examples::DEMO)]
     Demo(Demo),
     /// Write model files to start from.
+    #[command(after_help = examples::MODEL)]
     Model(ModelArgs),
     /// Generate trajectories of a known law, with a truth record beside them, or of a model file of equations.
+    #[command(after_help = examples::SIMULATE)]
     Simulate(Simulate),
     /// Calibrate the declared parameters of a model file of equations.
+    #[command(after_help = examples::FIT)]
     Fit(Fit),
     /// List the effects that may be tried on a model.
+    #[command(after_help = examples::EFFECTS)]
     Effects(Effects),
     /// Close the loop: what the model lacks, added and proved on held-out trajectories, or an honest no.
+    #[command(after_help = examples::DISCOVER)]
     Discover(Discover),
     /// Train a net on trajectories; a run directory is the result.
+    #[command(after_help = examples::TRAIN)]
     Train(Train),
     /// Forecast from the first state of each trajectory with a trained run.
+    #[command(after_help = examples::PREDICT)]
     Predict(Predict),
     /// Score a trained run on held-out trajectories.
+    #[command(after_help = examples::EVALUATE)]
     Evaluate(Evaluate),
     /// Reproduce the published tables.
+    #[command(after_help = examples::REPRODUCE)]
     Reproduce(Reproduce),
     /// Many runs of a command with other settings, here or on a cluster with Slurm.
+    #[command(after_help = examples::SWEEP)]
     Sweep(Sweep),
     /// Look at data files.
+    #[command(after_help = examples::DATA)]
     Data(Data),
+    /// Write what a shell completes on the tab key, to standard output.
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write manual pages, one a command.
+    #[command(after_help = examples::MAN)]
+    Man {
+        /// Folder for the pages.
+        #[arg(long, default_value = "out/man")]
+        out: PathBuf,
+    },
     /// Print this reference as a page in Markdown.
     #[command(hide = true)]
     Reference,
@@ -120,12 +150,18 @@ pub enum ModelAction {
     /// Write a commented model file that runs as it is.
     New {
         /// Which system.
-        #[arg(value_parser = PossibleValuesParser::new(augsim_written::EXAMPLES.map(|(name, _)| name)))]
+        #[arg(value_parser = templates())]
         name: String,
         /// File to write, `NAME.toml` without it.
         #[arg(long)]
         out: Option<PathBuf>,
     },
+}
+
+/// Names of the models that can be begun with.
+fn templates() -> PossibleValuesParser {
+    let built_in = augsim_physics::model::TEMPLATES.map(|(name, _)| name);
+    PossibleValuesParser::new(built_in.into_iter().chain(augsim_written::EXAMPLES.map(|(name, _)| name)))
 }
 
 /// Options of `fit`.
@@ -143,11 +179,14 @@ pub struct Fit {
 /// Options of `effects`.
 #[derive(Debug, ClapArgs)]
 pub struct Effects {
-    /// Model file (TOML) of a ball, of pushing, or of equations.
+    /// A library (`ball`, `push`) or an effect of one, such as `quadratic-drag`; without it both libraries.
+    #[arg(conflicts_with = "model")]
+    pub kind: Option<String>,
+    /// Model file (TOML) of a ball, of pushing, or of equations: what may be tried on it.
     #[arg(long = "for", value_name = "MODEL")]
-    pub model: PathBuf,
+    pub model: Option<PathBuf>,
     /// Measured trajectories, for usual sizes in the units of a model of equations.
-    #[arg(long)]
+    #[arg(long, requires = "model")]
     pub data: Option<PathBuf>,
 }
 

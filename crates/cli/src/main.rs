@@ -4,6 +4,7 @@ mod args;
 mod chain;
 mod commands;
 mod destination;
+mod examples;
 mod exit;
 mod experiment;
 mod interrupt;
@@ -12,6 +13,7 @@ mod progress;
 mod record;
 mod reproduction;
 mod session;
+mod start_args;
 mod sweep;
 mod systems;
 

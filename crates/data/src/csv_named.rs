@@ -5,8 +5,10 @@ use crate::column::{Column, GROUP, TIME, TRAJECTORY};
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
+use crate::sniff::in_long_form;
 use crate::source::Source;
 use crate::unit::Unit;
+use crate::whole_file::read_whole;
 use std::fmt;
 use std::path::Path;
 
@@ -27,12 +29,21 @@ impl fmt::Debug for NamedCsv {
 }
 
 impl NamedCsv {
-    /// Opens a file, plain or gzip.
+    /// Opens a file, plain or gzip. One that is not in the long form is read as a recording: any separator and decimal mark,
+    /// a clock of another name, units in SI.
     ///
     /// # Errors
     /// It cannot be read, or is no CSV file.
     pub fn open(path: &Path) -> Result<Self, DataError> {
-        Ok(Self { source: CsvSource::open(path)? })
+        let bytes = read_whole(path)?;
+        let strict = CsvSource::of_bytes(path, bytes.clone());
+        if strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME)) {
+            return strict.map(|source| Self { source });
+        }
+        match in_long_form(path, &bytes) {
+            Some(bytes) => Ok(Self { source: CsvSource::of_bytes(path, bytes)? }),
+            None => strict.map(|source| Self { source }),
+        }
     }
 
     /// The file that a table in memory would be written to; `name` is for messages.

@@ -13,6 +13,7 @@ pub struct Dataset {
     columns: Vec<Column>,
     trajectories: Vec<Trajectory>,
     origin: Source,
+    notes: Vec<String>,
 }
 
 impl Dataset {
@@ -58,7 +59,7 @@ impl Dataset {
                 return Err(DataError::GroupOnSome { origin, trajectory, has_group: !has_group });
             }
         }
-        Ok(Dataset { columns, trajectories, origin })
+        Ok(Dataset { columns, trajectories, origin, notes: Vec::new() })
     }
 
     /// Columns, in file order, without trajectory, time and group.
@@ -87,6 +88,18 @@ impl Dataset {
     /// The same set, said to come from `path`.
     pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
         self.origin = Source::File(path.into());
+        self
+    }
+
+    /// What a reader took for granted where the file is not in the long form, one sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The same set, read with these assumptions.
+    #[must_use]
+    pub(crate) fn with_notes(mut self, notes: Vec<String>) -> Self {
+        self.notes = notes;
         self
     }
 
@@ -165,6 +178,7 @@ impl Dataset {
             columns: self.columns.clone(),
             trajectories: indices.iter().map(|&i| self.trajectories[i].clone()).collect(),
             origin: self.origin.clone(),
+            notes: self.notes.clone(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
 use crate::limits::LimitExceeded;
-use crate::printable::{shown, shown_list};
+use crate::printable::{printable, shown, shown_list};
 use crate::push::PushError;
 use crate::source::Source;
 use crate::unit::Unit;
@@ -78,6 +78,11 @@ fn number_remedy(cell: &str) -> String {
     }
 }
 
+/// A sentence on one line.
+fn shown_text(text: &str) -> String {
+    printable(text).replace('\n', " ")
+}
+
 /// Everything that reading, building, splitting, scaling or writing a data set can report.
 ///
 /// Lines are counted from 1 and include the header; `samples` from 0.
@@ -144,6 +149,14 @@ pub enum DataError {
         path: PathBuf,
         /// Separator found.
         separator: char,
+    },
+    /// A file in no known layout, of which something cannot be told.
+    #[error("{}: {}", path.display(), shown_text(what))]
+    NotRecognised {
+        /// File.
+        path: PathBuf,
+        /// What cannot be told, and the remedy.
+        what: String,
     },
     /// No bytes, or only blank lines.
     #[error(

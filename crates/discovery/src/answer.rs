@@ -19,6 +19,8 @@ pub(crate) struct Parts<'a> {
     pub full: &'a Fit,
     pub tests: &'a Adequacy,
     pub verdict: Verdict,
+    /// Why the data are not those of the declared system.
+    pub doubt: Option<String>,
     pub severe: bool,
     pub error: ErrorTable,
     /// Kinds that each fold found, where the loop was repeated on folds.

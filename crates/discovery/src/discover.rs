@@ -2,9 +2,11 @@
 
 use crate::anatomy::anatomy;
 use crate::answer::Parts;
+use crate::calibrate::calibrate;
 use crate::candidates::Family;
 use crate::crossed::{crossed, worth_crossing};
 use crate::decide::{Decided, heldout_gain};
+use crate::doubt::{after_search, before_search, unsearched};
 use crate::error_table::{Lists, measured_in};
 use crate::fit::{fit, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar};
@@ -35,12 +37,22 @@ pub fn discover(
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
-    let (mut decided, mut family) = answer(&prepared, options, None, progress)?;
-    if prepared.quieter(&decided.best.fit) {
+    let mut doubt = before_search(&prepared);
+    let (mut decided, mut family) = match &doubt {
+        Some(_) => {
+            progress(Progress::Calibration);
+            let family = Family::Described;
+            let search =
+                Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+            (unsearched(&search, calibrate(&search.train)), family)
+        }
+        None => answer(&prepared, options, None, progress)?,
+    };
+    if doubt.is_none() && prepared.quieter(&decided.best.fit) {
         // What was noise beside the declared model may be structure beside the augmented one: the search goes on from there.
         (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
     }
-    if has_grammar(&prepared) && family == Family::Described && !decided.tests.ok() {
+    if doubt.is_none() && has_grammar(&prepared) && family == Family::Described && !decided.tests.ok() {
         // Only what the tests see is worth a formula.
         if let Some(wider) = beyond_the_library(&prepared, &decided, progress) {
             (decided, family) = (wider, Family::Grammar);
@@ -48,8 +60,8 @@ pub fn discover(
     }
     let search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
     let Prepared { data: measured, noise, .. } = &prepared;
-    let Decided { found, base, best, tests, verdict, severe } = decided;
-    let [(base, long_base), (best, long_best)] =
+    let Decided { mut found, base, best, mut tests, mut verdict, mut severe } = decided;
+    let [(base, long_base), (mut best, mut long_best)] =
         [base, best].map(|j| match search.over_whole_recordings(&j) {
             Some(better) => (better, true),
             None => (j, false),
@@ -60,7 +72,7 @@ pub fn discover(
     let (unit, _) = measured_in(measured.system.schema());
     let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
     let mut error = lists.table(&unit, options.seed, gain);
-    let crossed = if worth_crossing(&best, &error) {
+    let mut crossed = if worth_crossing(&best, &error) {
         progress(Progress::Folds);
         crossed(&prepared, family, options)
     } else {
@@ -68,6 +80,18 @@ pub fn discover(
     };
     if let Some(c) = &crossed {
         error = ErrorTable { folds: Some(c.found.len()), ..c.lists.table(&unit, options.seed, gain) };
+    }
+    if doubt.is_none() {
+        doubt = after_search(&best, verdict, &error, measured.system.schema().decides());
+        if doubt.is_some() {
+            let plain = unsearched(&search, base.fit.clone());
+            (best, tests, verdict, severe) = (plain.best, plain.tests, plain.verdict, false);
+            found.pool.retain(|j| j.additions().is_empty());
+            error =
+                Lists::of(&search.test, [&base.fit, &best.fit], options.seed).table(&unit, options.seed, 0.0);
+            crossed = None;
+            long_best = long_base;
+        }
     }
     error.free_run = FreeRun::of(&*measured.system, base.free_run, best.free_run);
     if !prepared.smooth && error.noise_floor.rmse > error.augmented.rmse {
@@ -94,10 +118,15 @@ pub fn discover(
         full: &last,
         tests: &tests,
         verdict,
+        doubt,
         severe,
         error,
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
     })?;
-    Ok(Discovery { warnings, ..discovery })
+    let mut notes = prepared.notes.clone();
+    if !data.notes().is_empty() {
+        notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));
+    }
+    Ok(Discovery { warnings, notes, ..discovery })
 }

@@ -16,6 +16,7 @@ mod deal;
 mod decide;
 mod discover;
 mod dispersion;
+mod doubt;
 mod error;
 mod error_table;
 mod evaluate;
@@ -30,6 +31,7 @@ mod judged;
 mod linear;
 #[cfg(test)]
 mod linear_toy;
+mod lone;
 mod noise;
 mod options;
 mod pairs;

@@ -4,6 +4,7 @@ use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::deal;
 use crate::fit::{Fit, Sample};
+use crate::lone;
 use crate::noise::{Noise, estimate};
 use crate::pieces;
 use crate::record::Measured;
@@ -25,6 +26,8 @@ pub(crate) struct Prepared {
     pub smooth: bool,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
+    /// What a reader of the result must know.
+    pub notes: Vec<String>,
 }
 
 impl Prepared {
@@ -105,7 +108,23 @@ pub(crate) fn prepare(
         })
         .collect();
     let system = data.system.clone();
+    let mut notes = Vec::new();
+    if let [only] = &data.records[..]
+        && let Some((halves, at_s)) = lone::halves(&*system, only, &rough)
+    {
+        notes.push(format!(
+            "one {} only: it was cut at {at_s:.2} s, and each part is forecast by what the other shows; what differs between \
+             {} cannot be seen",
+            system.schema().record[0],
+            system.schema().record[1]
+        ));
+        data.records = halves;
+    }
     data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
+    if let Some(settled) = system.settled(&data.seen()) {
+        data.system = settled;
+    }
+    let system = data.system.clone();
     let smooth = pieces::find(&mut data);
     (data.records, data.recordings) = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
@@ -128,7 +147,7 @@ pub(crate) fn prepare(
     let (mut train, mut test) = split(&data, &everything, options);
     shorten(&data, &mut train, MOST_SAMPLES);
     shorten(&data, &mut test, MOST_SAMPLES / 2);
-    Ok(Prepared { data, noise, smooth, train, test })
+    Ok(Prepared { data, noise, smooth, train, test, notes })
 }
 
 /// The records as the system sees them; samples that were masked are not measured.

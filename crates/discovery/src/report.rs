@@ -8,6 +8,7 @@ use crate::error_table::measured_in;
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
 use crate::folds::again;
+use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::remainder::unexplained;
 use crate::result::*;
@@ -19,6 +20,9 @@ use std::collections::BTreeMap;
 pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// The same on the training part alone.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
+
+/// Share of the gain in likelihood below which an effect is small: it is named in a sentence of its own.
+const SMALL: f64 = 0.03;
 
 /// Name and unit of each free parameter; those of additions without their kind.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
@@ -212,7 +216,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
             why: if s.rank == 0.0 {
                 "cannot be seen in these data".into()
             } else {
-                format!("score {:.1} is no sign of it", s.statistic)
+                format!("its test gives {:.1}: no sign of it", s.statistic)
             },
         });
     }
@@ -231,9 +235,12 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
         let mut rest = additions.to_vec();
         rest.remove(n);
         let without = match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(&rest)) {
-            Some(j) => j.fit.ll,
-            None => parts.search.refit(&best.fit, &rest, &[]).fit.ll,
+            Some(j) => j.fit.clone(),
+            None => parts.search.refit(&best.fit, &rest, &[]).fit,
         };
+        let error = |fit: &Fit| forecast::rmse(&forecast::errors(&parts.search.test, fit, &fit.theta));
+        let lawful = matches!(a, Addition::Effect(..)) && additions.len() > 1;
+        let removed = lawful.then(|| error(&without) - error(&best.fit)).filter(|x| x.is_finite());
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
@@ -242,12 +249,13 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
                 let label = kinds(std::slice::from_ref(a));
                 [again(&parts.folds, &label[0]), parts.folds.len()]
             }),
-            share: (2.0 * (best.fit.ll - without) / whole).clamp(0.0, 1.0),
+            share: (2.0 * (best.fit.ll - without.ll) / whole).clamp(0.0, 1.0),
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
                 let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
                 Some(FoundFormula { text: effect.formula.clone(), of, unit, range: grammar.range })
             }),
+            removed,
             per: match a {
                 Addition::Scatter(s) => Some(s.word.clone()),
                 _ => None,
@@ -264,11 +272,15 @@ fn sentence(
     unexplained: &Option<Unexplained>,
     alternatives: &[Vec<String>],
 ) -> String {
-    let list = |e: &[FoundEffect]| {
+    let error = &parts.error;
+    let schema = parts.search.train.data.system.schema();
+    let (unit, scale) = schema.decides();
+    let list = |e: &[&FoundEffect]| {
         let words: Vec<String> = e
             .iter()
             .map(|e| {
-                let p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
+                let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
+                p.extend(e.removed.map(|r| format!("{:.2} {unit} of the error", scale * r)));
                 let values = p.join(", ");
                 match &e.formula {
                     None => format!("{} ({values})", e.kind),
@@ -282,9 +294,13 @@ fn sentence(
             .collect();
         words.join(" and ")
     };
-    let error = &parts.error;
-    let schema = parts.search.train.data.system.schema();
-    let (unit, scale) = schema.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1));
+    // The largest share comes first, and is never small.
+    let (small, large): (Vec<&FoundEffect>, Vec<&FoundEffect>) =
+        effects.iter().partition(|e| e.share < SMALL && Some(&e.kind) != effects.first().map(|e| &e.kind));
+    let beside = match &small[..] {
+        [] => String::new(),
+        small => format!(" Small beside that: {}.", list(small)),
+    };
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
     // Two decimals, or three digits of the smallest where it is less.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
@@ -301,15 +317,18 @@ fn sentence(
     match parts.verdict {
         Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
         Verdict::Explained if !alternatives.is_empty() => format!(
-            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.",
-            list(effects),
+            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.{beside}",
+            list(&large),
             alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
         ),
-        Verdict::Explained => format!("The model lacks {}; {gain}.", list(effects)),
+        Verdict::Explained => format!("The model lacks {}; {gain}.{beside}", list(&large)),
         Verdict::PartlyExplained => {
-            format!("The model lacks {}, and something else: {law}; {gain}.", list(effects))
+            format!("The model lacks {}, and something else: {law}; {gain}.{beside}", list(&large))
         }
         Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
+        Verdict::NotThisSystem => {
+            format!("Not this system: {}.", parts.doubt.as_deref().unwrap_or("the data are of another one"))
+        }
     }
 }
 
@@ -344,6 +363,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         verdict: parts.verdict,
         sentence,
         warnings: Vec::new(),
+        notes: Vec::new(),
         effects: found_effects,
         calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),

@@ -19,6 +19,8 @@ pub enum Verdict {
     PartlyExplained,
     /// Something is there that the library does not know.
     Unknown,
+    /// The data are not those of the declared system, or not in its units: nothing was added.
+    NotThisSystem,
 }
 
 /// A fitted value. For a parameter with one value per group, the mean over the groups, and `groups` has them all.
@@ -77,6 +79,10 @@ pub struct FoundEffect {
     pub parameters: BTreeMap<String, Estimate>,
     /// Share of the gain in likelihood that is lost without it.
     pub share: f64,
+    /// By how much the forecast error on held-out records grows without it, in the unit of the errors; absent for what changes
+    /// no forecast, such as a scatter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub removed: Option<f64>,
     /// In how many folds the loop found it again, of how many; absent where it was not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<[usize; 2]>,
@@ -324,7 +330,10 @@ pub struct Discovery {
     /// Suspicions about the data, none of which refuses them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
-    /// The added effects, largest share first.
+    /// What a reader of the result must know: how a recording was read, what one trajectory cannot show.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// What was added, largest share first.
     pub effects: Vec<FoundEffect>,
     /// The declared parameters calibrated on the training part, nothing added.
     pub calibrated: BTreeMap<String, Estimate>,
@@ -338,7 +347,7 @@ pub struct Discovery {
     pub unexplained: Option<Unexplained>,
     /// The measurement that would help most.
     pub next_experiment: String,
-    /// All candidates, best first.
+    /// All candidates: the chosen one, those that were fitted by gain less penalty, those that were only tested.
     pub candidates: Vec<Candidate>,
     /// Errors before and after.
     pub error: ErrorTable,
@@ -356,6 +365,13 @@ pub struct Discovery {
     /// How much work the answer took.
     #[serde(default)]
     pub work: Work,
+}
+
+impl Discovery {
+    /// Whether anything was added to the declared model.
+    pub fn adds(&self) -> bool {
+        !self.effects.is_empty() || self.unexplained.is_some()
+    }
 }
 
 #[cfg(test)]

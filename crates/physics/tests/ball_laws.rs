@@ -8,7 +8,7 @@ const G: f64 = 9.81;
 const EXACT: f64 = 1e-11;
 
 fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -> Run<f64> {
-    let mut p = vec![G, e, 0.02, 0.4];
+    let mut p = vec![G, e, 0.02, 0.4, 0.0];
     p.extend(extra);
     let mut run = Run::default();
     let throw = Throw {

@@ -2,7 +2,7 @@
 //! agree: dual numbers, closed forms, central differences of the plain simulation. Differences with step 1e-6 of smooth
 //! functions are good to about 1e-8 of their scale; through five bounces sensitivities reach 1e2, hence 1e-6 relative.
 
-use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
+use augsim_physics::ball::{Axes, Covariates, FLOOR, Offsets, Run, State, Throw, World, simulate};
 use augsim_physics::effects::all;
 use augsim_physics::{Dual, Scalar};
 
@@ -18,7 +18,7 @@ impl Scene {
     /// A throw with spin, with the given effects at the given values.
     fn new(axes: Axes, effects: &[(&str, f64)]) -> Self {
         let mut world = World::new(axes);
-        let mut parameters = vec![G, 0.8, 0.02, 0.4];
+        let mut parameters = vec![G, 0.8, 0.02, 0.4, 0.0];
         for (kind, value) in effects {
             world.add_kind(kind).expect("in the library");
             parameters.push(*value);
@@ -99,8 +99,8 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
     for bounces in 1..=5 {
         let hop = 2.0 * speed * e.powi(bounces) / G;
         let t = arrival + 0.4 * hop;
-        let dual: Vec<_> = (0..4).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
-        let (sample, run) = scene.at(&dual, Dual::variable(h, 4), t);
+        let dual: Vec<_> = (0..5).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
+        let (sample, run) = scene.at(&dual, Dual::variable(h, 5), t);
         assert_eq!(run.impacts.len(), bounces as usize);
         let s = t - arrival;
         let rate = speed * e.powi(bounces) - G * s;
@@ -114,7 +114,7 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
         let by_h = speed / (2.0 * h) * e.powi(bounces) * s - rate * arrival / (2.0 * h);
         let z = sample[2];
         assert!((z.d[1] - by_e).abs() < 1e-10 * (1.0 + by_e.abs()), "{bounces}: {} {by_e}", z.d[1]);
-        assert!((z.d[4] - by_h).abs() < 1e-10 * (1.0 + by_h.abs()), "{bounces}: {} {by_h}", z.d[4]);
+        assert!((z.d[5] - by_h).abs() < 1e-10 * (1.0 + by_h.abs()), "{bounces}: {} {by_h}", z.d[5]);
         arrival += hop;
     }
 }
@@ -123,11 +123,11 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
 fn derivative_of_the_impact_time_with_respect_to_drag_is_not_zero() {
     // z = h - ln cosh(√(g k) t)/k = 0 at t = arcosh(e^(k h))/√(g k); its derivative in k, by the closed form's difference.
     let scene = Scene::new(Axes::Vertical, &[("quadratic-drag", 0.1)]);
-    let dual: Vec<_> = (0..5).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
+    let dual: Vec<_> = (0..6).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
     let (_, run) = scene.at(&dual, Dual::constant(1.2), 0.8);
     let time = |k: f64| (k * 1.2).exp().acosh() / (G * k).sqrt();
     let slope = (time(0.1 + 1e-5) - time(0.1 - 1e-5)) / 2e-5;
-    let d = run.impacts[0].time.d[4];
+    let d = run.impacts[0].time.d[5];
     assert!(d > 0.05, "{d}");
     assert!((d - slope).abs() < 1e-6, "{d} {slope}");
 }
@@ -162,18 +162,30 @@ fn effects_together_have_exact_derivatives() {
     for t in [0.6, 1.3, 1.9, 2.3] {
         scene.check(t, "together");
     }
+    let raised = Scene {
+        parameters: scene
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(i, p)| if i == FLOOR { 0.3 } else { *p })
+            .collect(),
+        ..scene
+    };
+    for t in [0.6, 1.3, 1.9, 2.3] {
+        raised.check(t, "together, over a floor at 0.3 m");
+    }
 }
 
 #[test]
 fn contact_duration_has_its_derivative_at_zero() {
     // One-sided: at τ = 0 the law is the instantaneous bounce, and a score test needs the slope there.
     let scene = Scene::new(Axes::Vertical, &[("contact-duration", 0.0)]);
-    let dual: Vec<_> = (0..5).map(|i| Dual::<5>::variable(scene.parameters[i], i)).collect();
+    let dual: Vec<_> = (0..6).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
     let t = 1.2;
-    let exact = scene.at(&dual, Dual::constant(1.2), t).0[2].d[4];
+    let exact = scene.at(&dual, Dual::constant(1.2), t).0[2].d[5];
     let at = |tau: f64| {
         let mut p = scene.parameters.clone();
-        p[4] = tau;
+        p[5] = tau;
         scene.at(&p, 1.2, t).0[2]
     };
     // Second-order one-sided difference.

@@ -1,7 +1,8 @@
 //! A discovery as a page.
 
 use crate::{Circumstances, Subject};
-use augsim_discovery::{Bin, Discovery, Estimate, Rmse, Verdict};
+use augsim_data::Unit;
+use augsim_discovery::{Bin, Candidate, Discovery, Estimate, Rmse, Verdict};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::discovery as page;
 use augsim_report::page::{Method, Provenance};
@@ -23,6 +24,8 @@ struct Shown {
     quantity: String,
     /// The declared parameters.
     declared: Vec<Declared>,
+    /// The declared standard deviation of the sensor.
+    sd: Option<f64>,
 }
 
 impl From<&Subject> for Shown {
@@ -36,14 +39,17 @@ impl From<&Subject> for Shown {
 
 impl From<&ModelFile> for Shown {
     fn from(model: &ModelFile) -> Self {
-        let (scenario, quantity, parameters): (&str, &str, &[Parameter]) = match model {
-            ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters),
-            ModelFile::Push(m) => {
-                ("push", "position of the object, open loop from a measured pose", &m.parameters)
-            }
+        let (scenario, quantity, parameters, sd): (&str, &str, &[Parameter], Option<f64>) = match model {
+            ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters, m.position_sd_m),
+            ModelFile::Push(m) => (
+                "push",
+                "position of the object, open loop from a measured pose",
+                &m.parameters,
+                m.position_sd_m,
+            ),
         };
         let declared = parameters.iter().map(|p| (p.name.clone(), p.nominal, p.frozen)).collect();
-        Self { scenario: scenario.into(), quantity: quantity.into(), declared }
+        Self { scenario: scenario.into(), quantity: quantity.into(), declared, sd }
     }
 }
 
@@ -55,13 +61,14 @@ impl From<&augsim_written::Model> for Shown {
             scenario: model.name.clone(),
             quantity: format!("free run of {output} from its first samples"),
             declared,
+            sd: None,
         }
     }
 }
 
 /// Fills the page's input.
 pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryReport {
-    let Shown { scenario, quantity, declared } = &Shown::from(subject);
+    let Shown { scenario, quantity, declared, sd } = &Shown::from(subject);
     let name = &of.name;
     DiscoveryReport {
         title: format!("{name}: what the model lacks"),
@@ -71,6 +78,7 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
             Verdict::Explained => page::Verdict::Explained,
             Verdict::PartlyExplained => page::Verdict::PartlyExplained,
             Verdict::Unknown => page::Verdict::Unknown,
+            Verdict::NotThisSystem => page::Verdict::NotThisSystem,
         },
         sentence: d.sentence.clone(),
         warnings: d.warnings.iter().map(|w| w.text.clone()).collect(),
@@ -80,7 +88,7 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
             heldout_trajectories: d.error.heldout_trajectories as u64,
             declared: Some(rmse(d.error.declared)),
             calibrated: Some(rmse(d.error.calibrated)),
-            augmented: Some(rmse(d.error.augmented)),
+            augmented: d.adds().then(|| rmse(d.error.augmented)),
             noise_floor: Some(rmse(d.error.noise_floor)),
             reduction: (!d.effects.is_empty()).then(|| rmse(d.error.reduction)),
             folds: d.error.folds.map(|n| n as u64),
@@ -93,7 +101,15 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
                 (fitted.is_some() || *frozen).then(|| page::CalibratedParameter {
                     parameter: match fitted {
                         Some(e) => parameter(name, e),
-                        None => page::Parameter { name: name.clone(), value: *nominal, ..Default::default() },
+                        None => {
+                            let unit = Unit::of_column_name(name).map_or(String::new(), |u| u.symbol());
+                            page::Parameter {
+                                name: name.clone(),
+                                value: *nominal,
+                                unit,
+                                ..Default::default()
+                            }
+                        }
                     },
                     declared: *nominal,
                     frozen: *frozen,
@@ -117,9 +133,8 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
         examples_note: "The beginning of the data, which fits have seen windows of: each model runs on from its first 20 samples, \
                         calibrated (before) and with what was added (after)."
             .to_owned(),
-        candidates: d
-            .candidates
-            .iter()
+        candidates: candidates(d)
+            .into_iter()
             .map(|c| page::Candidate {
                 kinds: c.kinds.clone(),
                 parameters: parameters(&c.parameters),
@@ -128,13 +143,14 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
                 why: c.why.clone(),
             })
             .collect(),
-        score_unit: "gain in -2 ln likelihood less its penalty".to_owned(),
+        score_unit: "in -2 ln likelihood".to_owned(),
         correlations: page::Correlations {
             names: d.correlations.0.clone(),
             values: d.correlations.1.iter().map(|row| row.iter().copied().map(Some).collect()).collect(),
         },
         noise: page::Noise {
             sd: Some(d.noise.sd),
+            declared_sd: *sd,
             unit: d.noise.unit.clone(),
             findings: d
                 .noise
@@ -175,9 +191,18 @@ fn parameter(name: &str, e: &Estimate) -> page::Parameter {
 fn parameters(all: &BTreeMap<String, Estimate>) -> Vec<page::Parameter> {
     let each = |(name, e): (&String, &Estimate)| {
         let groups = e.groups.iter().map(|(group, of)| parameter(&format!("{name} of {group}"), of));
-        [parameter(name, e)].into_iter().chain(groups).collect::<Vec<_>>()
+        let own = if e.groups.is_empty() { name.clone() } else { format!("{name}, mean over groups") };
+        [parameter(&own, e)].into_iter().chain(groups).collect::<Vec<_>>()
     };
     all.iter().flat_map(each).collect()
+}
+
+/// The chosen candidate, those that were fitted, those that were only tested, each by gain less penalty.
+fn candidates(d: &Discovery) -> Vec<&Candidate> {
+    let mut all: Vec<&Candidate> = d.candidates.iter().collect();
+    let place = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
+    all.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(std::cmp::Ordering::Equal));
+    all
 }
 
 /// Unit and words of a feature that residuals are binned by.

@@ -39,7 +39,7 @@ pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome>
                 let inspection = inspect_system::inspect(file, model)?;
                 output.result(&inspection, || inspection.to_string())?;
             } else {
-                let inspection = inspect(file, model.as_deref())?;
+                let inspection = inspect(file, model.as_deref(), output)?;
                 output.result(&inspection, || inspection.to_string())?;
             }
         }

@@ -6,10 +6,11 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
-use augsim_discovery::{Discovery, Options};
+use augsim_discovery::{Discovery, DiscoveryError, Options, SCHEMA, Verdict};
 use augsim_session::discovery_page::page;
 use augsim_session::written::pictures::pictures;
-use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover};
+use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover, sentence};
+use serde::Serialize;
 use std::fmt::Write as _;
 
 /// Runs the subcommand.
@@ -17,9 +18,36 @@ pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::
     if !(args.train_share > 0.0 && args.train_share < 1.0) {
         return Err(Usage(format!("--train-share {}: must lie between 0 and 1", args.train_share)).into());
     }
-    let found = close_loop(args, seed, force, output)?;
+    let found = match close_loop(args, seed, force, output) {
+        Err(error) if is_objection(&error) => {
+            // Nothing could be calibrated, so there is no result to write beside the sentence.
+            let (verdict, sentence) =
+                (Verdict::NotThisSystem, format!("Not this system: {}", sentence(&error)));
+            let refusal = Refusal { schema: SCHEMA, verdict, sentence };
+            output.result(&refusal, || refusal.sentence.clone())?;
+            return Ok(Outcome::CriterionNotMet);
+        }
+        found => found?,
+    };
     output.result(&found, || text(args, &found))?;
-    Ok(Outcome::Done)
+    Ok(match found.verdict {
+        Verdict::NotThisSystem => Outcome::CriterionNotMet,
+        _ => Outcome::Done,
+    })
+}
+
+/// An answer without a result: the data are not those of the declared system.
+#[derive(Debug, Serialize)]
+struct Refusal {
+    schema: &'static str,
+    verdict: Verdict,
+    sentence: String,
+}
+
+/// Whether the system itself objects to the data.
+fn is_objection(error: &anyhow::Error) -> bool {
+    let objects = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
+    error.chain().filter_map(|cause| cause.downcast_ref()).any(objects)
 }
 
 /// Name of the augmented model.
@@ -41,6 +69,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     let found = discover(&subject, &data, &wanted, &mut told)?;
     steps.finish();
     output.warn(&found.warnings);
+    found.notes.iter().for_each(|note| output.note(note));
 
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
@@ -108,7 +137,9 @@ fn text(args: &Discover, d: &Discovery) -> String {
         ("reduction", e.reduction),
     ];
     let d5 = decimals(rows.iter().map(|(_, r)| r.rmse));
-    for (name, r) in rows {
+    for (name, r) in
+        rows.into_iter().filter(|(name, _)| d.adds() || !matches!(*name, "augmented" | "reduction"))
+    {
         let _ = writeln!(out, "  {name:<12} {:>10.d5$}  ({:.d5$} to {:.d5$})", r.rmse, r.ci95[0], r.ci95[1]);
     }
     if let Some(run) = &e.free_run {

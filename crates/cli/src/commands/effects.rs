@@ -3,13 +3,15 @@
 use crate::args::Effects;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
+use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::ModelFile;
-use augsim_physics::system::{Effect, System};
+use augsim_physics::system::{Effect, EffectParameter, System};
 use augsim_session::written::{self, fit, records};
 use augsim_written::WrittenSystem;
 use augsim_written::library::Scales;
 use serde::Serialize;
 use std::fmt::Write;
+use std::path::Path;
 
 #[derive(Debug, Serialize)]
 struct List {
@@ -25,6 +27,9 @@ struct Listed {
     place: String,
     formula: String,
     parameters: Vec<Parameter>,
+    /// What has to be in the data; empty where nothing special is needed.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    needs: &'static str,
     stands_for: Vec<String>,
     source: String,
 }
@@ -39,9 +44,54 @@ struct Parameter {
 
 /// Runs the subcommand.
 pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
-    let (library, measured) = if written::is_model(&args.model) {
-        let model = written::read(&args.model)?;
-        let scales = match &args.data {
+    let list = match &args.model {
+        Some(model) => of_model(model, args.data.as_deref())?,
+        None => of_libraries(args.kind.as_deref())?,
+    };
+    output.result(&list, || told(&list))?;
+    Ok(Outcome::Done)
+}
+
+/// The libraries of the built-in systems, scatter included.
+fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
+    use augsim_physics::{effects, push::effects as push};
+    [
+        ("ball", effects::all::<f64>().iter().map(|e| e.spec()).chain([&effects::SCATTER_SPEC]).collect()),
+        ("push", push::all::<f64>().iter().map(|e| e.spec()).chain([&push::SCATTER_SPEC]).collect()),
+    ]
+}
+
+/// Both libraries, one of them, or one effect.
+fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
+    let libraries = libraries();
+    let wanted = |library: &str, spec: &EffectSpec| kind.is_none_or(|k| k == library || k == spec.kind);
+    let chosen: Vec<Listed> = libraries
+        .iter()
+        .flat_map(|(library, specs)| specs.iter().filter(|spec| wanted(library, spec)))
+        .map(|spec| Listed { needs: spec.needs.words(), ..listed(&Effect::from(*spec), true) })
+        .collect();
+    if chosen.is_empty() {
+        let kind = kind.unwrap_or_default();
+        let near =
+            [augsim_physics::effects::kinds_like(kind), augsim_physics::push::effects::kinds_like(kind)];
+        let text = format!(
+            "no library and no effect is called `{}`; did you mean {}? augsim effects lists all",
+            augsim_data::shown(kind),
+            near.concat().join(" or ")
+        );
+        return Err(Usage(text).into());
+    }
+    let model = match kind {
+        Some(kind) => kind.to_owned(),
+        None => "a ball, then of pushing".to_owned(),
+    };
+    Ok(List { model, measured: true, effects: chosen })
+}
+
+fn of_model(path: &Path, data: Option<&Path>) -> anyhow::Result<List> {
+    let (library, measured) = if written::is_model(path) {
+        let model = written::read(path)?;
+        let scales = match data {
             None => Scales::default(),
             Some(data) => {
                 let measured = records::read(data, &model)?;
@@ -53,46 +103,47 @@ pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
         };
         let system = WrittenSystem::new(&model, &scales)?;
         let described = system.library().iter().filter(|effect| effect.grammar.is_none());
-        (described.cloned().collect::<Vec<Effect>>(), args.data.is_some())
+        (described.cloned().collect::<Vec<Effect>>(), data.is_some())
     } else {
-        if args.data.is_some() {
+        if data.is_some() {
             let text = "--data gives sizes to models of equations; effects of the ball and of pushing have their own";
             return Err(Usage(text.to_owned()).into());
         }
-        let effects = match ModelFile::read(&args.model)? {
-            ModelFile::Ball(_) => {
-                augsim_physics::effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect()
-            }
-            ModelFile::Push(_) => {
-                augsim_physics::push::effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect()
-            }
+        let library = match ModelFile::read(path)? {
+            ModelFile::Ball(_) => "ball",
+            ModelFile::Push(_) => "push",
         };
-        (effects, true)
+        return Ok(List { model: path.display().to_string(), ..of_libraries(Some(library))? });
     };
-    let listed = |effect: &Effect| Listed {
+    let effects = library.iter().map(|effect| listed(effect, measured)).collect();
+    Ok(List { model: path.display().to_string(), measured, effects })
+}
+
+fn listed(effect: &Effect, measured: bool) -> Listed {
+    let parameter = |p: &EffectParameter| Parameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        typical: measured.then_some(p.typical),
+    };
+    Listed {
         kind: effect.kind.clone(),
         place: effect.place.clone(),
         formula: effect.formula.clone(),
-        parameters: effect
-            .parameters
-            .iter()
-            .map(|p| Parameter {
-                name: p.name.clone(),
-                unit: p.unit.clone(),
-                typical: measured.then_some(p.typical),
-            })
-            .collect(),
+        parameters: effect.parameters.iter().map(parameter).collect(),
+        needs: "",
         stands_for: effect.stands_for.clone(),
         source: effect.source.clone(),
-    };
-    let model = args.model.display().to_string();
-    let list = List { model, measured, effects: library.iter().map(listed).collect() };
-    output.result(&list, || told(&list))?;
-    Ok(Outcome::Done)
+    }
 }
 
 fn told(list: &List) -> String {
-    let mut text = format!("{} effects may be tried on {}\n", list.effects.len(), list.model);
+    let count = list.effects.len();
+    let effects = if count == 1 { "effect" } else { "effects" };
+    let mut text = match list.model.as_str() {
+        "ball" | "push" | "a ball, then of pushing" => format!("{count} {effects} of {}\n", list.model),
+        model if count == 1 => format!("{model}\n"),
+        model => format!("{count} {effects} may be tried on {model}\n"),
+    };
     for effect in &list.effects {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{}\n  {}", effect.kind, effect.formula);
@@ -106,6 +157,9 @@ fn told(list: &List) -> String {
         };
         let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
         let _ = writeln!(text, "  {}", parameters.join(", "));
+        if !effect.needs.is_empty() {
+            let _ = writeln!(text, "  needs: {}", effect.needs);
+        }
         if !effect.stands_for.is_empty() {
             let _ = writeln!(text, "  could look the same: {}", effect.stands_for.join("; "));
         }

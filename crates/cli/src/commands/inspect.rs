@@ -1,5 +1,6 @@
 //! `augsim data inspect`: what a set contains, and the outcome of every check.
 
+use crate::output::Output;
 use augsim_data::checks::{Check, Expected, Severity, run_checks};
 use augsim_data::{MissingCells, Summary, read_dataset};
 use augsim_physics::model::ModelFile;
@@ -47,8 +48,15 @@ impl CheckOutcome {
 }
 
 /// Reads `file` and, for the checks that compare with one, a model file.
-pub fn inspect(file: &Path, model: Option<&Path>) -> anyhow::Result<Inspection> {
+pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
     let data = read_dataset(file, MissingCells::AsGap)?;
+    if let [first, rest @ ..] = data.notes() {
+        output.note(format!(
+            "{}: read as a recording: {}",
+            file.display(),
+            [&[first.clone()], rest].concat().join("; ")
+        ));
+    }
     let expected = match model {
         Some(path) => ModelFile::read(path)?.expected(),
         None => Expected::default(),

@@ -1,5 +1,6 @@
 //! One file per subcommand.
 
+mod completions;
 mod data;
 mod demo;
 pub mod discover;
@@ -14,6 +15,7 @@ mod predict;
 mod reference;
 pub mod reproduce;
 mod simulate;
+mod start;
 mod sweep;
 mod train;
 
@@ -25,6 +27,9 @@ use crate::output::Output;
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
     let Global { seed, force, .. } = args.global;
     match &args.command {
+        Command::Start(a) => start::run(a, force, output),
+        Command::Completions { shell } => completions::completions(*shell),
+        Command::Man { out } => completions::man(out, output),
         Command::Demo(a) => demo::run(a, seed, force, output),
         Command::Model(a) => model::run(a, force, output),
         Command::Fit(a) => fit::run(a, force, output),

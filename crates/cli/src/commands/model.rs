@@ -5,6 +5,7 @@ use crate::destination::{check_file, check_model};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_data::atomic_write;
+use augsim_physics::model::template;
 use augsim_session::folders;
 use serde::Serialize;
 use std::io::Write;
@@ -18,7 +19,9 @@ struct Written {
 /// Runs the subcommand.
 pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let ModelAction::New { name, out } = &args.action;
-    let text = augsim_written::example(name).ok_or_else(|| Usage(format!("no model is called {name}")))?;
+    let built_in = template(name);
+    let text = built_in.or_else(|| augsim_written::example(name));
+    let text = text.ok_or_else(|| Usage(format!("no model is called {name}")))?;
     let path = out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     check_file(&path, &[])?;
     check_model(&path, text, force)?;
@@ -27,7 +30,13 @@ pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Out
     let written = Written { model: path };
     output.result(&written, || {
         let path = written.model.display();
-        format!("{path}: a commented model of a {name}\ntry it: augsim simulate {path} --out out/{name}.csv")
+        let next = match built_in {
+            Some(_) => {
+                format!("next: augsim discover {path} DATA.csv (augsim start makes both from a recording)")
+            }
+            None => format!("try it: augsim simulate {path} --out out/{name}.csv"),
+        };
+        format!("{path}: a commented model of a {name}\n{next}")
     })?;
     Ok(Outcome::Done)
 }

@@ -89,7 +89,7 @@ fn falls(data: &Dataset, series: Series<'_>) -> Vec<(usize, f64)> {
 }
 
 /// Second derivative of the parabola through the samples, where they lie on one.
-fn curvature(times: &[f64], values: &[f64]) -> Option<f64> {
+pub(crate) fn curvature(times: &[f64], values: &[f64]) -> Option<f64> {
     let n = times.len() as f64;
     let (middle, half) =
         (0.5 * (times[0] + times[times.len() - 1]), 0.5 * (times[times.len() - 1] - times[0]));

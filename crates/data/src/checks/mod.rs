@@ -27,6 +27,7 @@ use crate::dataset::Dataset;
 pub use admit::{Accepted, Admitted, Warning, admit};
 pub use check::Check;
 pub use finding::{Finding, Severity};
+pub(crate) use gravity_disagrees::curvature;
 pub use suspicious::SuspiciousData;
 
 /// Statements of a model about the data that it is to explain; `None` where it says nothing or there is no model.

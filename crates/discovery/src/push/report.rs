@@ -48,6 +48,7 @@ fn scattered(parts: &Parts<'_>) -> Option<(FoundEffect, f64)> {
         stands_for: SCATTER_SPEC.stands_for.iter().map(|s| s.to_string()).collect(),
         parameters: BTreeMap::from([(SCATTER_SPEC.parameters[0].name.to_string(), sd_m)]),
         share,
+        removed: None,
         folds: None,
         formula: None,
         per: Some("push".into()),
@@ -75,6 +76,7 @@ fn effects(parts: &Parts<'_>, numbers: &Numbers<'_>) -> Vec<FoundEffect> {
                 kind: kind.to_string(),
                 stands_for: also,
                 parameters: numbers.estimates(Some(kind)),
+                removed: None,
                 share: share * rest,
                 formula: None,
                 per: None,
@@ -180,7 +182,10 @@ fn sentence(parts: &Parts<'_>, effects: &[FoundEffect], alternatives: &[Vec<Stri
     );
     let rest = "structure above the noise that no effect of the library explains";
     match parts.verdict {
-        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
+        // Nothing judges pushes in this way yet.
+        Verdict::NotThisSystem | Verdict::NothingToAdd => {
+            "Nothing to add: the calibrated model leaves only noise.".into()
+        }
         Verdict::Explained if !alternatives.is_empty() => format!(
             "The model lacks {list}, or as well {}: these data cannot tell them apart; {gain}.",
             alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
@@ -210,6 +215,7 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         verdict: parts.verdict,
         sentence: sentence(&parts, &found, &rivals),
         warnings: Vec::new(),
+        notes: Vec::new(),
         calibrated: Numbers::of(&search.train, &search.base().fit).estimates(None),
         parameters: numbers.estimates(None),
         noise: NoiseFound {

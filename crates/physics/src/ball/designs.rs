@@ -22,14 +22,20 @@ fn text(height_m: f64, speed_m_s: f64, spin_rad_s: f64) -> String {
 
 /// Throws over heights, and over speeds and spins if balls can be thrown: where there are horizontal channels and the ball
 /// is not `held`.
-pub(super) fn designs(channels: usize, held: bool, records: &[&Record], step_s: f64) -> Designs {
+pub(super) fn designs(
+    channels: usize,
+    floor_m: f64,
+    held: bool,
+    records: &[&Record],
+    step_s: f64,
+) -> Designs {
     let words = "throw from a twentieth to twice the heights of these data".to_string();
     let Some(first) = records.first() else { return Designs { words, list: Vec::new() } };
     let vertical = channels - 1;
     let thrown = channels > 1 && !held;
     let speeds: &[f64] = if thrown { &[0.0, 2.0, 5.0] } else { &[0.0] };
     let spins: &[f64] = if thrown && has_spin(records) { &[0.0, -100.0, 100.0] } else { &[0.0] };
-    let heights = records.iter().filter_map(|r| r.windows.first()?.start.get(vertical).copied());
+    let heights = records.iter().filter_map(|r| Some(r.windows.first()?.start.get(vertical)? - floor_m));
     let highest = heights.fold(0.1, f64::max);
     // Two digits are enough for a plan.
     let unit = 10f64.powf(highest.log10().floor() - 1.0);
@@ -40,7 +46,7 @@ pub(super) fn designs(channels: usize, held: bool, records: &[&Record], step_s: 
         for &speed_m_s in speeds {
             for &spin_rad_s in spins {
                 let mut start = vec![0.0; 2 * channels];
-                start[vertical] = height_m;
+                start[vertical] = height_m + floor_m;
                 if channels > 1 {
                     start[channels] = speed_m_s;
                 }

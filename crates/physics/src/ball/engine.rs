@@ -7,7 +7,9 @@
 
 use super::contact::Contact;
 use super::flight::{Step, parabola, time_to_contact};
-use super::{Covariates, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World};
+use super::{
+    Covariates, FLOOR, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World,
+};
 use crate::Scalar;
 use crate::effects::{Flight, Law, Sight};
 use crate::scalar::{axpy, cross, dot};
@@ -54,7 +56,7 @@ pub struct Run<S> {
     pub positions: Vec<[S; 3]>,
     /// True velocity, m/s, at each requested time, if velocities were asked for.
     pub velocities: Vec<[S; 3]>,
-    /// Impacts up to the last requested time.
+    /// Impacts up to the last requested time; their positions count heights from the floor.
     pub impacts: Vec<ImpactRecord<S>>,
     /// When the ball came to rest, if it did, s.
     pub rest_time: Option<S>,
@@ -94,6 +96,7 @@ struct Engine<'a, S> {
     restitution: S,
     radius: S,
     inertia_ratio: S,
+    floor: S,
     normal: [S; 3],
     constant: [S; 3],
     air: [S; 3],
@@ -133,6 +136,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             restitution: base(RESTITUTION),
             radius: base(RADIUS),
             inertia_ratio: base(INERTIA_RATIO),
+            floor: base(FLOOR),
             normal,
             constant,
             air,
@@ -146,6 +150,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
 
     fn go(&mut self) {
         let mut state = self.throw.start;
+        // Everything inside counts heights from the floor: laws do not depend on where the data have their zero.
+        state.position[2] = state.position[2] - self.floor;
         for (law, p) in &self.laws {
             law.spin(p, &mut state.spin);
         }
@@ -205,12 +211,17 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 for (law, p) in &self.laws {
                     law.observe(p, &mut sight);
                 }
-                self.run.positions.push(sight.position);
+                self.put(sight.position);
             } else {
-                self.run.positions.push(truth);
+                self.put(truth);
             }
             self.run.velocities.extend(velocity);
         }
+    }
+
+    /// A sampled position, its height in the coordinates of the data.
+    fn put(&mut self, [x, y, z]: [S; 3]) {
+        self.run.positions.push([x, y, z + self.floor]);
     }
 
     fn emit_parabola(&mut self, until: S, state: &State<S>, a: &[S; 3]) {

@@ -32,7 +32,7 @@ fn at(chosen: &[usize], values: &[f64]) -> Vec<f64> {
 }
 
 /// Height and slope at `t0` of the least-squares parabola of curvature `-g` through samples `range`; `None` if too few.
-fn ballistic(
+pub(super) fn ballistic(
     times: &[f64],
     y: &[f64],
     range: impl Iterator<Item = usize>,

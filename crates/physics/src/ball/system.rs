@@ -4,10 +4,12 @@ use super::covariates;
 use super::designs::designs;
 use super::objection::{objection, too_few_heights};
 use super::possible::Possible;
+use super::scene::floor_height;
 use super::segment::segment;
 use super::shown::shown_against;
 use super::tables::tables;
-use super::{Axes, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
+use super::unlike::{implausible, unlike};
+use super::{Axes, FLOOR, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use crate::Scalar;
 use crate::effects::{self, Against, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use crate::model::{Parameter, Release};
@@ -36,6 +38,8 @@ pub struct Ball {
     declares: Declares,
     /// The model has a radius.
     radius_declared: bool,
+    /// Height of the floor that the records show, m, where that is a parameter to calibrate.
+    seen_floor_m: Option<f64>,
 }
 
 /// Statements of a model file beside its world and parameters.
@@ -43,6 +47,8 @@ pub struct Ball {
 pub struct Declares {
     /// It names the restitution: a model that does not is one of flight.
     pub bounces: bool,
+    /// It names the height of the floor.
+    pub floor: bool,
     /// Kinds of its effects, scatter included.
     pub kinds: Vec<String>,
     /// Standard deviation of the position sensor, m.
@@ -52,6 +58,11 @@ pub struct Declares {
     /// Column of the height, where it is alone and has another name than `height_m`.
     pub height_column: Option<String>,
 }
+
+/// Distance between the floor that the records show and the declared one, m, from which a model that does not name the floor
+/// gets it as a parameter: nobody's ball is so large that its centre is this far up, and up to here the library's
+/// `height-offset` says it.
+const ELSEWHERE_M: f64 = 0.05;
 
 /// Fewest measured heights of a record that is used.
 const FEWEST_HEIGHTS: usize = 8;
@@ -70,7 +81,13 @@ impl Ball {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let held = release == Release::Rest;
         let schema = Arc::new(schema(world.axes, held, &declares));
-        Self { schema, library, world, parameters, laws: Vec::new(), held, declares, radius_declared }
+        let (laws, seen_floor_m) = (Vec::new(), None);
+        Self { schema, library, world, parameters, laws, held, declares, radius_declared, seen_floor_m }
+    }
+
+    /// Height of the floor, m, before any fit.
+    fn floor_m(&self) -> f64 {
+        self.seen_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
     }
 
     /// Simulates in the scalar whose lanes are the seeds of the task.
@@ -206,7 +223,7 @@ impl System for Ball {
             None => {
                 let unit = match p.name.as_str() {
                     "gravity_m_s2" => "m/s²",
-                    "radius_m" => "m",
+                    "radius_m" | "floor_height_m" => "m",
                     _ => "",
                 };
                 Quantity::new(&p.name, unit)
@@ -233,8 +250,33 @@ impl System for Ball {
         Ok(())
     }
 
+    fn settled(&self, records: &[&Record]) -> Option<Arc<dyn System>> {
+        let seen = floor_height(records, self.parameters[GRAVITY].nominal)?;
+        let floor = &self.parameters[FLOOR];
+        let elsewhere = (seen - floor.nominal).abs() > ELSEWHERE_M && !self.declares.floor;
+        if floor.frozen && !elsewhere {
+            return None;
+        }
+        let mut ball = self.clone();
+        ball.parameters[FLOOR].frozen = false;
+        ball.seen_floor_m = Some(seen);
+        Some(Arc::new(ball))
+    }
+
+    fn fit_from(&self, parameter: usize) -> Option<f64> {
+        self.seen_floor_m.filter(|_| parameter == FLOOR)
+    }
+
     fn objection(&self, records: &[Record], sd: &[f64]) -> Option<Objection> {
         objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
+    }
+
+    fn unlike(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
+        unlike(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
+    }
+
+    fn implausible(&self, values: &[f64]) -> Option<Objection> {
+        implausible(&self.parameters, values)
     }
 
     fn possible(&self, effect: usize, records: &[&Record]) -> bool {
@@ -249,7 +291,8 @@ impl System for Ball {
     }
 
     fn tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
-        tables(self.world.axes, !self.parameters[RESTITUTION].frozen, records, events)
+        let floor_m = self.floor_m();
+        tables(self.world.axes, floor_m, !self.parameters[RESTITUTION].frozen, records, events)
     }
 
     fn shown_against(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
@@ -257,7 +300,7 @@ impl System for Ball {
     }
 
     fn designs(&self, records: &[&Record], step_s: f64) -> Designs {
-        designs(self.schema.channels.len(), self.held, records, step_s)
+        designs(self.schema.channels.len(), self.floor_m(), self.held, records, step_s)
     }
 }
 

@@ -13,6 +13,7 @@ const KNOTS: usize = 8;
 /// them if the restitution is calibrated.
 pub(super) fn tables(
     axes: Axes,
+    floor_m: f64,
     calibrates_restitution: bool,
     records: &[&Record],
     events: &[Vec<Event>],
@@ -76,7 +77,7 @@ pub(super) fn tables(
     pairs
         .into_iter()
         .filter_map(|(target, against)| {
-            let (first, last) = span(target, against, axes, records, events)?;
+            let (first, last) = span(target, against, axes, floor_m, records, events)?;
             Some(Table {
                 target: Target::ALL.iter().position(|t| *t == target)?,
                 against: Against::ALL.iter().position(|a| *a == against)?,
@@ -93,6 +94,7 @@ fn span(
     target: Target,
     against: Against,
     axes: Axes,
+    floor_m: f64,
     records: &[&Record],
     events: &[Vec<Event>],
 ) -> Option<(f64, f64)> {
@@ -100,7 +102,7 @@ fn span(
         let place = Against::ALL.iter().position(|a| *a == against)?;
         events.iter().flatten().map(|event| event.feature(place)).collect()
     } else {
-        records.iter().flat_map(|r| in_flight(against, axes, r)).collect()
+        records.iter().flat_map(|r| in_flight(against, axes, floor_m, r)).collect()
     };
     x.retain(|v| v.is_finite());
     if x.len() < 3 * KNOTS {
@@ -111,8 +113,8 @@ fn span(
     (last - first > 1e-6 * (1.0 + first.abs())).then_some((first, last))
 }
 
-/// Values of a feature at the samples of a record's arcs.
-fn in_flight(against: Against, axes: Axes, r: &Record) -> Vec<f64> {
+/// Values of a feature at the samples of a record's arcs; heights count from the floor.
+fn in_flight(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
     let channel = |axis: usize| axes.indices().iter().position(|&a| a == axis);
     let mut out = Vec::new();
     for a in &r.pieces {
@@ -128,7 +130,7 @@ fn in_flight(against: Against, axes: Axes, r: &Record) -> Vec<f64> {
                 Against::Clock => r.times[k] + clock_s(r),
                 Against::X => y(0, k),
                 Against::Y => y(1, k),
-                Against::Z => y(2, k),
+                Against::Z => y(2, k) - floor_m,
                 Against::VelocityX => rate(0),
                 Against::VelocityZ => rate(2),
                 _ => (0..3).map(|axis| rate(axis).powi(2)).sum::<f64>().sqrt(),

@@ -5,7 +5,8 @@ use crate::Scalar;
 use crate::effects::{self, Law, TABLE_KIND, Table};
 
 /// The parameters that every ball world has, in the order of the parameter vector; those of the terms follow.
-pub const BASE_PARAMETERS: [&str; 4] = ["gravity_m_s2", "restitution", "radius_m", "inertia_ratio"];
+pub const BASE_PARAMETERS: [&str; 5] =
+    ["gravity_m_s2", "restitution", "radius_m", "inertia_ratio", "floor_height_m"];
 /// Index of the gravity, m/s².
 pub const GRAVITY: usize = 0;
 /// Index of the coefficient of restitution.
@@ -14,6 +15,8 @@ pub const RESTITUTION: usize = 1;
 pub const RADIUS: usize = 2;
 /// Index of `I / (m R²)`.
 pub const INERTIA_RATIO: usize = 3;
+/// Index of the height of the floor in the coordinates of the data, m.
+pub const FLOOR: usize = 4;
 
 /// A law: one of the library, or a table of its own.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,6 +15,7 @@ static SPEC: EffectSpec = EffectSpec {
     excludes: &[],
     formula: "z' = z + b",
     source: "calibration of the instrument",
+    same_as: Some("floor_height_m"),
     separated_by: &[(
         Rival::Any,
         "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",

@@ -22,14 +22,16 @@ macro_rules! registry {
             all::<f64>().into_iter().map(|e| e.spec()).chain([&SCATTER_SPEC]).find(|s| s.kind == kind)
         }
 
-        /// The known kind that is spelt most like `kind`.
-        pub fn nearest_kind(kind: &str) -> &'static str {
-            all::<f64>()
-                .into_iter()
-                .map(|e| e.spec().kind)
-                .chain([$($unlisted),*])
-                .min_by_key(|known| $crate::model::edit_distance(kind, known))
-                .unwrap_or(SCATTER_KIND)
+        /// The known kinds that `kind` may have meant: those that end in it as a word, or else the one that is spelt most
+        /// like it.
+        pub fn kinds_like(kind: &str) -> Vec<&'static str> {
+            let known = || all::<f64>().into_iter().map(|e| e.spec().kind).chain([$($unlisted),*]);
+            let ends: Vec<&str> =
+                known().filter(|k| k.strip_suffix(kind).is_some_and(|rest| rest.ends_with('-'))).collect();
+            if !kind.is_empty() && !ends.is_empty() {
+                return ends;
+            }
+            known().min_by_key(|k| $crate::model::edit_distance(kind, k)).into_iter().collect()
         }
     };
 }

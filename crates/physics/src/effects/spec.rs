@@ -75,6 +75,24 @@ pub enum Needs {
     Coasting,
 }
 
+impl Needs {
+    /// What has to be in the data, in words; empty where nothing special is needed.
+    pub fn words(self) -> &'static str {
+        match self {
+            Needs::Nothing => "",
+            Needs::Horizontal => "a horizontal coordinate (x_m)",
+            Needs::Slip => "a horizontal coordinate, and the radius where balls spin",
+            Needs::Lateral => "two horizontal coordinates (x_m, y_m)",
+            Needs::Spin => "a recorded spin (spin_rad_s) and a horizontal coordinate",
+            Needs::SpinInSpace => "a recorded spin (spin_x_rad_s, …) and all three coordinates",
+            Needs::StartTime => "the start of each trajectory on the session's clock (start_time_s)",
+            Needs::AreaPerMass => "radius_m and mass_kg of balls that differ in them",
+            Needs::ReleaseAtRest => "a release at rest at t_s = 0, which the model declares",
+            Needs::Coasting => "a rod so fast that the object coasts from it",
+        }
+    }
+}
+
 /// Another explanation, seen from an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rival {

@@ -81,6 +81,13 @@ impl Model {
         let mut out = self.clone();
         out.clock_reference_s = found.clock_reference_s.or(out.clock_reference_s);
         put_declared(found, &mut out.parameters, &mut out.effects);
+        // What the data showed of the scene, and was calibrated without being declared, is declared from now on.
+        for (index, _) in &found.declared {
+            if let Some(p) = out.parameters.get_mut(*index).filter(|p| !out.declared.contains(&p.name)) {
+                out.declared.push(p.name.clone());
+                p.frozen = false;
+            }
+        }
         let library = effects::all::<f64>();
         for addition in &found.additions {
             out.effects.extend(match addition {

@@ -59,7 +59,7 @@ pub enum ModelError {
         line: usize,
         /// The kind.
         kind: String,
-        /// The known kind that is spelt most like it.
+        /// The known kinds that it may have meant.
         nearest: String,
     },
     /// Something that must be there is not.

@@ -9,6 +9,7 @@ pub(crate) mod parameter;
 mod parse;
 mod push;
 mod scenario;
+mod template;
 mod write;
 
 use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
@@ -22,6 +23,7 @@ pub use parameter::{Parameter, Per};
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use scenario::ModelFile;
+pub use template::{TEMPLATES, template};
 
 /// Reads a file and parses it by `parse(text, file)`.
 fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
@@ -60,7 +62,7 @@ pub enum Release {
 pub struct Model {
     /// Where it is from, for messages.
     pub file: String,
-    /// The four base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults.
+    /// The base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults.
     pub parameters: Vec<Parameter>,
     /// Names of the base parameters that the file declares.
     pub declared: Vec<String>,

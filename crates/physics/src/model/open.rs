@@ -25,6 +25,7 @@ impl Model {
     fn declares(&self) -> Declares {
         Declares {
             bounces: self.declared.iter().any(|p| p == "restitution"),
+            floor: self.declared.iter().any(|p| p == "floor_height_m"),
             kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             scatter: self.effects.iter().find_map(|b| {

@@ -33,6 +33,7 @@ pub(super) fn base_default(name: &str) -> Parameter {
         "gravity_m_s2" => (9.81, 0.0, 100.0),
         "restitution" => (0.7, 0.0, 1.0),
         "radius_m" => (0.0, 0.0, 100.0),
+        "floor_height_m" => (0.0, -1e3, 1e3),
         _ => (0.4, 0.01, 1.0),
     };
     Parameter {
@@ -63,14 +64,14 @@ pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
 /// The effects that a scenario knows.
 pub(super) struct Library {
     pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
-    pub(super) nearest_kind: fn(&str) -> &'static str,
+    pub(super) kinds_like: fn(&str) -> Vec<&'static str>,
     /// A line that names one, for messages.
     pub(super) example: &'static str,
 }
 
 const BALL: Library = Library {
     spec_of: effects::spec_of,
-    nearest_kind: effects::nearest_kind,
+    kinds_like: effects::kinds_like,
     example: "kind = \"quadratic-drag\"",
 };
 
@@ -283,7 +284,7 @@ impl<'t> Reader<'t> {
         let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
         let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
         let Some(spec) = (library.spec_of)(kind) else {
-            let nearest = (library.nearest_kind)(kind).into();
+            let nearest = (library.kinds_like)(kind).join("` or `");
             return Err(ModelError::UnknownKind { file, line, kind: kind.into(), nearest });
         };
         let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
@@ -385,9 +386,9 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         reader.known(table, "[parameters]", &BASE_PARAMETERS)?;
         for p in &mut parameters {
             if let Some(v) = table.get(p.name.as_str()) {
-                // A radius or inertia ratio given as a number is a measurement, not something to calibrate.
+                // A radius, an inertia ratio or a floor given as a number is a measurement, not something to calibrate.
                 let plain_number = v.get_ref().as_table().is_none();
-                let geometry = p.name == "radius_m" || p.name == "inertia_ratio";
+                let geometry = ["radius_m", "inertia_ratio", "floor_height_m"].contains(&p.name.as_str());
                 reader.parameter(p, v, !(plain_number && geometry))?;
                 declared.push(p.name.clone());
             }

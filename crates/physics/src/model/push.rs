@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 
 const PUSH: Library = Library {
     spec_of: effects::spec_of,
-    nearest_kind: effects::nearest_kind,
+    kinds_like: effects::kinds_like,
     example: "kind = \"exact-surface\"",
 };
 

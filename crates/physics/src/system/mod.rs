@@ -138,9 +138,26 @@ pub trait System: Debug + Send + Sync {
         Ok(())
     }
 
+    /// This system with what the prepared records show of its scene, such as where the floor lies, as parameters to calibrate;
+    /// `None` where the declared scene is as good.
+    fn settled(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
+        None
+    }
+
     /// Why no answer can come of these prepared records, in one sentence that says what to do. Wrong samples are no numbers;
     /// `sd` is the noise of each channel, in its unit.
     fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
+        None
+    }
+
+    /// Why these records are not of such a system, whatever its parameters are, in one sentence with the likeliest remedy.
+    fn unlike(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
+        None
+    }
+
+    /// Why calibrated values of the declared parameters cannot be those of such a system, in one sentence with the likeliest
+    /// remedy; `values` stand in the order of [`parameters`](System::parameters).
+    fn implausible(&self, _values: &[f64]) -> Option<Objection> {
         None
     }
 

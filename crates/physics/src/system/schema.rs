@@ -140,6 +140,11 @@ pub struct Schema {
 }
 
 impl Schema {
+    /// Unit in print of the measure that decides, with its size in the unit of the channels.
+    pub fn decides(&self) -> (&str, f64) {
+        self.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1))
+    }
+
     /// Index of the covariate `name`.
     pub fn covariate(&self, name: &str) -> Option<usize> {
         self.covariates.iter().position(|c| c.name == name)

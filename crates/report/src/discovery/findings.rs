@@ -154,16 +154,16 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
         }
     });
     vec![Block::Table(Table {
-        caption: "All candidates, best first".to_owned(),
+        caption: "All candidates: those that were fitted, then those that were only tested, each by gain less penalty".to_owned(),
         columns: vec![
             Column::text("effect"),
             Column::number("rank", "").decimals(0),
-            Column::number("score", &report.score_unit).decimals(1),
+            Column::number("gain less penalty", &report.score_unit).decimals(1),
             Column::text("parameters [95 %]"),
             Column::text("why it won or lost"),
         ],
         rows: rows.collect(),
-        footnotes: vec!["Bold row: chosen. Every candidate was fitted through the simulator together with the declared parameters and scored on trajectories that the fit has not seen.".to_owned()],
+        footnotes: vec!["Bold row: chosen. Gain is that over the calibrated model on the trajectories that fits may see; of a candidate that was only tested it is what the test promises.".to_owned()],
     })]
 }
 

@@ -91,6 +91,8 @@ pub enum Verdict {
     PartlyExplained,
     /// There is structure, and no effect in the library explains it.
     Unknown,
+    /// The data are not those of the declared system.
+    NotThisSystem,
 }
 
 impl Verdict {
@@ -102,6 +104,7 @@ impl Verdict {
             Self::Explained => "explained",
             Self::PartlyExplained => "partly explained",
             Self::Unknown => "unknown effect",
+            Self::NotThisSystem => "not this system",
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::error::EngineError;
 use super::motion::Motion;
 use augsim_data::checks::Expected;
-use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
+use augsim_physics::ball::{Axes, Covariates, FLOOR, Offsets, Run, State, Throw, World, simulate};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
@@ -95,7 +95,7 @@ impl Motion for ModelBall {
 
 /// Positions and velocities at `times` from height and velocity at time zero.
 fn run((world, parameters): &(World, Vec<f64>), state: &[f64], times: &[f64]) -> Run<f64> {
-    let start = State { velocity: [0.0, 0.0, state[1]], ..State::at_rest(state[0].max(0.0)) };
+    let start = State { velocity: [0.0, 0.0, state[1]], ..State::at_rest(state[0].max(parameters[FLOOR])) };
     let covariates = Covariates::default();
     let throw =
         Throw { world, parameters, start, covariates: &covariates, offsets: Offsets::None, velocities: true };

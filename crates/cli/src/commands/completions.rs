@@ -1,0 +1,43 @@
+//! `augsim completions` and `augsim man`: what a shell and `man` know of the commands, made from their definitions.
+
+use crate::args::Args;
+use crate::exit::Outcome;
+use crate::output::Output;
+use anyhow::Context;
+use augsim_session::folders;
+use clap::CommandFactory;
+use clap_complete::Shell;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+const NAME: &str = "augsim";
+
+/// Prints the completions of a shell.
+pub fn completions(shell: Shell) -> anyhow::Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Args::command(), NAME, &mut script);
+    match std::io::stdout().write_all(&script) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(e).context("standard output: cannot write the completions")
+        }
+        _ => Ok(Outcome::Done),
+    }
+}
+
+#[derive(Serialize)]
+struct Pages {
+    folder: PathBuf,
+}
+
+/// Writes one manual page a command into a folder.
+pub fn man(folder: &Path, output: &Output) -> anyhow::Result<Outcome> {
+    folders::make(folder)?;
+    let written = || format!("{}: cannot write the manual pages", folder.display());
+    clap_mangen::generate_to(Args::command(), folder).with_context(written)?;
+    let pages = Pages { folder: folder.to_owned() };
+    output.result(&pages, || {
+        format!("manual pages, one a command: man {}", folder.join("augsim.1").display())
+    })?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,29 @@
+//! Examples that `--help` ends with, one constant a command.
+
+macro_rules! examples {
+    ($($name:ident: $($line:literal),+;)+) => {
+        $(pub const $name: &str = concat!("Examples:", $("\n  augsim ", $line),+);)+
+    };
+}
+
+examples! {
+    START: "start throws.csv", "start drops/ --out out/drops", "start video.txt --up -y --rate-hz 120",
+        "start log.csv --time frame:frames --rate-hz 60 --columns 'px=x_m:0.0021,py=z_m:0.0021'";
+    DEMO: "demo", "demo --out out/demo --seed 2";
+    MODEL: "model new ball", "model new pendulum --out my.toml";
+    SIMULATE: "simulate --trajectories 200 --out out/drops.csv", "simulate my.toml --duration-s 5 --out out/swings.csv";
+    FIT: "fit my.toml swings.csv --out out/fit";
+    EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml";
+    DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf";
+    TRAIN: "train --data drops.csv --out out/run", "train --data drops.csv --residual-of out/discover --out out/run",
+        "train --out out/run --resume";
+    PREDICT: "predict out/run --data new.csv --out out/forecast.csv";
+    EVALUATE: "evaluate out/run --data new.csv", "evaluate out/run --data new.csv --require-pos-m 0.1";
+    REPRODUCE: "reproduce ball --quick", "reproduce loop --data ../shared/data";
+    SWEEP: "sweep plan sweep.toml --out out/sweep", "sweep run out/sweep", "sweep collect out/sweep";
+    DATA: "data inspect drops.csv", "data inspect drops.csv --model model.toml",
+        "data convert mit-push pushes/ out/pushes.csv --rate-hz 100";
+    COMPLETIONS: "completions bash > ~/.local/share/bash-completion/completions/augsim",
+        "completions zsh > ~/.zfunc/_augsim", "completions fish > ~/.config/fish/completions/augsim.fish";
+    MAN: "man --out ~/.local/share/man/man1";
+}

@@ -1,0 +1,98 @@
+//! When the data are not those of the declared system: values that cannot be, bounds that were reached, additions that help no
+//! forecast.
+
+use crate::adequacy::adequacy;
+use crate::decide::Decided;
+use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
+use crate::prepare::Prepared;
+use crate::result::{ErrorTable, Verdict};
+use crate::search::{Found, Judged, Search};
+use augsim_physics::model::Per;
+
+/// Share of a parameter's range within which it stands at a bound.
+const AT_BOUND: f64 = 1e-6;
+/// Errors of the augmented model, in units of the noise floor, from which it does not follow the data.
+const FAR: f64 = 2.0;
+
+/// Values of all parameters of the system after a fit; of those with values by group the mean.
+pub(crate) fn values(fit: &Fit) -> Vec<f64> {
+    let h = &fit.hypothesis;
+    let mut all = h.values.clone();
+    let mut at = 0;
+    for f in &h.free {
+        let width = h.width(f);
+        if width > 0 {
+            all[f.index] = fit.theta[at..at + width].iter().sum::<f64>() / width as f64;
+        }
+        at += width;
+    }
+    all
+}
+
+/// Why the data are not of the declared system, before anything is fitted.
+pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
+    let data = &prepared.data;
+    data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
+}
+
+/// Why the best model shows it.
+pub(crate) fn after_search(
+    best: &Judged,
+    verdict: Verdict,
+    error: &ErrorTable,
+    unit: (&str, f64),
+) -> Option<String> {
+    let h = &best.fit.hypothesis;
+    if let Some(objection) = h.system.implausible(&values(&best.fit)) {
+        return Some(objection.to_string());
+    }
+    if let Some((name, bound)) = at_bound(h, &best.fit.theta) {
+        return Some(format!(
+            "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise \
+             check units, signs and what was measured"
+        ));
+    }
+    let claims = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
+    let helps = error.reduction.ci95[0] > 0.0;
+    let far = error.augmented.rmse > FAR * error.noise_floor.rmse;
+    if claims && far && !helps {
+        let (unit, scale) = unit;
+        return Some(format!(
+            "nothing in the library makes forecasts better: {:.2} {unit} as calibrated, {:.2} {unit} with what fits best, noise \
+             floor {:.2} {unit}; check that the recording is of what the model declares",
+            scale * error.calibrated.rmse,
+            scale * error.augmented.rmse,
+            scale * error.noise_floor.rmse
+        ));
+    }
+    None
+}
+
+/// Name and bound of the first declared parameter that stands at one which is not 0: at 0 a term is only absent.
+fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
+    let mut at = 0;
+    for f in &h.free {
+        let width = h.width(f);
+        let own = &theta[at..at + width];
+        at += width;
+        if f.addition.is_some() || f.per == Per::Trajectory {
+            continue;
+        }
+        let near = AT_BOUND * (f.max - f.min);
+        for bound in [f.min, f.max].into_iter().filter(|b| *b != 0.0) {
+            if own.iter().any(|v| (v - bound).abs() <= near) {
+                return Some((h.system.quantity(f.index).name, bound));
+            }
+        }
+    }
+    None
+}
+
+/// The calibrated model as the answer, without a search.
+pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
+    let base = search.judge(base);
+    let tests = adequacy(search, &base);
+    let found = Found { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
+    Decided { found, best: base.clone(), base, tests, verdict: Verdict::NotThisSystem, severe: false }
+}

@@ -1,0 +1,24 @@
+//! One record alone, cut in two so that one part can judge what the other shows.
+
+use crate::record::Record;
+use augsim_physics::system::{Begin, System};
+
+/// The halves of a record, cut in the middle of a smooth piece near its middle, and when, s. `None` where the system knows no
+/// smooth pieces or lets go of a record only at its beginning.
+pub(crate) fn halves(system: &dyn System, record: &Record, sd: &[f64]) -> Option<(Vec<Record>, f64)> {
+    let starts_anywhere = system.schema().states.iter().all(|s| !matches!(s.begin, Begin::Fixed(_)));
+    let mut whole = record.seen.clone();
+    system.prepare(&mut whole, sd).ok().filter(|()| starts_anywhere && whole.pieces.len() > 2)?;
+    let half = whole.times.len() / 2;
+    let middles = whole.pieces.iter().skip(1).map(|piece| (piece.start + piece.end) / 2);
+    let cut = middles.min_by_key(|middle| middle.abs_diff(half))?;
+    let part = |range: std::ops::Range<usize>, name: &str| {
+        let mut seen = record.seen.clone();
+        seen.id = format!("{} ({name})", record.seen.id);
+        seen.times = seen.times[range.clone()].to_vec();
+        seen.values.iter_mut().for_each(|values| *values = values[range.clone()].to_vec());
+        Record { seen, weight: Vec::new() }
+    };
+    let parts = vec![part(0..cut, "first part"), part(cut..record.seen.times.len(), "second part")];
+    Some((parts, record.seen.times[cut]))
+}
