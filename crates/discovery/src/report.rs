@@ -280,7 +280,10 @@ fn sentence(
             .iter()
             .map(|e| {
                 let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                p.extend(e.removed.map(|r| format!("{:.2} {unit} of the error", scale * r)));
+                p.extend(e.removed.map(|r| match r > 0.0 {
+                    true => format!("{:.2} {unit} of the error", scale * r),
+                    false => "none of the error".to_owned(),
+                }));
                 let values = p.join(", ");
                 match &e.formula {
                     None => format!("{} ({values})", e.kind),
@@ -294,9 +297,10 @@ fn sentence(
             .collect();
         words.join(" and ")
     };
-    // The largest share comes first, and is never small.
+    // The largest share comes first, and is never small. What no forecast confirms is small whatever its share.
+    let is_small = |e: &FoundEffect| e.share < SMALL || e.removed.is_some_and(|r| r <= 0.0);
     let (small, large): (Vec<&FoundEffect>, Vec<&FoundEffect>) =
-        effects.iter().partition(|e| e.share < SMALL && Some(&e.kind) != effects.first().map(|e| &e.kind));
+        effects.iter().partition(|e| is_small(e) && Some(&e.kind) != effects.first().map(|e| &e.kind));
     let beside = match &small[..] {
         [] => String::new(),
         small => format!(" Small beside that: {}.", list(small)),
