@@ -151,7 +151,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
     fn go(&mut self) {
         let mut state = self.throw.start;
         // Everything inside counts heights from the floor: laws do not depend on where the data have their zero.
-        state.position[2] = state.position[2] - self.floor;
+        state.position[2] -= self.floor;
         for (law, p) in &self.laws {
             law.spin(p, &mut state.spin);
         }

@@ -29,12 +29,12 @@ pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(SeenEvent, f64)> {
             let ahead = if before { ahead } else { -ahead };
             (0.0..SIDE).contains(&ahead)
         };
-        let arcs = record.pieces.iter().filter(|a| {
+        let mut arcs = record.pieces.iter().filter(|a| {
             let middle = 0.5 * (record.times[a.start] + record.times[a.end - 1]);
             (middle < event.time) == before
         });
         // The arc next to the impact is the last one before it, or the first one after it.
-        let arc = if before { arcs.last() } else { { arcs }.next() }?;
+        let arc = if before { arcs.next_back() } else { arcs.next() }?;
         Some(ballistic(&record.times, heights, arc.clone().filter(near), event.time, g)?.0)
     };
     let seen = |event: &SeenEvent| {
