@@ -111,7 +111,7 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
         let n = rows.len();
         // A stride that shares no factor with the number of rows visits each once.
         let stride = (n / 3..n)
-            .find(|s| (1..=*s).filter(|k| s % k == 0 && n % k == 0).count() == 1)
+            .find(|s| (1..=*s).filter(|k| s.is_multiple_of(*k) && n.is_multiple_of(*k)).count() == 1)
             .expect("a stride");
         rows = (0..n).map(|k| rows[k * stride % n].clone()).collect();
         rows.into_iter().fold("run,t,x,y\n".to_owned(), |text, row| text + &row + "\n")

@@ -50,12 +50,8 @@ impl CheckOutcome {
 /// Reads `file` and, for the checks that compare with one, a model file.
 pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
     let data = read_dataset(file, MissingCells::AsGap)?;
-    if let [first, rest @ ..] = data.notes() {
-        output.note(format!(
-            "{}: read as a recording: {}",
-            file.display(),
-            [&[first.clone()], rest].concat().join("; ")
-        ));
+    if !data.notes().is_empty() {
+        output.note(format!("{}: read as a recording: {}", file.display(), data.notes().join("; ")));
     }
     let expected = match model {
         Some(path) => ModelFile::read(path)?.expected(),
