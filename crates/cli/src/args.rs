@@ -1,5 +1,7 @@
 //! What can be typed.
 
+use crate::commands::export::Export;
+use crate::commands::report::ReportArgs;
 use crate::examples;
 use crate::start_args::Start;
 use crate::sweep::args::Sweep;
@@ -75,10 +77,14 @@ pub enum Command {
     /// Train a net on trajectories; a run directory is the result.
     #[command(after_help = examples::TRAIN)]
     Train(Train),
-    /// Forecast from the first state of each trajectory with a trained run.
+    /// Forecast trajectories with a model file, the model of a discovery or a trained net: mean and bands.
     #[command(after_help = examples::PREDICT)]
     Predict(Predict),
-    /// Score a trained run on held-out trajectories.
+    /// Write a figure of the report of a discovery as SVG.
+    Report(ReportArgs),
+    /// Write the law of a model with its values: formulas, or a program that runs without augsim.
+    Export(Export),
+    /// Score a model file, a discovery or a trained net on held-out trajectories, the models before it beside it.
     #[command(after_help = examples::EVALUATE)]
     Evaluate(Evaluate),
     /// Reproduce the published tables.
@@ -192,25 +198,31 @@ pub struct Effects {
 
 /// Options of `simulate`.
 #[derive(Debug, ClapArgs)]
+#[command(group(clap::ArgGroup::new("which").args(["model", "named_model"])))]
 pub struct Simulate {
-    /// Model file (TOML) with `scenario = "system"`; without it drops or pushes are generated.
+    /// Model file (TOML) or folder of `discover`; without it drops or pushes are generated.
     #[arg(conflicts_with_all = ["scenario", "trajectories", "samples", "protocol", "object", "surface"])]
     pub model: Option<PathBuf>,
-    /// With MODEL: simulate at the times, with the inputs and from the first samples of these trajectories.
-    #[arg(long, value_name = "DATA", requires = "model", conflicts_with_all = ["duration_s", "input"])]
+    /// The same as MODEL.
+    #[arg(long = "model", value_name = "MODEL", id = "named_model",
+        conflicts_with_all = ["model", "scenario", "trajectories", "samples", "protocol", "object", "surface"])]
+    pub named_model: Option<PathBuf>,
+    /// With MODEL: simulate at the times, with the inputs and from the beginnings of these trajectories; of balls and pushes
+    /// with the ends of 90 % bands.
+    #[arg(long, value_name = "DATA", requires = "which", conflicts_with_all = ["duration_s", "input"])]
     pub like: Option<PathBuf>,
     /// With MODEL: seconds to simulate (default 10).
-    #[arg(long, requires = "model")]
+    #[arg(long, requires = "which")]
     pub duration_s: Option<f64>,
     /// With MODEL: an input as an expression of the time t in seconds, such as `force_N=2*sin(3*t)`; may be given several
     /// times. An input that is not given swings, as a note says.
-    #[arg(long, value_name = "NAME=EXPRESSION", requires = "model")]
+    #[arg(long, value_name = "NAME=EXPRESSION", requires = "which")]
     pub input: Vec<String>,
     /// With MODEL: a state at the beginning, such as `theta_rad=0.5`; may be given several times.
-    #[arg(long, value_name = "NAME=VALUE", requires = "model")]
+    #[arg(long, value_name = "NAME=VALUE", requires = "which")]
     pub start: Vec<String>,
     /// With MODEL: compare with an adaptive reference and print the largest deviation of each output.
-    #[arg(long, requires = "model")]
+    #[arg(long, requires = "which")]
     pub check: bool,
     /// What to simulate.
     #[arg(long, value_enum, default_value = "ball")]
@@ -265,6 +277,9 @@ pub struct Discover {
     /// of equations).
     #[arg(long, value_enum, default_value_t = Library::Generic)]
     pub library: Library,
+    /// End the search after so many seconds with the best so far, marked as such.
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f64>,
     /// Checks of suspicious data to do without, in the knowledge that the data are right.
     #[command(flatten)]
     pub accept: Accept,
@@ -326,6 +341,12 @@ pub struct Train {
     /// Train on what the model in this folder of `discover` leaves of the data: the net corrects the augmented model.
     #[arg(long, value_name = "RUN", requires = "data")]
     pub residual_of: Option<PathBuf>,
+    /// Model file (TOML) that says what moves in the data: the net corrects it.
+    #[arg(long, value_name = "FILE", requires = "data", conflicts_with = "residual_of")]
+    pub model: Option<PathBuf>,
+    /// What moves in the data is the ball of the paper's experiment: height and velocity at 60 Hz, PyBullet's stepping.
+    #[arg(long, requires = "data", conflicts_with_all = ["residual_of", "model"])]
+    pub pybullet_ball: bool,
     /// Which net.
     #[arg(long, value_enum, default_value = "hybrid-plus")]
     pub recipe: RecipeArg,
@@ -349,14 +370,19 @@ pub struct Train {
 /// Options of `predict`.
 #[derive(Debug, ClapArgs)]
 pub struct Predict {
-    /// Run directory of `train`.
+    /// Model file (TOML), folder of `discover`, or run directory of `train`.
+    #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
-    /// Trajectories whose first state is the start; nothing else of them is used.
+    /// Trajectories to forecast. Of each only the beginning is used: by a net the first state, by a model of a ball the part
+    /// before the first impact, by one of pushes the first pose and the rod, by equations the first samples and the inputs.
     #[arg(long)]
     pub data: PathBuf,
-    /// Samples per trajectory.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(2..))]
-    pub samples: u32,
+    /// Draws per trajectory (default: 100 of a net, 400 of a model).
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
+    pub samples: Option<u32>,
+    /// With equations: samples, from the first of each trajectory, that its start is fitted to.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub burn_in: u32,
     /// File to write (`.csv`, `.csv.gz` or `.npz`): mean, median and the 50 and 90 % bands of every column.
     #[arg(long, default_value = "out/forecast.csv")]
     pub out: PathBuf,
@@ -374,12 +400,13 @@ pub enum ProtocolArg {
 /// Options of `evaluate`.
 #[derive(Debug, ClapArgs)]
 pub struct Evaluate {
-    /// Run directory of `train`, or a model file (TOML) with `scenario = "system"`.
+    /// Model file (TOML), folder of `discover`, or run directory of `train`.
+    #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
-    /// Held-out trajectories.
+    /// Held-out trajectories. With the folder of a discovery and its own data: the ones that it held out are taken.
     #[arg(long)]
     pub data: PathBuf,
-    /// With a model file: samples, from the first of each trajectory, that its start is fitted to; errors are those of the
+    /// With equations: samples, from the first of each trajectory, that its start is fitted to; errors are those of the
     /// free run over all later ones.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub burn_in: u32,

@@ -16,7 +16,10 @@ fn augsim(args: &[&str], dir: &Path) -> Output {
 fn refuses(name: &str, bytes: &[u8], code: i32, texts: &[&str]) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(dir.path().join(name), bytes).expect("it can be written");
-    let out = augsim(&["train", "--data", name, "--out", "run", "--iterations", "3"], dir.path());
+    let out = augsim(
+        &["train", "--pybullet-ball", "--data", name, "--out", "run", "--iterations", "3"],
+        dir.path(),
+    );
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
     assert_eq!(out.status.code(), Some(code), "{name}: {error}");
     assert!(!error.contains("panicked"), "{error}");
@@ -57,7 +60,7 @@ fn another_rate_is_an_error() {
     let text = GOOD.replace("0.016666666666666666", "0.02");
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("rate.csv"), text).unwrap();
-    let out = augsim(&["train", "--data", "rate.csv", "--out", "run"], dir.path());
+    let out = augsim(&["train", "--pybullet-ball", "--data", "rate.csv", "--out", "run"], dir.path());
     assert_eq!(out.status.code(), Some(3));
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(error.contains("`a`") && error.contains("0.01666"), "{error}");
@@ -84,7 +87,18 @@ fn a_missing_file_is_an_error() {
 fn trained() -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(dir.path().join("good.csv"), GOOD).expect("it can be written");
-    let args = ["train", "--data", "good.csv", "--out", "run", "--iterations", "2", "--recipe", "neural"];
+    let args = [
+        "train",
+        "--pybullet-ball",
+        "--data",
+        "good.csv",
+        "--out",
+        "run",
+        "--iterations",
+        "2",
+        "--recipe",
+        "neural",
+    ];
     let out = augsim(&args, dir.path());
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     let checkpoint = dir.path().join("run/checkpoint.bin");
@@ -176,7 +190,7 @@ fn a_group_that_is_not_there_is_named_with_those_that_are() {
 #[test]
 fn usage_errors_have_code_2() {
     let (dir, _) = trained();
-    let again = augsim(&["train", "--data", "good.csv", "--out", "run"], dir.path());
+    let again = augsim(&["train", "--pybullet-ball", "--data", "good.csv", "--out", "run"], dir.path());
     assert_eq!(again.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&again.stderr).contains("--resume"));
     for args in [&["train", "--recipe", "magic"][..], &["flY"], &["train", "--iterations", "0"]] {

@@ -134,7 +134,18 @@ fn the_net_of_a_run_is_bounded() {
     let rows = |k: usize| format!("d{k},0,4,0\nd{k},0.016666666666666666,3.998,-0.16\n");
     let text = format!("trajectory,t_s,height_m,velocity_m_s\n{}{}", rows(0), rows(1));
     std::fs::write(dir.path().join("good.csv"), text).unwrap();
-    let train = ["train", "--data", "good.csv", "--out", "run", "--iterations", "2", "--recipe", "neural"];
+    let train = [
+        "train",
+        "--pybullet-ball",
+        "--data",
+        "good.csv",
+        "--out",
+        "run",
+        "--iterations",
+        "2",
+        "--recipe",
+        "neural",
+    ];
     let (code, error) = augsim(dir.path(), &train, &[]);
     assert_eq!(code, Some(0), "{error}");
     let (code, error) =

@@ -39,7 +39,7 @@ fn workplace() -> tempfile::TempDir {
         std::fs::copy(Path::new(SEALED).join(name), dir.path().join(name)).expect("it can be copied");
     }
     done(&["simulate", "--trajectories", "6", "--samples", "20", "--out", "d.csv"], dir.path());
-    done(&["train", "--data", "d.csv", "--iterations", "2", "--out", "run"], dir.path());
+    done(&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "run"], dir.path());
     dir
 }
 
@@ -106,14 +106,22 @@ fn a_folder_of_another_run_is_refused_without_force() {
     done(&with(&["--seed", "2", "--force"]), d);
     refused(&discover, d, &["seed is 2 there and 1 here"]);
 
-    refused(&["train", "--data", "d.csv", "--out", "found"], d, &["result.json", "--force"]);
+    refused(
+        &["train", "--pybullet-ball", "--data", "d.csv", "--out", "found"],
+        d,
+        &["result.json", "--force"],
+    );
     refused(
         &["discover", "model.toml", "bounces.csv", "--out", "run"],
         d,
         &["config.resolved.toml", "--force"],
     );
-    refused(&["train", "--data", "d.csv", "--out", "run"], d, &["checkpoint.bin", "--resume", "--force"]);
-    done(&["train", "--data", "d.csv", "--out", "run", "--iterations", "3", "--force"], d);
+    refused(
+        &["train", "--pybullet-ball", "--data", "d.csv", "--out", "run"],
+        d,
+        &["checkpoint.bin", "--resume", "--force"],
+    );
+    done(&["train", "--pybullet-ball", "--data", "d.csv", "--out", "run", "--iterations", "3", "--force"], d);
     // A model file that somebody edited is not replaced either.
     let trial = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000.h5";
     let fixture = Path::new(SEALED).join("../mit-push").join(trial);
@@ -188,7 +196,11 @@ fn only_regular_files_and_folders_are_written_to() {
     // A folder for a file's path, before the work and not after it.
     for out in ["d.csv", "d.csv/deeper", "/dev/null"] {
         refused(&["discover", "model.toml", "bounces.csv", "--out", out], d, &["is not a folder", "--out"]);
-        refused(&["train", "--data", "d.csv", "--out", out], d, &["is not a folder", "--out"]);
+        refused(
+            &["train", "--pybullet-ball", "--data", "d.csv", "--out", out],
+            d,
+            &["is not a folder", "--out"],
+        );
     }
 }
 
@@ -225,9 +237,9 @@ fn a_failing_command_leaves_no_folder_behind() {
     std::fs::create_dir(d.join("empty")).expect("a folder");
     let before = names(d);
     for args in [
-        &["train", "--data", "bad.csv", "--out", "new/run"][..],
+        &["train", "--pybullet-ball", "--data", "bad.csv", "--out", "new/run"][..],
         &["train", "--resume", "--out", "new/run"],
-        &["train", "--data", "nowhere.csv", "--out", "new/run"],
+        &["train", "--pybullet-ball", "--data", "nowhere.csv", "--out", "new/run"],
         &["discover", "model.toml", "bad.csv", "--out", "new/found"],
         &["discover", "nowhere.toml", "bad.csv", "--out", "new/found"],
         &["predict", "nowhere", "--data", "bad.csv", "--out", "new/forecast.csv"],
@@ -263,7 +275,7 @@ fn a_full_disk_is_named_with_the_path_and_leaves_nothing() {
         ("simulate --trajectories 50 --out new/drops.csv", "new/drops.csv"),
         ("predict run --data d.csv --out new/forecast.csv", "new/forecast.csv"),
         ("discover model.toml bounces.csv --out new", "new/result.json"),
-        ("train --data d.csv --iterations 2 --out new", "new/checkpoint.bin"),
+        ("train --pybullet-ball --data d.csv --iterations 2 --out new", "new/checkpoint.bin"),
     ] {
         let out = limited(args);
         let error = String::from_utf8_lossy(&out.stderr).into_owned();

@@ -154,7 +154,10 @@ fn what_follows_a_gzip_stream_is_named() {
 fn an_empty_cell_is_answered_with_what_a_user_can_do() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "gap.csv", GOOD.replace("3.2", ""));
-    let error = refusal(dir.path(), &["train", "--data", "gap.csv", "--out", "run", "--iterations", "2"]);
+    let error = refusal(
+        dir.path(),
+        &["train", "--pybullet-ball", "--data", "gap.csv", "--out", "run", "--iterations", "2"],
+    );
     let says =
         "line 3, column `height_m`: empty cell; every value is needed here: fill it in, or remove the row";
     assert!(error.contains(says), "{error}");

@@ -98,10 +98,9 @@ fn the_step_is_that_of_the_data_and_the_model_makes_a_difference() {
     assert!(config.contains("step_s = 0.02"), "{config}");
 
     augsim(&["simulate", "--trajectories", "3", "--samples", "40", "--out", "other.csv"], d);
-    let out = run(&["evaluate", "drag-net", "--data", "other.csv"], d);
-    let text = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert_eq!(out.status.code(), Some(3), "{text}");
-    assert!(text.contains("other.csv") && text.contains("resample"), "{text}");
+    // States at another step are made of the positions at the step of the net.
+    let score = json(&["evaluate", "drag-net", "--data", "other.csv"], d);
+    assert!(score["pos_m"].as_f64().is_some_and(f64::is_finite), "{score}");
 }
 
 #[test]
@@ -154,9 +153,6 @@ fn what_cannot_be_used_is_refused_with_one_sentence() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"));
-    let uneven =
-        std::fs::read_to_string(d.join("drops.csv")).expect("it is there").replace("0,0.04,", "0,0.05,");
-    std::fs::write(d.join("uneven.csv"), uneven).expect("written");
     std::fs::write(d.join("positions.csv"), "trajectory,t_s,height_m\na,0,2\na,0.1,1.9\n").expect("written");
     std::fs::create_dir(d.join("empty")).expect("a folder");
     found(d, "good", MODEL);
@@ -179,8 +175,7 @@ fn what_cannot_be_used_is_refused_with_one_sentence() {
     refused("broken", "drops.csv", &[], 3, &["broken/model.toml:3", "did you mean `quadratic-drag`"]);
     refused("drift", "drops.csv", &[], 3, &["drift/model.toml", "restitution-drift", "take it out"]);
     refused("polygon", "drops.csv", &[], 3, &["drops.csv", "no column `x_m`"]);
-    refused("good", "uneven.csv", &[], 3, &["uneven.csv", "`0`", "resample"]);
-    refused("good", "positions.csv", &[], 3, &["positions.csv", "velocity_m_s"]);
+    refused("good", "positions.csv", &[], 3, &["positions.csv", "enough samples"]);
     refused("good", "nowhere.csv", &[], 3, &["nowhere.csv"]);
     refused("good", "drops.csv", &["--recipe", "neural"], 2, &["physics", "hybrid"]);
     let out = run(&["train", "--residual-of", "good", "--out", "net"], d);

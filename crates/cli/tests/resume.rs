@@ -9,7 +9,16 @@ const ITERATIONS: &str = "120";
 
 fn command(dir: &Path, run: &str, extra: &[&str]) -> Command {
     let mut c = Command::new(env!("CARGO_BIN_EXE_augsim"));
-    c.current_dir(dir).args(["train", "--data", "ball.csv", "--recipe", "hybrid", "--out", run]);
+    c.current_dir(dir).args([
+        "train",
+        "--pybullet-ball",
+        "--data",
+        "ball.csv",
+        "--recipe",
+        "hybrid",
+        "--out",
+        run,
+    ]);
     c.args(["--iterations", ITERATIONS, "--checkpoint-every", "7"]).args(extra);
     c
 }

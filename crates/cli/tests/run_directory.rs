@@ -29,7 +29,18 @@ fn trained() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     done(&["simulate", "--trajectories", "12", "--samples", "40", "--out", "d.csv"], dir.path());
     done(
-        &["train", "--data", "d.csv", "--iterations", "4", "--recipe", "hybrid", "--out", "run"],
+        &[
+            "train",
+            "--pybullet-ball",
+            "--data",
+            "d.csv",
+            "--iterations",
+            "4",
+            "--recipe",
+            "hybrid",
+            "--out",
+            "run",
+        ],
         dir.path(),
     );
     dir
@@ -37,7 +48,18 @@ fn trained() -> tempfile::TempDir {
 
 /// A long training run, once its first losses are there.
 fn training(dir: &Path, out: &str) -> Child {
-    let args = ["train", "--data", "d.csv", "--iterations", "1000000", "--recipe", "hybrid", "--out", out];
+    let args = [
+        "train",
+        "--pybullet-ball",
+        "--data",
+        "d.csv",
+        "--iterations",
+        "1000000",
+        "--recipe",
+        "hybrid",
+        "--out",
+        out,
+    ];
     let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
     command.args(args).args(["--checkpoint-every", "5"]).current_dir(dir);
     let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary runs");
@@ -77,13 +99,18 @@ fn a_second_training_in_the_same_directory_is_refused() {
     let d = dir.path();
     let mut first = training(d, "busy");
     for more in [&[][..], &["--resume"], &["--force"]] {
-        let args = [&["train", "--data", "d.csv", "--iterations", "2", "--out", "busy"], more].concat();
+        let args =
+            [&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "busy"], more]
+                .concat();
         refused(&args, d, &["busy", "another augsim is writing there"]);
     }
     first.kill().expect("it can be killed");
     first.wait().expect("it ends");
     // The lock ends with the process.
-    done(&["train", "--data", "d.csv", "--iterations", "2", "--out", "busy", "--force"], d);
+    done(
+        &["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "busy", "--force"],
+        d,
+    );
 }
 
 #[test]
@@ -135,7 +162,7 @@ fn temporary_files_of_killed_runs_are_removed_by_the_next() {
 fn all_files_of_a_run_have_the_mode_of_the_mask() {
     use std::os::unix::fs::PermissionsExt;
     let dir = trained();
-    let script = "umask 027; exec \"$0\" train --data d.csv --iterations 2 --out masked";
+    let script = "umask 027; exec \"$0\" train --pybullet-ball --data d.csv --iterations 2 --out masked";
     let mut sh = Command::new("sh");
     let out = sh.args(["-c", script, env!("CARGO_BIN_EXE_augsim")]).current_dir(dir.path()).output();
     assert!(out.expect("a shell").status.success());

@@ -77,7 +77,7 @@ fn a_run_writes_and_scores_the_same_bytes_twice() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     augsim(&["simulate", "--trajectories", "12", "--samples", "40", "--out", "d.csv"], d);
-    writes_the_same(&["train", "--data", "d.csv", "--iterations", "20", "--seed", "3"], d);
+    writes_the_same(&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "20", "--seed", "3"], d);
     let score = |run: &str| augsim(&["evaluate", run, "--data", "d.csv", "--json"], d);
     assert!(score("first") == score("other/and deeper/folder"));
 }

@@ -72,13 +72,13 @@ fn work_that_waits_for_data_ends_and_leaves_nothing() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "4", "--samples", "20", "--out", "d.csv"], d);
-    run(&["train", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
+    run(&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
     std::fs::write(d.join("model.toml"), "scenario = \"ball\"\n").expect("a model");
     assert!(Command::new("mkfifo").arg(d.join("pipe.csv")).status().expect("mkfifo runs").success());
     let before = tree(d);
     for (k, args) in [
         &["discover", "model.toml", "pipe.csv", "--out", "new/found"][..],
-        &["train", "--data", "pipe.csv", "--out", "new/run"],
+        &["train", "--pybullet-ball", "--data", "pipe.csv", "--out", "new/run"],
         &["predict", "run", "--data", "pipe.csv", "--out", "new/forecast.csv"],
         &["evaluate", "run", "--data", "pipe.csv"],
         &["data", "convert", "mit-push", "pipe.csv", "new/pushes.csv"],
@@ -101,7 +101,7 @@ fn work_that_computes_ends_and_leaves_nothing() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "400", "--samples", "100", "--out", "d.csv"], d);
-    run(&["train", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
+    run(&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "run"], d);
     std::fs::write(d.join("model.toml"), "scenario = \"ball\"\n").expect("a model");
     let before = tree(d);
     for (k, args) in [
@@ -126,7 +126,17 @@ fn training_writes_a_checkpoint_for_every_signal_and_resumes_bit_for_bit() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "20", "--samples", "40", "--out", "d.csv"], d);
-    let train = ["train", "--data", "d.csv", "--recipe", "hybrid", "--iterations", "1500", "--out"];
+    let train = [
+        "train",
+        "--pybullet-ball",
+        "--data",
+        "d.csv",
+        "--recipe",
+        "hybrid",
+        "--iterations",
+        "1500",
+        "--out",
+    ];
     run(&[&train[..], &["whole"]].concat(), d);
     for (signal, code) in SIGNALS {
         let args = [&train[..], &[signal]].concat();

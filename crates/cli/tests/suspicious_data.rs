@@ -129,7 +129,8 @@ fn train_refuses_what_the_physics_of_its_recipe_cannot_be() {
         ("absurd-value", &|z, v| (1e30 * z, 1e30 * v)),
     ];
     let train = |extra: &[&str]| {
-        let args = ["train", "--data", "bad.csv", "--out", "run", "--iterations", "2", "-q"];
+        let args =
+            ["train", "--pybullet-ball", "--data", "bad.csv", "--out", "run", "--iterations", "2", "-q"];
         augsim(&[&args, extra].concat(), dir.path())
     };
     for (check, change) in cases {

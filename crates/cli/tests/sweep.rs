@@ -37,6 +37,7 @@ const TRAININGS: &str = r#"
 command = "train"
 
 [options]
+pybullet_ball = true
 data = "drops.csv"
 iterations = 12
 

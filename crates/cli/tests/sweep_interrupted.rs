@@ -19,7 +19,7 @@ fn workplace() -> (tempfile::TempDir, Vec<Vec<u8>>) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     done(&["simulate", "--trajectories", "20", "--samples", "40", "--out", "drops.csv"], d);
-    let sweep = "command = \"train\"\n[options]\ndata = \"drops.csv\"\niterations = 600\ncheckpoint_every = 20\n\
+    let sweep = "command = \"train\"\n[options]\npybullet_ball = true\ndata = \"drops.csv\"\niterations = 600\ncheckpoint_every = 20\n\
                  [cross]\nrecipe = [\"hybrid\", \"hybrid-plus\"]\nseed = [1, 2]\n";
     std::fs::write(d.join("sweep.toml"), sweep).expect("a file");
     for plan in ["whole", "disturbed"] {
@@ -148,6 +148,7 @@ fn two_signals_at_once_are_one_wish() {
     let d = dir.path();
     let args = [
         "train",
+        "--pybullet-ball",
         "--data",
         "drops.csv",
         "--iterations",

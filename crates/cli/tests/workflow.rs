@@ -30,7 +30,18 @@ fn simulate_train_predict_evaluate() {
 
     for recipe in ["neural", "hybrid", "hybrid-standardised", "hybrid-plus"] {
         augsim(
-            &["train", "--data", "train.csv.gz", "--recipe", recipe, "--iterations", "5", "--out", recipe],
+            &[
+                "train",
+                "--pybullet-ball",
+                "--data",
+                "train.csv.gz",
+                "--recipe",
+                recipe,
+                "--iterations",
+                "5",
+                "--out",
+                recipe,
+            ],
             d,
         );
         let score = augsim(&["evaluate", recipe, "--data", "test.csv", "--json"], d);

@@ -40,8 +40,8 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let search =
-        Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), Family::Described);
+    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
+    let search = Search::new(train, test, Family::Described, options);
     let base = calibrate(&search.train);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds

@@ -34,7 +34,8 @@ pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
     lawful && open(error)
 }
 
-/// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories.
+/// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories, or the time is
+/// over.
 pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) -> Option<Crossed> {
     let data = &prepared.data;
     if data.records.len() < FOLDS * FEWEST {
@@ -46,7 +47,7 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
         .map(|fold| {
             let rest: Vec<usize> = (0..data.records.len()).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(data, &rest, options);
-            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test), family);
+            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test), family, options);
             let base = calibrate(&search.train);
             let decided = decide(&mut search, base, &[], false, &mut |_| {})?;
             // What was decided is fitted to all that the fold leaves.
@@ -65,5 +66,5 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
         out.lists.extend(lists);
         out.found.push(found);
     }
-    Some(out)
+    (!options.is_over()).then_some(out)
 }

@@ -34,6 +34,8 @@ pub(crate) struct Decided {
     pub verdict: Verdict,
     /// So much is left that the best is no explanation.
     pub severe: bool,
+    /// The time was over before everything was tried.
+    pub was_cut: bool,
 }
 
 /// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
@@ -46,18 +48,20 @@ pub(crate) fn decide(
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Search);
-    let mut found = search.run(base, known);
+    let mut found = search.run(base, known, progress);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned()?;
     let mut best = confirmed(&found, &base);
     let forecast_of = |search: &Search<'_>, j: &Judged| {
         forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta))
     };
-    if best.fit.hypothesis.scatter.is_some() && forecast_of(search, &best) > 0.95 * forecast_of(search, &base)
+    if best.fit.hypothesis.scatter.is_some()
+        && !search.clock.is_over()
+        && forecast_of(search, &best) > 0.95 * forecast_of(search, &base)
     {
         // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
         search.scatter = false;
-        let other = search.run(base.fit.clone(), &[]);
+        let other = search.run(base.fit.clone(), &[], progress);
         let lawful = confirmed(&other, &base);
         if forecast_of(search, &lawful) < LAWFUL * forecast_of(search, &best) {
             (found, best) = (other, lawful);
@@ -73,7 +77,10 @@ pub(crate) fn decide(
     if !tests.ok() || best.additions().len() > 3 {
         progress(Progress::Unlisted);
         severe = tests.severe();
-        if tables && let Some(wider) = widen(search, &base, &best) {
+        if tables
+            && !search.clock.is_over()
+            && let Some(wider) = widen(search, &base, &best)
+        {
             let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
             let better = wider.criterion < best.criterion - MARGIN
                 && wider.heldout_ll > best.heldout_ll
@@ -90,7 +97,8 @@ pub(crate) fn decide(
             verdict = if best.additions().is_empty() { Verdict::Unknown } else { Verdict::PartlyExplained };
         }
     }
-    Some(Decided { found, base, best, tests, verdict, severe })
+    let was_cut = search.clock.was_cut();
+    Some(Decided { found, base, best, tests, verdict, severe, was_cut })
 }
 
 /// Whether the held-out part confirms what the training part found: by a `gain` there, in ln likelihood, or, where the training

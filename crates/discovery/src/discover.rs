@@ -5,9 +5,11 @@ use crate::answer::Parts;
 use crate::calibrate::calibrate;
 use crate::candidates::Family;
 use crate::crossed::{crossed, worth_crossing};
+use crate::cut::cut_short;
 use crate::decide::{Decided, heldout_gain};
 use crate::doubt::{after_search, before_search, unsearched};
 use crate::error_table::{Lists, measured_in};
+use crate::examples::examples;
 use crate::fit::{fit, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar};
 use crate::free_runs::fit_whole;
@@ -19,6 +21,7 @@ use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
+use std::time::Instant;
 
 /// Finds what `model` lacks to explain `data`.
 ///
@@ -33,6 +36,7 @@ pub fn discover(
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
+    let begun = Instant::now();
     progress(Progress::Noise);
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
@@ -42,25 +46,27 @@ pub fn discover(
         Some(_) => {
             progress(Progress::Calibration);
             let family = Family::Described;
-            let search =
-                Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+            let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
+            let search = Search::new(train, test, family, options);
             (unsearched(&search, calibrate(&search.train)), family)
         }
         None => answer(&prepared, options, None, progress)?,
     };
-    if doubt.is_none() && prepared.quieter(&decided.best.fit) {
+    if doubt.is_none() && !decided.was_cut && prepared.quieter(&decided.best.fit) {
         // What was noise beside the declared model may be structure beside the augmented one: the search goes on from there.
         (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
     }
-    if doubt.is_none() && has_grammar(&prepared) && family == Family::Described && !decided.tests.ok() {
+    let goes_on = doubt.is_none() && !decided.was_cut && family == Family::Described;
+    if has_grammar(&prepared) && goes_on && !decided.tests.ok() {
         // Only what the tests see is worth a formula.
-        if let Some(wider) = beyond_the_library(&prepared, &decided, progress) {
+        if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {
             (decided, family) = (wider, Family::Grammar);
         }
     }
-    let search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
+    let search = Search::new(train, test, family, options);
     let Prepared { data: measured, noise, .. } = &prepared;
-    let Decided { mut found, base, best, mut tests, mut verdict, mut severe } = decided;
+    let Decided { mut found, base, best, mut tests, mut verdict, mut severe, was_cut } = decided;
     let [(base, long_base), (mut best, mut long_best)] =
         [base, best].map(|j| match search.over_whole_recordings(&j) {
             Some(better) => (better, true),
@@ -72,7 +78,8 @@ pub fn discover(
     let (unit, _) = measured_in(measured.system.schema());
     let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
     let mut error = lists.table(&unit, options.seed, gain);
-    let mut crossed = if worth_crossing(&best, &error) {
+    let mut errors = lists.by_trajectory();
+    let mut crossed = if worth_crossing(&best, &error) && !was_cut {
         progress(Progress::Folds);
         crossed(&prepared, family, options)
     } else {
@@ -87,8 +94,8 @@ pub fn discover(
             let plain = unsearched(&search, base.fit.clone());
             (best, tests, verdict, severe) = (plain.best, plain.tests, plain.verdict, false);
             found.pool.retain(|j| j.additions().is_empty());
-            error =
-                Lists::of(&search.test, [&base.fit, &best.fit], options.seed).table(&unit, options.seed, 0.0);
+            let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
+            (error, errors) = (lists.table(&unit, options.seed, 0.0), lists.by_trajectory());
             crossed = None;
             long_best = long_base;
         }
@@ -108,6 +115,8 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base, long_base), full(&best, long_best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
+    // Shown, not decided on: made from the fits of the training part.
+    let examples = || examples(&search.test, [&base.fit, &best.fit], &errors);
     let discovery = report(Parts {
         model,
         search: &search,
@@ -124,9 +133,11 @@ pub fn discover(
         folds: crossed.map_or_else(Vec::new, |c| c.found),
         anatomy: residual_anatomy,
     })?;
+    let examples = examples();
     let mut notes = prepared.notes.clone();
     if !data.notes().is_empty() {
         notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));
     }
-    Ok(Discovery { warnings, notes, ..discovery })
+    let discovery = Discovery { warnings, notes, examples, ..discovery };
+    Ok(if was_cut { cut_short(discovery, begun) } else { discovery })
 }

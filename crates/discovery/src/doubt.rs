@@ -94,5 +94,6 @@ pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let base = search.judge(base);
     let tests = adequacy(search, &base);
     let found = Found { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
-    Decided { found, best: base.clone(), base, tests, verdict: Verdict::NotThisSystem, severe: false }
+    let (verdict, best) = (Verdict::NotThisSystem, base.clone());
+    Decided { found, best, base, tests, verdict, severe: false, was_cut: false }
 }

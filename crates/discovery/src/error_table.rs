@@ -28,6 +28,12 @@ impl Lists {
         }
     }
 
+    /// Root mean square errors of each trajectory, in the order of the sample: declared, augmented.
+    pub fn by_trajectory(&self) -> Vec<[f64; 2]> {
+        let of = |errors: &Errors, i: usize| forecast::rmse(&errors[i..=i]);
+        (0..self.augmented.len()).map(|i| [of(&self.declared, i), of(&self.augmented, i)]).collect()
+    }
+
     /// Adds the trajectories of another fold.
     pub fn extend(&mut self, other: Self) {
         self.declared.extend(other.declared);

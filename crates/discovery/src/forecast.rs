@@ -83,22 +83,45 @@ pub(crate) fn beginning(record: &Record) -> Record {
     r
 }
 
-fn one_error(
+/// A record's start, fitted to its known samples.
+pub(crate) struct Begun {
+    /// The record as far as it is known.
+    pub known: Measured,
+    /// Lanes of the start.
+    pub lanes: Lanes,
+    pub nuisance: Vec<f64>,
+}
+
+/// Fits the start of a record to its known samples at these parameters.
+pub(crate) fn begun(
     data: &Measured,
     record: &Record,
     h: &Hypothesis,
     theta: &[f64],
     correlation: f64,
-) -> (f64, f64) {
-    let known = record.seen.known;
-    let single = data.with_records(vec![beginning(record)]);
-    let sample = Sample { data: &single, chosen: &[0], correlation };
+) -> Begun {
+    let known = data.with_records(vec![beginning(record)]);
+    let sample = Sample { data: &known, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
-    let run = foretold(&single.records[0], record, h, theta, &start.nuisance[0]);
+    let nuisance = start.nuisance.into_iter().next().unwrap_or_default();
+    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
+    let lanes = Lanes::new(h, Excerpt { record: &known.records[0], window: &whole }, &[]);
+    Begun { known, lanes, nuisance }
+}
+
+impl Begun {
+    /// The forecast of the whole record.
+    pub fn run(&self, h: &Hypothesis, theta: &[f64], record: &Record) -> Simulated {
+        foretold(&self.known.records[0], record, h, theta, &self.nuisance)
+    }
+}
+
+/// Sum of squared errors behind the known samples of a record, and their number.
+pub(crate) fn squares(record: &Record, run: &Simulated) -> (f64, f64) {
     let (mut s, mut n) = (0.0, 0.0);
     for c in 0..run.channels() {
         let most = RUNAWAY * spread(std::slice::from_ref(&record.seen), c);
-        for k in known..record.seen.times.len() {
+        for k in record.seen.known..record.seen.times.len() {
             if record.weight[c][k] > 0.0 {
                 let error = record.seen.values[c][k] - run.value(k, c);
                 // The smaller of a number and no number is the number.
@@ -108,6 +131,23 @@ fn one_error(
         }
     }
     (s, n)
+}
+
+fn one_error(
+    data: &Measured,
+    record: &Record,
+    h: &Hypothesis,
+    theta: &[f64],
+    correlation: f64,
+) -> (f64, f64) {
+    squares(record, &begun(data, record, h, theta, correlation).run(h, theta, record))
+}
+
+/// Forecasts `[channel][sample]` of the record `j` of a sample by the hypothesis that was fitted to training trajectories.
+pub(crate) fn path(sample: &Sample<'_>, j: usize, training: &Fit, theta: &[f64]) -> Vec<Vec<f64>> {
+    let (h, record) = (predictor(training), &sample.data.records[j]);
+    let run = begun(sample.data, record, &h, theta, sample.correlation).run(&h, theta, record);
+    (0..run.channels()).map(|c| (0..run.samples()).map(|k| run.value(k, c)).collect()).collect()
 }
 
 /// The simulation of all of a record from a start that was fitted to its beginning.

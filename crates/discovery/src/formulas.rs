@@ -34,11 +34,12 @@ pub(crate) fn nodes(judged: &Judged) -> usize {
 pub(crate) fn beyond_the_library(
     prepared: &Prepared,
     decided: &Decided,
+    options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Formulas);
     let sample = prepared.sample(&prepared.train);
-    let mut search = Search::new(sample, prepared.sample(&prepared.test), Family::Grammar);
+    let mut search = Search::new(sample, prepared.sample(&prepared.test), Family::Grammar, options);
     let (base, before) = (&decided.base, &decided.best);
     let known: Vec<Judged> = (!before.additions().is_empty()).then(|| before.clone()).into_iter().collect();
     let mut found = decide(&mut search, base.fit.clone(), &known, false, progress)?;
@@ -73,7 +74,8 @@ pub(crate) fn answer(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<(Decided, Family), DiscoveryError> {
     let family = if options.library { Family::Described } else { Family::Grammar };
-    let mut search = Search::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family);
+    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
+    let mut search = Search::new(train, test, family, options);
     let (base, known) = match from {
         None => {
             progress(Progress::Calibration);

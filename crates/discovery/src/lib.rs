@@ -9,9 +9,11 @@ mod assess;
 mod blocks;
 mod calibrate;
 mod candidates;
+mod clocked;
 mod cluster;
 mod covariance;
 mod crossed;
+mod cut;
 mod deal;
 mod decide;
 mod discover;
@@ -20,10 +22,13 @@ mod doubt;
 mod error;
 mod error_table;
 mod evaluate;
+mod examples;
 mod experiment;
 mod fit;
 mod folds;
 mod forecast;
+mod foretell;
+mod foretold;
 mod formulas;
 mod free_runs;
 mod hypothesis;
@@ -57,11 +62,18 @@ mod tally;
 mod unlisted;
 
 pub use assess::{Assessment, assess};
+pub use clocked::{Clocked, on_a_clock};
 pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
+pub use foretell::foretell;
+pub use foretold::{
+    FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
+    interval_of_rmse, quantile_of_draws, reduction_of_rmse,
+};
 pub use options::{Options, Progress};
-pub use push::{assess_push, discover_push};
+pub use push::{PushScene, assess_push, discover_push, foretell_push};
 pub use result::{
-    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, FoundEffect, FoundFormula, FreeRun, Horizon,
-    NoiseFound, PushFound, Rmse, SCHEMA, Tests, Unexplained, Verdict, Work,
+    Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,
+    FoundFormula, FreeRun, Horizon, Models, NoiseFound, PushFound, Rmse, SCHEMA, Tests, Unexplained, Verdict,
+    Work,
 };

@@ -65,6 +65,19 @@ impl Square {
         Cholesky { n, l, log_det }
     }
 
+    /// A lower triangle `R` with `R R'` the matrix; directions without variance have none.
+    pub fn root(&self) -> Square {
+        let factor = self.cholesky();
+        let mut root = Square::zero(self.n);
+        for i in 0..self.n {
+            for j in 0..=i {
+                let entry = factor.l[i * self.n + j];
+                *root.at_mut(i, j) = if entry.is_finite() { entry } else { 0.0 };
+            }
+        }
+        root
+    }
+
     /// Eigenvalues and eigenvectors (columns) by Jacobi rotations.
     pub fn eigen(&self) -> (Vec<f64>, Square) {
         let n = self.n;

@@ -1,6 +1,7 @@
 //! Choices of a caller, and reports of progress to it.
 
 use augsim_data::checks::Accepted;
+use std::time::Instant;
 
 /// Choices of a discovery.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,11 +14,20 @@ pub struct Options {
     pub accepted: Accepted,
     /// Whether effects of the library are tried. Without them formulas are looked for at once, where the system has a grammar.
     pub library: bool,
+    /// When the search is to end with the best so far; never without it. An answer that was not cut does not depend on it.
+    pub until: Option<Instant>,
+}
+
+impl Options {
+    /// Whether the time is over.
+    pub(crate) fn is_over(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, train_share: 0.7, accepted: Accepted::default(), library: true }
+        Self { seed: 0, train_share: 0.7, accepted: Accepted::default(), library: true, until: None }
     }
 }
 
@@ -30,6 +40,8 @@ pub enum Progress {
     Calibration,
     /// Search over the library.
     Search,
+    /// Search over the library: so many thousandths of the largest one that there can be.
+    Searched(u16),
     /// Tests of the best model.
     Adequacy,
     /// Laws that are not in the library.
@@ -48,12 +60,27 @@ impl Progress {
         match self {
             Progress::Noise => "finding events and estimating the noise",
             Progress::Calibration => "calibrating the declared parameters",
-            Progress::Search => "fitting candidate effects",
+            Progress::Search | Progress::Searched(_) => "fitting candidate effects",
             Progress::Adequacy => "testing what the best model leaves",
             Progress::Unlisted => "looking for a law outside the library",
             Progress::Formulas => "looking for a formula",
             Progress::Folds => "repeating the loop without each fifth of the data",
             Progress::Errors => "measuring errors on held-out trajectories",
+        }
+    }
+
+    /// The share of the whole that is done, roughly: searches differ in how far they have to go.
+    pub fn fraction(self) -> f64 {
+        match self {
+            Progress::Noise => 0.0,
+            Progress::Calibration => 0.03,
+            Progress::Search => 0.08,
+            Progress::Searched(thousandths) => 0.08 + 0.42 * (f64::from(thousandths) / 1000.0).min(1.0),
+            Progress::Adequacy => 0.50,
+            Progress::Unlisted => 0.58,
+            Progress::Formulas => 0.62,
+            Progress::Errors => 0.72,
+            Progress::Folds => 0.76,
         }
     }
 }

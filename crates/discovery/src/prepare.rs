@@ -90,11 +90,37 @@ const FEWEST_BLOCKS: usize = 5;
 /// Held-out trajectories below which half of all is held out.
 const FEWEST_HELD_OUT: f64 = 8.0;
 
+/// Records with their noise.
+pub(crate) struct Readied {
+    pub data: Measured,
+    pub noise: Noise,
+    /// Whether polynomials follow the motion between samples.
+    pub smooth: bool,
+    /// What is to be told of the records.
+    pub notes: Vec<String>,
+}
+
 pub(crate) fn prepare(
     model: &dyn Declaration,
     dataset: &Dataset,
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
+    let Readied { data, noise, smooth, notes } = ready(model, dataset, 2, true)?;
+    let everything: Vec<usize> = (0..data.records.len()).collect();
+    let (mut train, mut test) = split(&data, &everything, options);
+    shorten(&data, &mut train, MOST_SAMPLES);
+    shorten(&data, &mut test, MOST_SAMPLES / 2);
+    Ok(Prepared { data, noise, smooth, train, test, notes })
+}
+
+/// Reads records with events and noise; `fewest` are needed. What the system has against fits to them is asked where they are
+/// fitted to (`is_fitted`).
+pub(crate) fn ready(
+    model: &dyn Declaration,
+    dataset: &Dataset,
+    fewest: usize,
+    is_fitted: bool,
+) -> Result<Readied, DiscoveryError> {
     let mut data = Measured::from_dataset(dataset, model)?;
     let names: Vec<&str> = data.groups.iter().map(String::as_str).collect();
     if let Some(unknown) = unknown_group(data.system.parameters().iter(), &names) {
@@ -110,6 +136,7 @@ pub(crate) fn prepare(
     let system = data.system.clone();
     let mut notes = Vec::new();
     if let [only] = &data.records[..]
+        && is_fitted
         && let Some((halves, at_s)) = lone::halves(&*system, only, &rough)
     {
         notes.push(format!(
@@ -128,12 +155,12 @@ pub(crate) fn prepare(
     let smooth = pieces::find(&mut data);
     (data.records, data.recordings) = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
-    if found < 2 {
+    if found < fewest {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
     let mut noise = estimate(&mut data, smooth);
-    if let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
+    if is_fitted && let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
         let (data, model) = (data.name, model.file().into());
         return Err(DiscoveryError::Objection { data, model, objection });
     }
@@ -144,10 +171,7 @@ pub(crate) fn prepare(
         noise.outliers += found.len();
         mask(&mut data, &found);
     }
-    let (mut train, mut test) = split(&data, &everything, options);
-    shorten(&data, &mut train, MOST_SAMPLES);
-    shorten(&data, &mut test, MOST_SAMPLES / 2);
-    Ok(Prepared { data, noise, smooth, train, test, notes })
+    Ok(Readied { data, noise, smooth, notes })
 }
 
 /// The records as the system sees them; samples that were masked are not measured.

@@ -14,6 +14,7 @@ use crate::remainder::unexplained;
 use crate::result::*;
 use crate::search::Judged;
 use augsim_physics::model::Per;
+use augsim_physics::system::Augmentation;
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
@@ -362,6 +363,12 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let (unit, decides) = measured_in(schema);
     let decisive: Vec<f64> = decides.iter().map(|&c| noise.sd[c]).collect();
     let model_toml = parts.model.augmented(&h.augmentation(data, &fit.theta, &fit.ci95()))?;
+    let base = &parts.base.fit;
+    let calibrated = base.hypothesis.augmentation(data, &base.theta, &base.ci95());
+    let models = Models {
+        declared_toml: parts.model.augmented(&Augmentation::default())?,
+        calibrated_toml: parts.model.augmented(&calibrated)?,
+    };
     let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
@@ -389,6 +396,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         correlations: (axis, matrix),
         push: None,
         model_toml,
+        models,
+        heldout: parts.search.test.records().map(|r| r.seen.id.clone()).collect(),
+        examples: Vec::new(),
+        cut_after_s: None,
         error: parts.error,
         work: data.tally.work(),
     };

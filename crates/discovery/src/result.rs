@@ -1,5 +1,6 @@
 //! The findings of a discovery, in the form of `result.json`.
 
+use crate::push::PushScene;
 use augsim_data::checks::Warning;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -307,6 +308,50 @@ pub struct Horizon {
     pub rotation_deg: [Rmse; 3],
 }
 
+/// Texts of model files.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Models {
+    /// The declared model.
+    pub declared_toml: String,
+    /// The declared model calibrated on the training part, nothing added.
+    pub calibrated_toml: String,
+}
+
+/// A held-out trajectory as the models forecast it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Example {
+    /// Name in the data.
+    pub id: String,
+    /// Where it stands among the held-out trajectories: `best`, `median` or `worst`.
+    pub rank: String,
+    /// Root mean square errors behind the known samples, in the unit of the error table: declared, augmented.
+    pub rmse: [f64; 2],
+    /// Times, s.
+    pub times_s: Vec<f64>,
+    /// Samples, from the first, that the start was fitted to.
+    pub known: usize,
+    /// Channels.
+    pub channels: Vec<ExampleChannel>,
+    /// For a push: what a view from above shows beside the poses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<PushScene>,
+}
+
+/// A channel of an example, in the unit of its column; nothing where nothing was measured, or nothing could be simulated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExampleChannel {
+    /// Column of the data.
+    pub column: String,
+    /// Unit in print.
+    pub unit: String,
+    /// Measured.
+    pub measured: Vec<Option<f64>>,
+    /// By the declared model.
+    pub declared: Vec<Option<f64>>,
+    /// By the augmented model.
+    pub augmented: Vec<Option<f64>>,
+}
+
 /// How much work an answer took. The counts are the same on every machine and for any number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
@@ -362,6 +407,18 @@ pub struct Discovery {
     pub push: Option<PushFound>,
     /// The augmented model file.
     pub model_toml: String,
+    /// The models before it.
+    #[serde(default)]
+    pub models: Models,
+    /// Names of the held-out trajectories, or of the parts of long ones.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub heldout: Vec<String>,
+    /// Held-out trajectories: those that the augmented model forecasts best, as most, and worst.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub examples: Vec<Example>,
+    /// Seconds after which the search was ended before everything was tried; absent where nothing was cut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cut_after_s: Option<f64>,
     /// How much work the answer took.
     #[serde(default)]
     pub work: Work,

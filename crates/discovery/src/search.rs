@@ -3,6 +3,7 @@
 use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
+use crate::cut::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::free_runs::{FreeRuns, fit_whole};
@@ -13,6 +14,7 @@ use crate::scan::scan;
 use crate::score::{Score, heterogeneity, scores};
 use crate::sound::{best_sound, is_sound};
 use crate::statistics::{chi2_quantile, chi2_tail};
+use crate::{Options, Progress};
 use augsim_physics::model::Per;
 use augsim_physics::system::{ScatterPer, Start, System};
 use rayon::prelude::*;
@@ -47,6 +49,8 @@ pub(crate) struct Search<'a> {
     pub scatter: bool,
     /// Free runs over the held-out part.
     free_runs: Option<FreeRuns>,
+    /// The time that is left.
+    pub clock: Clock,
 }
 
 /// Ratio of two scores from which on they are the same law in two forms.
@@ -79,7 +83,7 @@ pub(crate) struct Found {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(train: Sample<'a>, test: Sample<'a>, family: Family) -> Self {
+    pub fn new(train: Sample<'a>, test: Sample<'a>, family: Family, options: &Options) -> Self {
         let library = library(train.data, family);
         let system = &train.data.system;
         let points = |a: &Addition| match a {
@@ -89,8 +93,8 @@ impl<'a> Search<'a> {
             _ => 1,
         };
         let tests = library.iter().map(points).sum();
-        let free_runs = FreeRuns::new(&test);
-        Self { train, test, library, tests, scatter: true, free_runs }
+        let (free_runs, clock) = (FreeRuns::new(&test), Clock::new(options));
+        Self { train, test, library, tests, scatter: true, free_runs, clock }
     }
 
     fn system(&self) -> &dyn System {
@@ -292,7 +296,7 @@ impl<'a> Search<'a> {
 
     /// The search on the training part and the judgement on the held-out part. It begins at the best of `base` and of `known`,
     /// sets that another search came to.
-    pub fn run(&self, base: Fit, known: &[Judged]) -> Found {
+    pub fn run(&self, base: Fit, known: &[Judged], progress: &mut dyn FnMut(Progress)) -> Found {
         let base_scores = self.library_scores(&base);
         let base = self.judge(base);
         let base_criterion = base.criterion;
@@ -310,8 +314,11 @@ impl<'a> Search<'a> {
                 .flatten_iter()
                 .collect();
             let jobs = self.without_repeats(jobs, &beam, &tried);
-            let fitted = jobs.par_iter().map(|(i, m)| self.plus(&beam[*i].fit, m));
-            let fitted: Vec<Judged> = fitted.filter(Judged::is_finite).collect();
+            // The swaps at the end are one more level.
+            let of_all = |done: f64| 1000.0 * ((level - 1) as f64 + done) / (MOST_EFFECTS + 1) as f64;
+            let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
+            let mut fitted = self.clock.worked_off(&jobs, told, |(i, m)| self.plus(&beam[*i].fit, m));
+            fitted.retain(Judged::is_finite);
             let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
             tried.extend(fitted.iter().cloned());
             let mut next = self.foremost(&fitted, &tried);
@@ -325,7 +332,7 @@ impl<'a> Search<'a> {
             }
             beam = next;
         }
-        self.refine(&mut tried);
+        self.refine(&mut tried, progress);
         tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let best = best_sound(&tried).map_or(base_criterion, |j| j.criterion);
         let sound = tried.iter().filter(|j| j.criterion < best + POOL && is_sound(j, &tried));
@@ -393,8 +400,11 @@ impl<'a> Search<'a> {
     }
 
     /// Drops, swaps and adds around the best until nothing is better.
-    fn refine(&self, tried: &mut Vec<Judged>) {
-        for _ in 0..4 {
+    fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
+        for round in 0..4 {
+            if self.clock.is_over() {
+                return;
+            }
             let Some(best) = best_sound(tried).cloned() else { return };
             let now = best.additions().to_vec();
             if now.is_empty() {
@@ -453,14 +463,15 @@ impl<'a> Search<'a> {
             });
             // A set without what does nothing is fitted from here even if it was fitted before, from a worse start.
             sets.extend(idle);
-            let fitted: Vec<Judged> = sets
-                .par_iter()
-                .map(|set| {
-                    let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
-                    self.refit(&best.fit, &additions, set)
-                })
-                .filter(Judged::is_finite)
-                .collect();
+            let of_all = |done: f64| {
+                1000.0 * (MOST_EFFECTS as f64 + (round as f64 + done) / 4.0) / (MOST_EFFECTS + 1) as f64
+            };
+            let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
+            let mut fitted = self.clock.worked_off(&sets, told, |set| {
+                let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
+                self.refit(&best.fit, &additions, set)
+            });
+            fitted.retain(Judged::is_finite);
             let without = fitted.iter().any(|j| j.free_run < best.free_run);
             let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
             tried.extend(fitted);

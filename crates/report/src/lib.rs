@@ -8,4 +8,4 @@ pub mod page;
 mod plot;
 
 pub use benchmark::{BenchmarkReport, benchmark_report};
-pub use discovery::{DiscoveryReport, discovery_excerpt, discovery_figures, discovery_report};
+pub use discovery::{DiscoveryReport, discovery_excerpt, discovery_figures, discovery_report, figure_names};

@@ -30,8 +30,7 @@ impl Circumstances {
         let (name, reproduce) = match data {
             DataFrom::File(path) => {
                 sources.push(of_file(path));
-                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                (name, model.map_or_else(String::new, |model| command(model, path, wanted, out)))
+                (name_of(path), model.map_or_else(String::new, |model| command(model, path, wanted, out)))
             }
             DataFrom::Table { name, .. } => {
                 sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
@@ -40,6 +39,15 @@ impl Circumstances {
         };
         Circumstances { name, seed: wanted.options.seed, sources, reproduce, pictures: Pictures::default() }
     }
+}
+
+/// What data are called on a page: their file, or the folder of a file that is called as any (`data.csv`).
+fn name_of(path: &Path) -> String {
+    let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let file = text(path.file_name());
+    let stem = file.trim_end_matches(".gz").trim_end_matches(".csv").trim_end_matches(".npz");
+    let folder = text(path.parent().and_then(Path::file_name));
+    if stem == "data" && !folder.is_empty() { folder } else { stem.to_owned() }
 }
 
 /// The command that repeats the discovery; the folder of the results does not decide them.

@@ -7,8 +7,8 @@ use crate::run_dir::{Config, DataSource};
 use crate::{DataFrom, Usage};
 use augsim_data::checks::Check;
 use augsim_physics::model::ModelFile;
-use augsim_trainer::{Recipe, Settings};
-use std::path::PathBuf;
+use augsim_trainer::{Engine, Recipe, Settings};
+use std::path::{Path, PathBuf};
 
 /// Iterations between checkpoints, where nobody says otherwise.
 pub const CHECKPOINT_EVERY: u64 = 500;
@@ -20,6 +20,10 @@ pub enum Corrected {
     Folder(PathBuf),
     /// This model.
     Model(Box<ModelFile>),
+    /// The model in a file.
+    File(PathBuf),
+    /// The ball of the paper's experiment.
+    PybulletBall,
 }
 
 /// What a user wants of a training run.
@@ -37,6 +41,50 @@ pub struct WantedRun {
     pub accept: Vec<Check>,
 }
 
+impl Corrected {
+    /// By the options of a command, which assumes no system, of which one at most is given.
+    ///
+    /// # Errors
+    /// None is given.
+    pub fn of_options(
+        residual_of: Option<&Path>,
+        model: Option<&Path>,
+        pybullet_ball: bool,
+        data: &DataFrom,
+    ) -> Result<Self, Usage> {
+        match (residual_of, model) {
+            (Some(folder), _) => Ok(Corrected::Folder(folder.to_owned())),
+            (None, Some(file)) => Ok(Corrected::File(file.to_owned())),
+            (None, None) if pybullet_ball => Ok(Corrected::PybulletBall),
+            (None, None) => Err(Usage(format!(
+                "{data}: nothing says what moves here; name the model file (--model FILE) or the folder of a discovery \
+                 (--residual-of RUN); --pybullet-ball is the ball of the paper's experiment"
+            ))),
+        }
+    }
+
+    /// The engine, and notes for people.
+    ///
+    /// # Errors
+    /// As [`residual::engine`], [`residual::engine_of`] and [`residual::engine_of_file`].
+    pub fn engine(&self, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
+        match self {
+            Corrected::Folder(found) => residual::engine(found, data, recipe),
+            Corrected::Model(model) => residual::engine_of(model, "the model", data, recipe),
+            Corrected::File(file) => residual::engine_of_file(file, data, recipe),
+            Corrected::PybulletBall => Ok((paper_engine(), Vec::new())),
+        }
+    }
+
+    /// The folder of the discovery, where one is named.
+    pub fn residual_of(&self) -> Option<PathBuf> {
+        match self {
+            Corrected::Folder(folder) => Some(folder.clone()),
+            _ => None,
+        }
+    }
+}
+
 /// The configuration for these data, and notes for people about what of the model takes no part.
 ///
 /// # Errors
@@ -46,8 +94,7 @@ pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config,
         return Err(Usage("iterations = 0: must be at least 1".to_owned()).into());
     }
     let (engine, notes) = match &wanted.residual_of {
-        Some(Corrected::Folder(found)) => residual::engine(found, data, wanted.recipe)?,
-        Some(Corrected::Model(model)) => residual::engine_of(model, "the model", data, wanted.recipe)?,
+        Some(corrected) => corrected.engine(data, wanted.recipe)?,
         None => (paper_engine(), Vec::new()),
     };
     let source = match data {
@@ -57,7 +104,12 @@ pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config,
         }
     };
     let settings = Settings::new(wanted.recipe, wanted.iterations, wanted.seed, engine);
-    let config =
-        Config { checkpoint_every: CHECKPOINT_EVERY, accept: wanted.accept.clone(), data: source, settings };
+    let config = Config {
+        checkpoint_every: CHECKPOINT_EVERY,
+        accept: wanted.accept.clone(),
+        residual_of: wanted.residual_of.as_ref().and_then(Corrected::residual_of),
+        data: source,
+        settings,
+    };
     Ok((config, notes))
 }

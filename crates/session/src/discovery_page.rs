@@ -2,7 +2,9 @@
 
 use crate::{Circumstances, Subject};
 use augsim_data::Unit;
-use augsim_discovery::{Bin, Candidate, Discovery, Estimate, Rmse, Verdict};
+use augsim_discovery::{
+    Bin, Candidate, Discovery, Estimate, Example, ExampleChannel, PushScene, Rmse, Verdict,
+};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::discovery as page;
 use augsim_report::page::{Method, Provenance};
@@ -84,13 +86,13 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
         warnings: d.warnings.iter().map(|w| w.text.clone()).collect(),
         error: page::ErrorSummary {
             quantity: quantity.clone(),
-            unit: d.error.unit.clone(),
+            unit: told_in(&d.error.unit).0.to_owned(),
             heldout_trajectories: d.error.heldout_trajectories as u64,
-            declared: Some(rmse(d.error.declared)),
-            calibrated: Some(rmse(d.error.calibrated)),
-            augmented: d.adds().then(|| rmse(d.error.augmented)),
-            noise_floor: Some(rmse(d.error.noise_floor)),
-            reduction: (!d.effects.is_empty()).then(|| rmse(d.error.reduction)),
+            declared: Some(rmse(d, d.error.declared)),
+            calibrated: Some(rmse(d, d.error.calibrated)),
+            augmented: d.adds().then(|| rmse(d, d.error.augmented)),
+            noise_floor: Some(rmse(d, d.error.noise_floor)),
+            reduction: (!d.effects.is_empty()).then(|| rmse(d, d.error.reduction)),
             folds: d.error.folds.map(|n| n as u64),
             explained_share: d.error.explained_share,
         },
@@ -129,9 +131,9 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
             .collect(),
         anatomy: anatomy(d),
         laws: of.pictures.laws.clone(),
-        examples: of.pictures.examples.clone(),
-        examples_note: "The beginning of the data, which fits have seen windows of: each model runs on from its first 20 samples, \
-                        calibrated (before) and with what was added (after)."
+        examples: if of.pictures.examples.is_empty() { examples(d) } else { of.pictures.examples.clone() },
+        examples_note: if of.pictures.examples.is_empty() { "" } else { "The beginning of the data, which fits have seen windows of: each model runs on from its first 20 samples, \
+                        calibrated (before) and with what was added (after)." }
             .to_owned(),
         candidates: candidates(d)
             .into_iter()
@@ -180,8 +182,91 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
     }
 }
 
-fn rmse(r: Rmse) -> page::Rmse {
-    page::Rmse { rmse: r.rmse, ci95: Some(r.ci95) }
+/// The unit in which a page tells an error, and how many of it are in one unit of the result: sentences have mm as well.
+fn told_in(unit: &str) -> (&str, f64) {
+    if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) }
+}
+
+fn rmse(d: &Discovery, r: Rmse) -> page::Rmse {
+    let scale = told_in(&d.error.unit).1;
+    page::Rmse { rmse: scale * r.rmse, ci95: Some(r.ci95.map(|v| scale * v)) }
+}
+
+/// The examples: each in the channel in which the declared model misses most, the same for all; pushes from above.
+fn examples(d: &Discovery) -> Vec<page::Example> {
+    let gap = |a: Option<f64>, b: Option<f64>| a.zip(b).map_or(0.0, |(a, b)| (a - b).powi(2));
+    let misfit = |c: usize| -> f64 {
+        let each = d.examples.iter().filter_map(|e| e.channels.get(c));
+        each.flat_map(|c| c.measured.iter().zip(&c.declared)).map(|(m, f)| gap(*m, *f)).sum()
+    };
+    let count = d.examples.first().map_or(0, |e| e.channels.len());
+    let most = (0..count).max_by(|&a, &b| misfit(a).total_cmp(&misfit(b))).unwrap_or(0);
+    d.examples.iter().filter_map(|e| Some(example(e, e.channels.get(most)?, !d.effects.is_empty()))).collect()
+}
+
+fn example(e: &Example, c: &ExampleChannel, added: bool) -> page::Example {
+    let (unit, scale) = told_in(if e.scene.is_some() { "m" } else { &c.unit });
+    let plain = |list: &[Option<f64>]| -> Vec<f64> { list.iter().map(|v| v.unwrap_or(f64::NAN)).collect() };
+    let error = scale * e.rmse[1];
+    let trajectory = format!("{}: {}, error {error:.3} {unit}", e.rank, e.id);
+    let (channel, _) = feature(&c.column);
+    let base = page::Example {
+        trajectory,
+        channel: channel.trim_end_matches("_m").to_owned(),
+        unit: c.unit.clone(),
+        t_s: e.times_s.clone(),
+        measured: plain(&c.measured),
+        before: plain(&c.declared),
+        after: if added { plain(&c.augmented) } else { Vec::new() },
+        known_until_s: e.times_s.get(e.known).copied().filter(|_| e.known > 1),
+        top_view: None,
+    };
+    match &e.scene {
+        None => base,
+        Some(scene) => pushed(base, e, scene, added),
+    }
+}
+
+/// A push: its view from above, and the distance of each forecast from the measured position instead of a channel.
+fn pushed(base: page::Example, e: &Example, scene: &PushScene, added: bool) -> page::Example {
+    let value = |c: usize, k: usize, of: fn(&ExampleChannel) -> &Vec<Option<f64>>| {
+        of(&e.channels[c])[k].unwrap_or(f64::NAN)
+    };
+    let outline = |k: usize, of: fn(&ExampleChannel) -> &Vec<Option<f64>>| -> Vec<[f64; 2]> {
+        let [x, y, angle] = [0, 1, 2].map(|c| value(c, k, of));
+        let (sin, cos) = angle.sin_cos();
+        scene.outline_m.iter().map(|[a, b]| [x + cos * a - sin * b, y + sin * a + cos * b]).collect()
+    };
+    let distance = |of: fn(&ExampleChannel) -> &Vec<Option<f64>>| -> Vec<f64> {
+        let off = |c: usize, k: usize| value(c, k, |c| &c.measured) - value(c, k, of);
+        // Measured less foretold: a distance is told as what is to be added to none.
+        (0..e.times_s.len()).map(|k| -off(0, k).hypot(off(1, k))).collect()
+    };
+    let last = e.times_s.len().saturating_sub(1);
+    let rod = |at: Option<&[f64; 2]>| -> Vec<[f64; 2]> {
+        let corner = |i: usize, [x, y]: [f64; 2]| {
+            let turn = std::f64::consts::TAU * i as f64 / 24.0;
+            [x + scene.rod_radius_m * turn.cos(), y + scene.rod_radius_m * turn.sin()]
+        };
+        at.map_or_else(Vec::new, |at| (0..24).map(|i| corner(i, *at)).collect())
+    };
+    page::Example {
+        unit: "m".to_owned(),
+        measured: vec![0.0; e.times_s.len()],
+        before: distance(|c| &c.declared),
+        after: if added { distance(|c| &c.augmented) } else { Vec::new() },
+        top_view: Some(page::TopView {
+            start: outline(0, |c| &c.measured),
+            ends: [
+                outline(last, |c| &c.measured),
+                outline(last, |c| &c.declared),
+                if added { outline(last, |c| &c.augmented) } else { Vec::new() },
+            ],
+            rod: scene.rod_m.clone(),
+            rod_outlines: [rod(scene.rod_m.first()), rod(scene.rod_m.last())],
+        }),
+        ..base
+    }
 }
 
 fn parameter(name: &str, e: &Estimate) -> page::Parameter {
@@ -209,7 +294,9 @@ fn candidates(d: &Discovery) -> Vec<&Candidate> {
 fn feature(name: &str) -> (String, String) {
     let (words, unit) = match name {
         "time_s" => ("time", "s"),
-        "height_m" => ("height", "m"),
+        "height_m" | "z_m" => ("height", "m"),
+        "x_m" => ("x", "m"),
+        "y_m" => ("y", "m"),
         "speed_m_s" => ("speed", "m/s"),
         "heading_rad" => ("heading of the rod", "rad"),
         other => (other, ""),

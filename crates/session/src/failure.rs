@@ -43,7 +43,9 @@ impl Failure {
         }
         cause.downcast_ref::<TrainerError>().map(|e| match e {
             TrainerError::Setting { .. } => Failure::Usage,
-            TrainerError::Diverged { .. } | TrainerError::Tensor(_) => Failure::Numerical,
+            TrainerError::Diverged { .. } | TrainerError::NotFinite { .. } | TrainerError::Tensor(_) => {
+                Failure::Numerical
+            }
             _ => Failure::Data,
         })
     }

@@ -3,7 +3,7 @@
 use crate::Usage;
 use augsim_data::{Column, Dataset, Limit, Trajectory};
 use augsim_trainer::score::quantile;
-use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task};
+use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite};
 use rayon::prelude::*;
 
 /// What is told of each column, in order.
@@ -29,7 +29,9 @@ pub fn bands(
         .enumerate()
         .map(|(i, (q, t))| {
             let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
-            let columns = summarise(&model.forecast(task, samples)?, q.time);
+            let forecast = model.forecast(task, samples)?;
+            check_finite(&forecast, q)?;
+            let columns = summarise(&forecast, q.time);
             Ok(Trajectory::new(q.id.clone(), t.clone(), columns)?)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;

@@ -1,7 +1,7 @@
 //! Data as the engine of a run needs them.
 
 use crate::run_dir::{Config, DataSource};
-use crate::{DataFrom, Usage};
+use crate::{DataFrom, Usage, states};
 use anyhow::Context;
 use augsim_data::checks::{Admitted, Expected, Warning, admit};
 use augsim_data::push::resample;
@@ -43,13 +43,22 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     Ok(made)
 }
 
-/// Measured trajectories, checked to have the engine's step. Where the actions have a clock, streams may have each its own,
+/// Measured trajectories, checked to have the engine's step; where an engine with a model finds no such states, they are made of
+/// the positions. Where the actions have a clock, streams may have each its own,
 /// with gaps between.
 ///
 /// # Errors
 /// They cannot be read, or their step is another.
 pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset> {
     let Some(step_s) = engine.step_s() else { return Ok(from.read(MissingCells::AsGap)?) };
+    if engine.model().is_some() {
+        let data = from.read(MissingCells::AsGap)?;
+        if !states::are_there(&data, engine)
+            && let Some(made) = states::made_of_positions(&data, engine, from)?
+        {
+            return Ok(made);
+        }
+    }
     let data = from.read(MissingCells::Refuse)?;
     check_rate(&data, step_s).with_context(|| from.to_string())?;
     Ok(data)

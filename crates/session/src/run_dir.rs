@@ -52,6 +52,9 @@ pub struct Config {
     /// Checks of suspicious data that the user did without.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Check>,
+    /// Folder of the discovery whose augmented model is corrected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_of: Option<PathBuf>,
     /// Training data.
     pub data: DataSource,
     /// Settings of the run.

@@ -61,6 +61,19 @@ pub enum TrainerError {
         /// Learning rate.
         rate: f64,
     },
+    /// A forecast left the numbers.
+    #[error(
+        "trajectory `{id}`: the forecast is {value} from step {step} on; the net was not trained on such states: train longer \
+         or on more of them, or take the trajectory out"
+    )]
+    NotFinite {
+        /// The trajectory.
+        id: String,
+        /// First step that is no number, from 0.
+        step: usize,
+        /// What stands there.
+        value: f32,
+    },
     /// A saved training state does not belong to these settings or data.
     #[error(
         "the checkpoint does not belong to this run: {difference}; use the run's own data and settings, or start a new run"

@@ -49,16 +49,50 @@ pub fn evaluate_reconstruction(model: &NetModel, test: &Sequences) -> Result<Sco
     evaluate(test, |q, index| model.reconstruct(q, index, SAMPLES))
 }
 
+/// The score of each trajectory of a test set, in its order; [`average`] makes one of them.
+///
+/// # Errors
+/// As [`evaluate_forecast`].
+pub fn forecast_scores(model: &dyn Forecaster, test: &Sequences) -> Result<Vec<Score>, TrainerError> {
+    each(test, |q, index| {
+        model.forecast(Task { start: q.state(0), actions: &q.actions, time: q.time, index }, SAMPLES)
+    })
+}
+
 fn evaluate(
     test: &Sequences,
     samples: impl Fn(&Sequence, u64) -> Result<Samples, TrainerError> + Sync,
 ) -> Result<Score, TrainerError> {
+    Ok(average(&each(test, samples)?))
+}
+
+fn each(
+    test: &Sequences,
+    samples: impl Fn(&Sequence, u64) -> Result<Samples, TrainerError> + Sync,
+) -> Result<Vec<Score>, TrainerError> {
     if test.items.is_empty() {
         return Err(TrainerError::NoTrajectories { what: "the test set" });
     }
     let scoring = Scoring::of(test);
-    let scores = (test.items.par_iter().enumerate())
-        .map(|(i, q)| Ok(score(&samples(q, i as u64)?, &q.states, &scoring)))
-        .collect::<Result<Vec<_>, TrainerError>>()?;
-    Ok(average(&scores))
+    (test.items.par_iter().enumerate())
+        .map(|(i, q)| {
+            let samples = samples(q, i as u64)?;
+            check_finite(&samples, q)?;
+            Ok(score(&samples, &q.states, &scoring))
+        })
+        .collect()
+}
+
+/// That a forecast of a trajectory consists of numbers.
+///
+/// # Errors
+/// [`TrainerError::NotFinite`] names the first step at which it does not.
+pub fn check_finite(samples: &Samples, q: &Sequence) -> Result<(), TrainerError> {
+    let row = (samples.values.len() / q.time).max(1);
+    match samples.values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(at) => {
+            Err(TrainerError::NotFinite { id: q.id.clone(), step: at / row, value: samples.values[at] })
+        }
+    }
 }

@@ -22,9 +22,11 @@ mod tiles;
 mod training;
 
 pub use difference::Difference;
-pub use engine::{Engine, EngineError, SystemEngine};
+pub use engine::{Engine, EngineError, Room, SystemEngine, ThrowEngine};
 pub use error::TrainerError;
-pub use evaluate::{Protocol, SAMPLES, evaluate_forecast, evaluate_reconstruction};
+pub use evaluate::{
+    Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,
+};
 pub use forecast::{Forecaster, Samples, Task};
 pub use latent::LatentLaw;
 pub use models::NetModel;

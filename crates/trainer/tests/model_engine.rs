@@ -7,7 +7,7 @@ use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
 use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_physics::push::{Pose, Push, Run as PushRun, Steps, StraightPush, World};
-use augsim_trainer::{Correction, Engine, EngineError, Recipe, Settings, SystemEngine};
+use augsim_trainer::{Correction, Engine, EngineError, Recipe, Room, Settings, SystemEngine, ThrowEngine};
 
 /// A step of the data, s.
 const STEP_S: f64 = 1.0 / 60.0;
@@ -28,6 +28,8 @@ const SPEED: &str = "[[effect]]\nkind = \"restitution-speed-linear\"\nb_s_per_m 
 const CONTACT: &str = "[[effect]]\nkind = \"contact-duration\"\ntau_s = 0.01\n";
 const LEFT_OUT: &str = "[[effect]]\nkind = \"height-offset\"\nb_m = 0.05\n\
     [[effect]]\nkind = \"restitution-scatter\"\nper = \"impact\"\nsd = 0.1\n";
+/// The offset in it, m.
+const OFFSET_M: f64 = 0.05;
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
@@ -104,8 +106,42 @@ fn an_effect_of_the_model_changes_the_curve_and_one_of_the_sensor_does_not() {
     let path = |effects: &[&str]| engine(effects).rollout(&START, &[], TIME);
     assert!(largest_difference(&path(&[DRAG]), &path(&[])) > 0.1);
     assert!(largest_difference(&stepped(&engine(&[SPEED])), &stepped(&engine(&[]))) > 0.1);
-    assert_eq!(path(&[DRAG, LEFT_OUT]), path(&[DRAG]));
-    assert_eq!(system(&[DRAG, LEFT_OUT]).left_out(), ["height-offset", "restitution-scatter"]);
+    // Heights that are off by a constant are those of a ground that lies there.
+    let raised: Vec<f64> = path(&[DRAG]).chunks(2).flat_map(|s| [s[0] + OFFSET_M, s[1]]).collect();
+    let there = engine(&[DRAG, LEFT_OUT]).rollout(&[START[0] + OFFSET_M, START[1]], &[], TIME);
+    assert!(largest_difference(&there, &raised) < 1e-12, "{:e}", largest_difference(&there, &raised));
+    assert_eq!(engine(&[DRAG, LEFT_OUT]).left_out(), ["restitution-scatter"]);
+}
+
+#[test]
+fn a_throw_is_that_of_the_exact_engine_along_its_axes() {
+    let file = model(&[DRAG, SPEED]);
+    let start = [0.1, 0.9, 1.2, 0.5];
+    let (world, parameters) = file.world(Axes::Plane);
+    let throw = Throw {
+        world: &world,
+        parameters: &parameters,
+        start: State { position: [0.1, 0.0, 0.9], velocity: [1.2, 0.0, 0.5], ..State::at_rest(0.0) },
+        covariates: &Covariates::default(),
+        offsets: Offsets::None,
+        velocities: true,
+    };
+    let times: Vec<f64> = (0..TIME).map(|i| i as f64 * STEP_S).collect();
+    let mut run = Run::default();
+    simulate(&throw, &times, &mut run);
+    let rows = run.positions.iter().zip(&run.velocities);
+    let want: Vec<f64> = rows.flat_map(|(p, v)| [p[0], p[2], v[0], v[2]]).collect();
+    let engine = Engine::Throw(ok(ThrowEngine::new(&file, Room::Plane, STEP_S)));
+    assert_eq!(engine.columns(), ["x_m", "z_m", "velocity_x_m_s", "velocity_z_m_s"]);
+    assert!(largest_difference(&engine.rollout(&start, &[], TIME), &want) <= 1e-12);
+    let text = toml::to_string(&engine).expect("TOML");
+    assert_eq!(toml::from_str::<Engine>(&text).expect("the same engine"), engine);
+    // What a height alone does not tell, a throw does; what only the spin tells, neither.
+    let friction = model(&["[[effect]]\nkind = \"horizontal-acceleration\"\na_m_s2 = 0.1\n"]);
+    assert!(SystemEngine::new(&ModelFile::Ball(friction.clone()), Some(STEP_S)).is_err());
+    assert!(ThrowEngine::new(&friction, Room::Plane, STEP_S).is_ok());
+    let magnus = model(&["[[effect]]\nkind = \"magnus\"\ns = 0.01\n"]);
+    assert!(ThrowEngine::new(&magnus, Room::Space, STEP_S).is_err());
 }
 
 #[test]
@@ -174,8 +210,7 @@ fn engine_of(model: &PushModel) -> Engine {
 fn a_model_of_pushing_keeps_its_effects() {
     let model = augmented_push();
     let engine = engine_of(&model);
-    let Engine::Model(system) = &engine else { panic!("{engine:?} is no system of a model file") };
-    assert_eq!(system.left_out(), ["friction-scatter"]);
+    assert_eq!(engine.left_out(), ["friction-scatter"]);
     let (world, parameters) = model.world();
     let (actions, want) = pushed(&world, &parameters);
     let got = engine.rollout(&[0.0; 3], &actions, actions.len() / 3);

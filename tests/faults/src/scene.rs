@@ -45,8 +45,7 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
     fs::write(inputs.join("bounces.csv"), trajectories(&bounces, 12))?;
     let made = words("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
     anyhow::ensure!(run(augsim, &made, &inputs)?.code == Some(0), "augsim simulate failed");
-    let train =
-        "train --data ../inputs/ball.csv --recipe hybrid --iterations 6 --checkpoint-every 2 --threads 2";
+    let train = "train --pybullet-ball --data ../inputs/ball.csv --recipe hybrid --iterations 6 --checkpoint-every 2 --threads 2";
     let net = words(&format!("{train} --out net").replace("../inputs/", ""));
     anyhow::ensure!(run(augsim, &net, &inputs)?.code == Some(0), "augsim train failed");
 

@@ -84,8 +84,13 @@ impl Chain<'_> {
         for (label, folder, recipe, engine) in plans {
             output.note(format!("training {label} ({iterations} iterations)"));
             let settings = Settings::new(recipe, iterations, seed, engine.clone());
-            let config =
-                Config { checkpoint_every: 500, data: self.source.clone(), accept: Vec::new(), settings };
+            let config = Config {
+                checkpoint_every: 500,
+                data: self.source.clone(),
+                accept: Vec::new(),
+                residual_of: None,
+                settings,
+            };
             match session::train_again(&out.join(folder), &config, self.train, resume, output)? {
                 Some(trained) => nets.push((label, trained.model)),
                 None => return Ok(None),

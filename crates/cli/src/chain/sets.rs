@@ -100,6 +100,7 @@ pub fn one(
         train_share: 0.7,
         group: Vec::new(),
         library: Library::Generic,
+        time_limit: None,
         accept: Accept::default(),
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));

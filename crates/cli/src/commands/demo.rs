@@ -39,6 +39,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         train_share: 0.7,
         library: Library::Generic,
         group: Vec::new(),
+        time_limit: None,
         accept: Accept::default(),
     };
     let found = close_loop(&discover, seed, true, output)?;

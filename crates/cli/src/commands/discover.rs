@@ -12,6 +12,7 @@ use augsim_session::written::pictures::pictures;
 use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover, sentence};
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::time::{Duration, Instant};
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
@@ -60,10 +61,10 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
-    let options = Options { seed, train_share: args.train_share, accepted, library };
+    let options = Options { seed, train_share: args.train_share, accepted, library, until: until(args)? };
     let wanted = Wanted { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
-    let mut told = |p: augsim_discovery::Progress| steps.show(p.describe());
+    let mut told = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
     let data = DataFrom::from(&args.data);
     let found = discover(&subject, &data, &wanted, &mut told)?;
@@ -81,6 +82,15 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     Ok(found)
 }
 
+/// When the search is to end, where a limit was set.
+fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
+    let Some(seconds) = args.time_limit else { return Ok(None) };
+    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
+    let until = limit.and_then(|limit| Instant::now().checked_add(limit));
+    let wrong = || Usage(format!("--time-limit {seconds}: give a positive number of seconds"));
+    Ok(Some(until.ok_or_else(wrong)?))
+}
+
 /// The folder of the results, for these settings and inputs.
 fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
@@ -91,6 +101,10 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
         .input("data", &args.data);
+    let record = match args.time_limit {
+        Some(seconds) => record.setting("time-limit", seconds),
+        None => record,
+    };
     let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
     Results { folder: &args.out, files, inputs, record, force }.claim()
 }

@@ -6,13 +6,14 @@ mod demo;
 pub mod discover;
 mod effects;
 mod evaluate;
-mod evaluate_system;
+pub mod export;
 mod fit;
 mod inspect;
 mod inspect_system;
 mod model;
 mod predict;
 mod reference;
+pub mod report;
 pub mod reproduce;
 mod simulate;
 mod start;
@@ -37,8 +38,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
         Command::Simulate(a) => simulate::run(a, seed, force, output),
         Command::Discover(a) => discover::run(a, seed, force, output),
         Command::Train(a) => train::run(a, seed, force, output),
-        Command::Predict(a) => predict::run(a, output),
-        Command::Evaluate(a) => evaluate::run(a, output),
+        Command::Predict(a) => predict::run(a, seed, output),
+        Command::Export(a) => export::run(a, output),
+        Command::Report(a) => report::run(a, output),
+        Command::Evaluate(a) => evaluate::run(a, seed, output),
         Command::Reproduce(a) => reproduce::run(a, seed, force, output),
         Command::Sweep(a) => sweep::run(a, &args.global, output),
         Command::Data(a) => data::run(a, force, output),

@@ -7,6 +7,7 @@ use crate::output::Output;
 use crate::record::RECORD;
 use crate::session;
 use augsim_session::RunLock;
+use augsim_session::configure::Corrected;
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use augsim_session::training_run::Ended;
@@ -30,12 +31,14 @@ struct Summary {
 /// Runs the subcommand.
 pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let model = args.residual_of.as_ref().map(|found| found.join(residual::MODEL));
-    let inputs: Vec<&Path> = args.data.iter().chain(&model).map(PathBuf::as_path).collect();
+    let inputs = args.data.iter().chain(&model).chain(&args.model).map(PathBuf::as_path);
+    let inputs: Vec<&Path> = inputs.collect();
     for name in FILES {
         check_file(&args.out.join(name), &inputs)?;
     }
     let _lock = RunLock::take(&args.out)?;
     let run = RunDir::open(&args.out);
+    let mut notes = Vec::new();
     let config = match args.resume {
         true => {
             let config = run.read_config()?;
@@ -53,17 +56,21 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
                 None => DataSource::PaperLaw { trajectories: GENERATED, seed },
             };
             let recipe = recipe(args.recipe);
-            let engine = match (&args.residual_of, &args.data) {
-                (Some(found), Some(data)) => {
-                    let (engine, notes) = residual::engine(found, &DataFrom::from(data), recipe)?;
-                    notes.iter().for_each(|note| output.note(note));
+            let engine = match &args.data {
+                Some(data) => {
+                    let data = DataFrom::from(data);
+                    let (residual_of, model) = (args.residual_of.as_deref(), args.model.as_deref());
+                    let named = Corrected::of_options(residual_of, model, args.pybullet_ball, &data)?;
+                    let (engine, told) = named.engine(&data, recipe)?;
+                    notes = told;
                     engine
                 }
-                _ => paper_engine(),
+                None => paper_engine(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);
             Config {
                 checkpoint_every: args.checkpoint_every,
+                residual_of: args.residual_of.clone(),
                 data,
                 accept: args.accept.accept.clone(),
                 settings,
@@ -71,6 +78,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
         }
     };
     let (train, warnings) = run_data::admitted(&config)?;
+    notes.iter().for_each(|note| output.note(note));
     output.warn(&warnings);
     if !args.resume {
         run.clear()?;

@@ -211,8 +211,13 @@ impl Experiment {
         output.note(format!("training {} on {size} {many} ({iterations} iterations)", recipe.label()));
         let train = part(&data.train, 0, size);
         let settings = Settings::new(recipe, iterations, self.seed, data.engine.clone());
-        let config =
-            Config { checkpoint_every: 500, data: data.source.clone(), accept: Vec::new(), settings };
+        let config = Config {
+            checkpoint_every: 500,
+            data: data.source.clone(),
+            accept: Vec::new(),
+            residual_of: None,
+            settings,
+        };
         session::train_again(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 

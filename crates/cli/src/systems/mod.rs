@@ -141,6 +141,7 @@ fn one(
             out: sub.to_owned(),
             train_share: 0.7,
             group: Vec::new(),
+            time_limit: None,
             library,
             accept: Accept::default(),
         };

@@ -55,7 +55,7 @@ pub(crate) fn crossed(model: &PushModel, measured: &Measured, options: &Options)
         .map(|fold| {
             let rest: Vec<usize> = (0..n).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(measured, &rest, options);
-            let search = searched(model, measured, &train, &test, &mut || {});
+            let search = searched(model, measured, &train, &test, &mut || true);
             let best = search.best();
             let decided = settled(search, best);
             // What was decided is fitted to all that the fold leaves.

@@ -62,7 +62,7 @@ pub(crate) fn searched<'a>(
     measured: &'a Measured,
     train: &[usize],
     test: &[usize],
-    told: &mut dyn FnMut(),
+    told: &mut dyn FnMut() -> bool,
 ) -> Search<'a> {
     let few = few(model, measured, train, told);
     let mut search = Search::new(model, sample(measured, train), sample(measured, test), few.as_ref());
@@ -111,7 +111,7 @@ fn few<'a>(
     model: &'a PushModel,
     measured: &'a Measured,
     train: &[usize],
-    told: &mut dyn FnMut(),
+    told: &mut dyn FnMut() -> bool,
 ) -> Option<Search<'a>> {
     let stride = train.len() / FEW;
     if stride < 2 {

@@ -5,18 +5,21 @@ use super::anatomy::anatomy;
 use super::crossed::{crossed, worth_crossing};
 use super::decide::{Decided, sample, searched, settled};
 use super::error_table::Lists;
+use super::examples::examples;
 use super::hypothesis::kind_of;
 use super::measured::measure;
 use super::report::{Parts, report};
 use super::scatter;
 use super::search::Search;
 use crate::assess::Assessment;
+use crate::cut::cut_short;
 use crate::result::{Discovery, ErrorTable, Verdict};
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::SCATTER_KIND;
+use std::time::Instant;
 
 /// Finds what `model` lacks to explain pushes.
 ///
@@ -30,13 +33,19 @@ pub fn discover_push(
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
+    let begun = Instant::now();
     progress(Progress::Noise);
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let measured = measure(model, &data, options)?;
     progress(Progress::Search);
-    let search =
-        searched(model, &measured, &measured.train, &measured.test, &mut || progress(Progress::Search));
+    let mut was_cut = false;
+    let goes_on = &mut || {
+        progress(Progress::Search);
+        was_cut |= options.is_over();
+        !was_cut
+    };
+    let search = searched(model, &measured, &measured.train, &measured.test, goes_on);
     let mut best = search.best();
     let mut decided = settled(search.clone(), best);
 
@@ -44,8 +53,9 @@ pub fn discover_push(
     let (seed, gain) = (options.seed, decided.heldout_gain());
     let kept = &decided.search.test.windows;
     let mut lists = Lists::of(model, &measured, &measured.test, kept, decided.fits(), seed);
+    let examples = examples(model, &measured, &lists, decided.fits());
     let mut folds = Vec::new();
-    if worth_crossing(&decided, &lists.positions(seed, gain)) {
+    if !was_cut && worth_crossing(&decided, &lists.positions(seed, gain)) {
         progress(Progress::Folds);
         if let Some(crossed) = crossed(model, &measured, options) {
             let kinds = search.tried[best].kinds().to_vec();
@@ -92,7 +102,8 @@ pub fn discover_push(
         folds,
         anatomy: residual_anatomy,
     })?;
-    Ok(Discovery { warnings, ..discovery })
+    let discovery = Discovery { warnings, examples, ..discovery };
+    Ok(if was_cut { cut_short(discovery, begun) } else { discovery })
 }
 
 /// Fits the calibrated model with the effects `kinds` (unknown kinds are left out): what someone would gain who is told what

@@ -77,6 +77,14 @@ impl Lists {
         Self { records: records.len(), whole, floor, ends }
     }
 
+    /// Windows of the table, and root mean square errors of the position of each, m: declared, augmented.
+    pub fn by_window(&self) -> (&[Window], Vec<[f64; 2]>) {
+        let [declared, _, augmented] = &self.whole.models;
+        let of = |all: &[Squares], i: usize| forecast::rmse(&all[i..=i], |s| s.position);
+        let errors = (0..declared.len()).map(|i| [of(declared, i), of(augmented, i)]).collect();
+        (&self.whole.windows, errors)
+    }
+
     /// Adds the pushes of another fold.
     pub fn extend(&mut self, other: Self) {
         self.records += other.records;
@@ -152,6 +160,13 @@ fn cut(data: &Measured, records: &[usize], kept: &[Window], horizon_s: f64) -> V
 
 /// Windows of the table of errors.
 fn forecast_windows(data: &Measured, records: &[usize], kept: &[Window]) -> Vec<Window> {
+    let mut windows = whole_windows(data, records);
+    windows.retain(|w| used(data, w, kept));
+    windows
+}
+
+/// Whole pushes, and pieces of long ones.
+pub(super) fn whole_windows(data: &Measured, records: &[usize]) -> Vec<Window> {
     let mut windows = Vec::new();
     for &i in records {
         let r = &data.records[i];
@@ -161,6 +176,5 @@ fn forecast_windows(data: &Measured, records: &[usize], kept: &[Window]) -> Vec<
             windows.extend(r.horizons(i, HORIZONS_S[1]));
         }
     }
-    windows.retain(|w| used(data, w, kept));
     windows
 }

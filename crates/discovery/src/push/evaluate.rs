@@ -230,6 +230,7 @@ mod tests {
         let y = vec![0.012; 40];
         let pose = time.iter().map(|t| [0.018 * t, 0.0, -0.1 * t]).collect();
         let r = Record {
+            id: "a push".into(),
             rod_time: time.clone(),
             rod_x: x.clone(),
             rod_y: y.clone(),

@@ -29,7 +29,8 @@ pub(crate) enum Counted {
     Last,
 }
 
-fn squares(predicted: &[[f64; 3]], measured: &[[f64; 3]], counted: Counted) -> Squares {
+/// Squared errors of one forecast.
+pub(crate) fn squares(predicted: &[[f64; 3]], measured: &[[f64; 3]], counted: Counted) -> Squares {
     let first = match counted {
         Counted::All => 1,
         Counted::Last => predicted.len().saturating_sub(1),

@@ -27,6 +27,8 @@ const LONGEST: f64 = 1.2;
 /// One recorded push.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
+    /// Name in the data.
+    pub id: String,
     /// Times of the rod, s, and its centre, m.
     pub rod_time: Vec<f64>,
     pub rod_x: Vec<f64>,
@@ -60,6 +62,14 @@ impl Record {
             .iter()
             .map(|&t| at[self.rod_time.partition_point(|&r| r <= t).clamp(1, at.len()) - 1])
             .collect()
+    }
+
+    /// The name of a window: that of the push, with the time at which a piece of a long one begins.
+    pub fn name(&self, w: &Window) -> String {
+        if w.first == 0 && w.last + 1 == self.time.len() {
+            return self.id.clone();
+        }
+        format!("{} from {:.3} s", self.id, self.time[w.first])
     }
 
     /// The whole travel, m.
@@ -164,6 +174,18 @@ pub(crate) fn measure(
     data: &Dataset,
     options: &Options,
 ) -> Result<Measured, DiscoveryError> {
+    let mut measured = measure_for(model, data, 2)?;
+    let everything: Vec<usize> = (0..measured.records.len()).collect();
+    (measured.train, measured.test) = split(&measured, &everything, options);
+    Ok(measured)
+}
+
+/// Pushes with their noise, none of them held out; `fewest` are needed.
+pub(crate) fn measure_for(
+    model: &PushModel,
+    data: &Dataset,
+    fewest: usize,
+) -> Result<Measured, DiscoveryError> {
     let name = data.path().map_or_else(|| data.origin().to_string(), |p| p.display().to_string());
     let groups = group_names(data);
     if let Some(unknown) = model.unknown_group(&groups.iter().map(String::as_str).collect::<Vec<_>>()) {
@@ -171,7 +193,7 @@ pub(crate) fn measure(
     }
     let mut records = records(data, &groups, &name)?;
     let found = records.len();
-    if found < 2 {
+    if found < fewest {
         return Err(DiscoveryError::TooFew { data: name, found });
     }
     check_contact(model, &records, &name)?;
@@ -180,11 +202,8 @@ pub(crate) fn measure(
         let kept = enough(&r.rod_time, &r.rod_x, &r.rod_y, (PATH * noise.sd[0]).max(PATH_M));
         r.corners = [&r.rod_time, &r.rod_x, &r.rod_y].map(|z| kept.iter().map(|&k| z[k]).collect());
     }
-    let everything: Vec<usize> = (0..found).collect();
     let tally = Arc::default();
-    let mut measured = Measured { name, records, groups, noise, train: Vec::new(), test: Vec::new(), tally };
-    (measured.train, measured.test) = split(&measured, &everything, options);
-    Ok(measured)
+    Ok(Measured { name, records, groups, noise, train: Vec::new(), test: Vec::new(), tally })
 }
 
 /// Pushes for training and pushes held out, of those at `chosen` (two or more).
@@ -218,6 +237,7 @@ fn records(data: &Dataset, groups: &[String], name: &str) -> Result<Vec<Record>,
             flag.is_none_or(|f| t.column(f)[k] > 0.5) && columns.iter().all(|&c| t.column(c)[k].is_finite())
         };
         let mut r = Record {
+            id: t.id().to_string(),
             rod_time: Vec::new(),
             rod_x: Vec::new(),
             rod_y: Vec::new(),

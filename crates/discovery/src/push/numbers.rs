@@ -20,6 +20,11 @@ impl<'a> Numbers<'a> {
         Self { fit, groups: &sample.data.groups, ci95, covariance }
     }
 
+    /// Names of the groups of the data.
+    pub fn groups(&self) -> &[String] {
+        self.groups
+    }
+
     /// Estimates by name of the free parameters of one kind (none: the declared ones); of a parameter that differs from group to
     /// group, the mean over the groups, and their values.
     pub fn estimates(&self, kind: Option<&str>) -> BTreeMap<String, Estimate> {

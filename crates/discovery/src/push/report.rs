@@ -8,8 +8,8 @@ use crate::DiscoveryError;
 use crate::accept::all_finite;
 use crate::folds::again;
 use crate::result::{
-    Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, NoiseFound, PushFound, SCHEMA, Tests,
-    Verdict,
+    Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, Models, NoiseFound, PushFound, SCHEMA,
+    Tests, Verdict,
 };
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::{EffectBlock, ModelFile, Parameter, Per, PushModel};
@@ -107,11 +107,11 @@ fn block(spec: &EffectSpec, scatter: Option<ScatterPer>) -> EffectBlock {
     EffectBlock { kind: spec.kind.to_string(), scatter, table: None, parameters }
 }
 
-/// The model with the fitted numbers in it.
-fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
-    let mut model = parts.model.clone();
-    let h = &parts.full.hypothesis;
-    let declared = parts.model.parameters.len();
+/// A model with the numbers of a fit in it.
+fn with_values(model: &PushModel, fit: &Fit, numbers: &Numbers<'_>) -> PushModel {
+    let declared = model.parameters.len();
+    let mut model = model.clone();
+    let h = &fit.hypothesis;
     for kind in &h.kinds {
         model.effects.extend(spec_of(kind).map(|spec| block(spec, None)));
     }
@@ -132,11 +132,21 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
                 p.groups = e.groups.into_iter().map(|(name, e)| (name, e.value)).collect();
             } else if p.per == Per::Group {
                 // One group in the data: its value is the only one.
-                let groups = &parts.decided.search.train.data.groups;
-                p.groups = groups.iter().map(|name| (name.clone(), p.nominal)).collect();
+                p.groups = numbers.groups().iter().map(|name| (name.clone(), p.nominal)).collect();
             }
         }
     }
+    for p in model.parameters.iter().take(declared) {
+        if p.ci95.is_some() && !model.declared.contains(&p.name) {
+            model.declared.push(p.name.clone());
+        }
+    }
+    model
+}
+
+/// The answer: the model with everything that was found in it.
+fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
+    let mut model = with_values(parts.model, parts.full, numbers);
     if let Some(sd_m) = &parts.sd_m {
         if !model.effects.iter().any(|b| b.kind == SCATTER_KIND) {
             model.effects.push(block(&SCATTER_SPEC, Some(ScatterPer::Record)));
@@ -144,11 +154,6 @@ fn augmented(parts: &Parts<'_>, numbers: &Numbers<'_>) -> PushModel {
         let blocks = model.effects.iter_mut().filter(|b| b.kind == SCATTER_KIND);
         for p in blocks.flat_map(|b| &mut b.parameters).filter(|p| !p.frozen) {
             (p.nominal, p.ci95) = (sd_m.value, Some(sd_m.ci95));
-        }
-    }
-    for p in model.parameters.iter().take(declared) {
-        if p.ci95.is_some() && !model.declared.contains(&p.name) {
-            model.declared.push(p.name.clone());
         }
     }
     model
@@ -210,6 +215,11 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let noise = &parts.decided.search.train.data.noise;
     let model_toml = ModelFile::Push(augmented(&parts, &numbers)).readable()?;
     let search = &parts.decided.search;
+    let (base, data) = (&search.base().fit, search.train.data);
+    let models = Models {
+        declared_toml: parts.model.to_toml(),
+        calibrated_toml: with_values(parts.model, base, &Numbers::of(&search.train, base)).to_toml(),
+    };
     let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.verdict,
@@ -247,6 +257,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
             horizons: parts.horizons.clone(),
         }),
         model_toml,
+        models,
+        heldout: data.test.iter().map(|&i| data.records[i].id.clone()).collect(),
+        examples: Vec::new(),
+        cut_after_s: None,
         error: parts.error,
         work: search.train.data.tally.work(),
     };

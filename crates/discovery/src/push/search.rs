@@ -276,17 +276,19 @@ impl<'a> Search<'a> {
         self.base_scores = self.scores(&self.tried[0].fit);
     }
 
-    /// The search; the tried sets are judged on the held-out part where they are close to the best.
-    pub fn run(&mut self, told: &mut dyn FnMut()) {
+    /// The search, until `told` says that the time is over; the tried sets are judged on the held-out part where they are close to the best.
+    pub fn run(&mut self, told: &mut dyn FnMut() -> bool) {
         self.explore(told);
         self.refine(told);
         self.judge();
     }
 
     /// Adds effects to the best sets so far until none pays.
-    pub fn explore(&mut self, told: &mut dyn FnMut()) {
+    pub fn explore(&mut self, told: &mut dyn FnMut() -> bool) {
         self.base_scores = self.scores(&self.tried[0].fit);
-        told();
+        if !told() {
+            return;
+        }
         let best = self.ranked()[0];
         let mut beam = vec![best];
         for level in self.tried[best].kinds().len() + 1..=MOST_EFFECTS {
@@ -325,10 +327,10 @@ impl<'a> Search<'a> {
                 .collect();
             let count = self.tried.len();
             self.tried.extend(fitted);
-            told();
+            let goes_on = told();
             self.rescale();
             let order = self.ranked();
-            if order[0] == before || self.tried.len() == count {
+            if order[0] == before || self.tried.len() == count || !goes_on {
                 break;
             }
             beam = order.into_iter().filter(|&i| i >= count).take(BEAM).collect();
@@ -336,8 +338,11 @@ impl<'a> Search<'a> {
     }
 
     /// Drops and swaps around the best until nothing is better.
-    fn refine(&mut self, told: &mut dyn FnMut()) {
+    fn refine(&mut self, told: &mut dyn FnMut() -> bool) {
         for _ in 0..3 {
+            if !told() {
+                return;
+            }
             let best = self.ranked()[0];
             let now = self.tried[best].kinds().to_vec();
             let mut sets: Vec<(Vec<&'static str>, Option<Vec<f64>>)> = Vec::new();
@@ -372,7 +377,6 @@ impl<'a> Search<'a> {
                 .map(|(kinds, theta)| self.refit(&self.tried[best].fit, kinds, theta.as_deref()))
                 .collect();
             self.tried.extend(fitted);
-            told();
             if self.ranked()[0] == best {
                 break;
             }

@@ -116,6 +116,8 @@ fn examples() -> Vec<Example> {
                 before: t.iter().map(|t| ball(h0, e + 0.045, *t).0).collect(),
                 after: t.iter().map(|t| ball(h0, e + 0.002, *t).0).collect(),
                 t_s: t,
+                known_until_s: Some(0.4),
+                ..Example::default()
             }
         })
         .to_vec()

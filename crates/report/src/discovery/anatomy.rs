@@ -1,17 +1,18 @@
 //! Figures of the residual before and after, and of held-out trajectories.
 
 use super::tones::{AFTER, BEFORE};
-use super::{Anatomy, Bins, Example, LawCurve, Profile, Rmse};
+use super::{Anatomy, Bins, LawCurve, Profile, Rmse};
 use crate::figure::{
     Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,
     Series, Tone,
 };
-use crate::page::{Block, Columns, Grid, LegendEntry};
-use crate::plot::scale::extent;
+use crate::page::{Block, Columns, Grid};
 use crate::plot::text::capitalised;
 
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
+/// What is counted, and has no halves.
+const COUNTED: [&str; 1] = ["bounce"];
 
 pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
     let mut figures: Vec<Figure> = anatomy.profiles.iter().map(|p| profile(p).into()).collect();
@@ -78,7 +79,7 @@ fn profile(p: &Profile) -> Line {
     };
     let mut line = Line::new(
         &format!("Against {}", p.against),
-        Axis::linear(&p.against, &p.against_unit),
+        Axis { integer: COUNTED.contains(&p.against.as_str()), ..Axis::linear(&p.against, &p.against_unit) },
         Axis::linear(&p.residual, &p.unit).with_zero(),
     );
     for (name, tone, bins) in [(BEFORE_NAME, BEFORE, &p.before), (AFTER_NAME, AFTER, &p.after)] {
@@ -108,54 +109,5 @@ pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
         legend: Vec::new(),
         figures: laws.iter().map(figure).collect(),
         caption: "Over the values that occur in the data; outside nothing is known.".to_owned(),
-    })]
-}
-
-/// Trajectories with the runs of both models; `note` is said below them.
-pub(super) fn examples(examples: &[Example], note: &str) -> Vec<Block> {
-    let mut figures = Vec::new();
-    for e in examples {
-        let mut line = Line::new(
-            &capitalised(&format!("{}: {}", e.trajectory, e.channel)),
-            Axis::linear("time", "s"),
-            Axis::linear(&e.channel, &e.unit),
-        );
-        let like = |other: &&Example| other.channel == e.channel;
-        let shared = extent(
-            examples
-                .iter()
-                .filter(like)
-                .flat_map(|o| o.measured.iter().chain(&o.before).chain(&o.after).copied()),
-        );
-        if let Some((low, high)) = shared.filter(|(low, high)| low < high) {
-            let margin = (high - low) * 0.04;
-            line.y = line.y.with_domain(low - margin, high + margin);
-        }
-        line.hide_legend = true;
-        line = line.with(
-            Series::line("measured", Tone::Ink, e.t_s.clone(), e.measured.clone()).with_mark(Mark::Points),
-        );
-        line = line.with(Series::line(BEFORE_NAME, BEFORE, e.t_s.clone(), e.before.clone()));
-        if !e.after.is_empty() {
-            line = line.with(Series::line(AFTER_NAME, AFTER, e.t_s.clone(), e.after.clone()));
-        }
-        figures.push(Figure::from(line));
-    }
-    if figures.is_empty() {
-        return Vec::new();
-    }
-    let key = |name: &str, tone| LegendEntry::Line(name.to_owned(), tone);
-    vec![Block::Grid(Grid {
-        columns: Columns::Three,
-        legend: vec![
-            LegendEntry::Points("measured".to_owned(), Tone::Ink),
-            key(BEFORE_NAME, BEFORE),
-            key(AFTER_NAME, AFTER),
-        ],
-        figures,
-        caption: match note {
-            "" => "Trajectories that no fit has seen: only their initial state was fitted.".to_owned(),
-            note => note.to_owned(),
-        },
     })]
 }

@@ -223,7 +223,7 @@ pub(super) fn model(report: &DiscoveryReport) -> Vec<Block> {
         return Vec::new();
     }
     vec![Block::Code {
-        caption: "The model file with what was found, ready for `simulate` and `discover`.".to_owned(),
+        caption: "The model file with what was found. `augsim simulate model.toml --like DATA` and `augsim predict model.toml --data DATA` run it, `augsim evaluate DIR --data DATA` scores it beside the declared model, `augsim train --residual-of DIR --data DATA` trains a net on what it leaves; DIR is the folder of this page.".to_owned(),
         text: report.model_toml.clone(),
     }]
 }

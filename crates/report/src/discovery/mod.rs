@@ -1,6 +1,7 @@
 //! The report of a discovery run: what the model lacks, the evidence, and the gain.
 
 mod anatomy;
+mod examples;
 mod findings;
 mod page;
 mod tones;
@@ -290,7 +291,7 @@ pub struct ResidualQuantiles {
 /// A held-out trajectory with predictions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Example {
-    /// Trajectory, e.g. `trajectory 31`.
+    /// Trajectory, e.g. `worst: trajectory 31`.
     pub trajectory: String,
     /// Channel, e.g. `height`.
     pub channel: String,
@@ -302,12 +303,31 @@ pub struct Example {
     /// Measured values.
     #[serde(with = "crate::nullable")]
     pub measured: Vec<f64>,
-    /// Predictions of the calibrated (or declared) model.
+    /// Predictions of the declared model.
     #[serde(with = "crate::nullable")]
     pub before: Vec<f64>,
     /// Predictions of the augmented model; may be empty.
     #[serde(default, with = "crate::nullable")]
     pub after: Vec<f64>,
+    /// Time until which the start was fitted, s; what follows is foretold.
+    #[serde(default)]
+    pub known_until_s: Option<f64>,
+    /// For a pushed object: what is seen from above.
+    #[serde(default)]
+    pub top_view: Option<TopView>,
+}
+
+/// A push seen from above, m.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TopView {
+    /// Outline of the object where it began.
+    pub start: Vec<[f64; 2]>,
+    /// Outline at the end: measured, by the declared model, by the augmented model.
+    pub ends: [Vec<[f64; 2]>; 3],
+    /// Path of the rod's centre.
+    pub rod: Vec<[f64; 2]>,
+    /// The rod where it began and ended.
+    pub rod_outlines: [Vec<[f64; 2]>; 2],
 }
 
 /// A law that was added, over the values that its quantity takes in the data.
@@ -424,4 +444,22 @@ pub fn discovery_figures(report: &DiscoveryReport) -> Vec<Figure> {
         _ => Vec::new(),
     };
     blocks.flat_map(figures).collect()
+}
+
+/// Names of [`discovery_figures`], in their order: the words of each title before a colon or comma, in small letters with
+/// hyphens, and a number where several have the same.
+#[must_use]
+pub fn figure_names(figures: &[Figure]) -> Vec<String> {
+    let mut plain: Vec<String> = Vec::new();
+    let mut names = Vec::new();
+    for figure in figures {
+        let title = figure.title().split([':', ',']).next().unwrap_or_default().to_lowercase();
+        let words: Vec<&str> =
+            title.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let name = words.join("-");
+        let same = plain.iter().filter(|n| **n == name).count();
+        names.push(if same == 0 { name.clone() } else { format!("{name}-{}", same + 1) });
+        plain.push(name);
+    }
+    names
 }

@@ -1,7 +1,7 @@
 //! From a discovery to a page: the order of the sections, the verdict, the error before and after.
 
 use super::tones::{AFTER, BEFORE};
-use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, findings};
+use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, examples, findings};
 use crate::figure::{Axis, Bar, BarGroup, Bars, Tone};
 use crate::page::{Block, Cell, Column, FigureBlock, KeyFigure, Page, Row, Section, Table};
 use crate::plot::text::significant;
@@ -18,9 +18,10 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
         overline: format!("augsim · discovery report · {}", report.scenario),
         title: report.title.clone(),
         verdict: report.verdict.words().to_owned(),
-        summary: report.sentence.clone(),
+        summary: lead(&report.sentence),
         key_figures: key_figures(report),
         sections: vec![
+            Section::new(runs, examples::examples(&report.examples, &report.examples_note)),
             Section::new(
                 "Warnings about the data",
                 report.warnings.iter().cloned().map(Block::Prose).collect(),
@@ -30,7 +31,6 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
             Section::new("The laws as curves", anatomy::laws(&report.laws)),
             Section::new("What remains open", findings::open(report)),
             Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
-            Section::new(runs, anatomy::examples(&report.examples, &report.examples_note)),
             Section::new("Candidates", findings::candidates(report)),
             Section::new("How well the parameters are told apart", findings::correlations(report)),
             Section::new("Noise", findings::noise(&report.noise)),
@@ -41,6 +41,27 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
         ],
         provenance: report.provenance.clone(),
     }
+}
+
+/// The sentence as a lead of few lines: intervals stand in the tables.
+fn lead(sentence: &str) -> String {
+    let mut out = String::new();
+    let mut rest = sentence;
+    while let Some((before, after)) = rest.split_once(" [") {
+        match after.split_once(']') {
+            // An interval is two numbers.
+            Some((inside, behind)) if inside.split(", ").all(|n| n.parse::<f64>().is_ok()) => {
+                out += before;
+                rest = behind;
+            }
+            _ => {
+                out += before;
+                out += " [";
+                rest = after;
+            }
+        }
+    }
+    out + rest
 }
 
 fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
@@ -57,7 +78,7 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
     let floor = rmse(e.noise_floor)
         .map_or_else(String::new, |f| format!("noise floor {}\u{202f}{}", significant(f, 3), e.unit));
     let after_label =
-        if e.augmented.is_some() { "error with the effects added" } else { "error after calibration" };
+        if report.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
     let share_note = match report.verdict {
         Verdict::NothingToAdd => "by calibration",
         _ => "of what noise does not explain",
@@ -90,11 +111,8 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         interval: rmse.and_then(|r| r.ci95),
     });
     let figure = Bars {
-        title: format!(
-            "Root mean square error of the {} on {} held-out trajectories",
-            e.quantity, e.heldout_trajectories
-        ),
-        value: Axis::linear("error", &e.unit),
+        title: format!("Error on {} held-out trajectories: {}", e.heldout_trajectories, e.quantity),
+        value: Axis::linear("root mean square error", &e.unit),
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
     };
@@ -135,4 +153,19 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         Block::Figure(Box::new(FigureBlock { figure: figure.into(), caption: String::new() })),
     ]);
     blocks
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the lead leaves out intervals and nothing else.
+    use super::lead;
+
+    #[test]
+    fn intervals_go_and_groups_stay() {
+        assert_eq!(
+            lead("lacks drag (k = 0.3 [0.2, 0.4]) and x [a, b]; gain"),
+            "lacks drag (k = 0.3) and x [a, b]; gain"
+        );
+        assert_eq!(lead("no [end"), "no [end");
+    }
 }

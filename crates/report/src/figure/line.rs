@@ -7,7 +7,7 @@ use super::{Axis, Event, Reference, Target, Tone};
 use crate::plot::frame::{Frame, Key, LABEL, Spec, Swatch, label, no_data};
 use crate::plot::marker::marker;
 use crate::plot::path;
-use crate::plot::scale::{Scale, drawable};
+use crate::plot::scale::{Scale, drawable, extent};
 use crate::plot::text::{coordinate as c, shorten, width};
 
 /// How a series is drawn.
@@ -102,6 +102,9 @@ pub struct Line {
     /// Leaves out the legend, where a grid has one for all its figures.
     #[serde(default)]
     pub hide_legend: bool,
+    /// Draws both axes to one scale: a map.
+    #[serde(default)]
+    pub to_scale: bool,
 }
 
 impl Line {
@@ -127,9 +130,13 @@ impl Line {
             s.y.iter().chain(bands).copied()
         });
         let references = self.references.iter().map(|r| r.value);
+        let (x_axis, y_axis) = match self.to_scale {
+            true => map(&self.x, &self.y, extent(xs.clone()), extent(ys.clone()), target.width),
+            false => (self.x.clone(), self.y.clone()),
+        };
         let (Some(x), Some(y)) = (
-            Scale::fit(&self.x, xs, 0.0, (0.0, 1.0)),
-            Scale::fit(&self.y, ys.chain(references.filter(|_| !drawn.is_empty())), 0.05, (1.0, 0.0)),
+            Scale::fit(&x_axis, xs, 0.0, (0.0, 1.0)),
+            Scale::fit(&y_axis, ys.chain(references.filter(|_| !drawn.is_empty())), 0.05, (1.0, 0.0)),
         ) else {
             return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
         };
@@ -150,7 +157,7 @@ impl Line {
                 keys(&drawn)
             },
             right: if direct { widest + 26.0 } else { 8.0 },
-            aspect: None,
+            aspect: self.to_scale.then(|| (y.high - y.low) / (x.high - x.low)),
         };
         let frame = Frame::new(target, &spec, x, y);
         let (guides, guide_labels) = frame.guides(&self.references, &self.events);
@@ -181,6 +188,23 @@ impl Line {
         }
         words
     }
+}
+
+/// Height that a plot area has at most, and what is left of the width beside it, in pixels.
+const MOST_HEIGHT: f64 = 360.0;
+const BESIDE: f64 = 54.0;
+
+/// The axes of a map: their ranges are wide enough that one scale serves both.
+fn map(x: &Axis, y: &Axis, xs: Option<(f64, f64)>, ys: Option<(f64, f64)>, width: f64) -> (Axis, Axis) {
+    let (Some((left, right)), Some((low, high))) = (xs, ys) else { return (x.clone(), y.clone()) };
+    let margin = 0.04 * (right - left).max(high - low).max(1e-9);
+    let [x_span, y_span] = [right - left + 2.0 * margin, high - low + 2.0 * margin];
+    let x_span = x_span.max(y_span * (width - BESIDE).max(1.0) / MOST_HEIGHT);
+    let middle = 0.5 * (left + right);
+    (
+        x.clone().with_domain(middle - 0.5 * x_span, middle + 0.5 * x_span),
+        y.clone().with_domain(low - margin, high + margin),
+    )
 }
 
 /// Whether the lines end far enough apart for names beside them; else a legend reads better.

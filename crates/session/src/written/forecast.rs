@@ -76,11 +76,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         };
         let mut out = Simulated::default();
         system.simulate(&task, &mut out)?;
-        // What a sensor of this range would have read.
-        let read = |o: usize, k: usize| match model.outputs[o].range {
-            Some([low, high]) => out.value(k, o).clamp(low, high),
-            None => out.value(k, o),
-        };
+        let read = |o: usize, k: usize| read_by_sensor(&model.outputs[o], out.value(k, o));
         let outputs = 0..model.outputs.len();
         let foretold = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
         runs.push(FreeRun {
@@ -91,6 +87,14 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         });
     }
     Ok(runs)
+}
+
+/// What a sensor of the range of an output would have read.
+pub fn read_by_sensor(output: &augsim_written::model::Output, value: f64) -> f64 {
+    match output.range {
+        Some([low, high]) => value.clamp(low, high),
+        None => value,
+    }
 }
 
 /// Errors of all outputs.

@@ -69,6 +69,7 @@ fn drawn(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<
                 measured: before.measured[output].clone(),
                 before: of(before),
                 after: after.get(index).map_or_else(Vec::new, of),
+                ..Example::default()
             });
         }
     }

@@ -9,18 +9,28 @@ use augsim_physics::model::{EffectBlock, Model};
 
 /// Kind of contacts that last.
 const CONTACT_KIND: &str = "contact-duration";
+/// Kind of a floor that is not at height 0 of the data.
+const OFFSET_KIND: &str = "height-offset";
 
 /// State columns of a ball that moves up and down.
 pub(super) const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
+/// State columns of a throw in the plane.
+const PLANE: [&str; 4] = ["x_m", "z_m", "velocity_x_m_s", "velocity_z_m_s"];
+/// State columns of a throw in space.
+const SPACE: [&str; 6] = ["x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"];
 
-/// The exact engine of a model file for a ball that moves up and down, one step of the data at a time.
+/// The exact engine of a model file for a ball, one step of the data at a time.
 ///
-/// A state below the ground, which noise makes, counts as on the ground. A step of its own cannot know that a contact has
+/// States are those of the data: where the model says that heights are off by a constant, the ground lies at it. A state below
+/// the ground, which noise makes, counts as on the ground. A step of its own cannot know that a contact has
 /// begun before it, so single steps bounce in an instant where the model has contacts that last; a roll-out follows them.
 #[derive(Debug)]
 pub(super) struct ModelBall {
     /// Seconds from one sample to the next.
     step_s: f64,
+    axes: Axes,
+    /// Height of the ground in the data, m.
+    ground_m: f64,
     expected: Expected,
     left_out: Vec<String>,
     contact_s: Option<f64>,
@@ -32,23 +42,27 @@ pub(super) struct ModelBall {
 
 impl ModelBall {
     /// The engine of `model` with steps of `step_s` seconds.
-    pub fn new(model: &Model, step_s: f64) -> Result<Self, EngineError> {
+    pub fn new(model: &Model, axes: Axes, step_s: f64) -> Result<Self, EngineError> {
         if !(step_s > 0.0 && step_s.is_finite()) {
             return Err(EngineError::Step { step_s });
         }
-        if let Some((kind, what)) = model.effects.iter().find_map(hidden) {
+        if let Some((kind, what)) = model.effects.iter().find_map(|b| hidden(b, axes)) {
             return Err(EngineError::Hidden { kind: kind.to_owned(), what });
         }
         let world = |keep: &dyn Fn(&EffectBlock) -> bool| {
             let effects = model.effects.iter().filter(|b| moves(b) && keep(b)).cloned().collect();
-            Model { effects, ..model.clone() }.world(Axes::Vertical)
+            Model { effects, ..model.clone() }.world(axes)
         };
         let lasts = |b: &&EffectBlock| b.kind == CONTACT_KIND;
         let contact = model.effects.iter().find(lasts).and_then(|b| b.parameters.first());
+        let offset = model.effects.iter().find(|b| b.kind == OFFSET_KIND).and_then(|b| b.parameters.first());
+        let takes_part = |b: &EffectBlock| moves(b) || b.kind == OFFSET_KIND;
         Ok(ModelBall {
             step_s,
+            axes,
+            ground_m: offset.map_or(0.0, |b| b.nominal),
             expected: Expected { gravity_m_s2: model.expected().gravity_m_s2, ..Expected::default() },
-            left_out: model.effects.iter().filter(|b| !moves(b)).map(|b| b.kind.clone()).collect(),
+            left_out: model.effects.iter().filter(|b| !takes_part(b)).map(|b| b.kind.clone()).collect(),
             contact_s: contact.map(|tau| tau.nominal),
             whole: world(&|_| true),
             step: world(&|b| b.kind != CONTACT_KIND),
@@ -56,9 +70,47 @@ impl ModelBall {
     }
 }
 
+impl ModelBall {
+    /// Positions and velocities at `times` from a state at time zero, as rows of states.
+    fn run(&self, (world, parameters): &(World, Vec<f64>), state: &[f64], times: &[f64]) -> Vec<f64> {
+        let axes = self.axes.indices();
+        let mut start = State::at_rest(0.0);
+        for (i, &axis) in axes.iter().enumerate() {
+            (start.position[axis], start.velocity[axis]) = (state[i], state[axes.len() + i]);
+        }
+        start.position[UP] = (start.position[UP] - self.ground_m).max(parameters[FLOOR]);
+        let covariates = Covariates::default();
+        let throw = Throw {
+            world,
+            parameters,
+            start,
+            covariates: &covariates,
+            offsets: Offsets::None,
+            velocities: true,
+        };
+        let mut run = Run::default();
+        simulate(&throw, times, &mut run);
+        let mut rows = Vec::with_capacity(times.len() * 2 * axes.len());
+        for (position, velocity) in run.positions.iter().zip(&run.velocities) {
+            rows.extend(
+                axes.iter().map(|&a| if a == UP { position[a] + self.ground_m } else { position[a] }),
+            );
+            rows.extend(axes.iter().map(|&a| velocity[a]));
+        }
+        rows
+    }
+}
+
+/// The axis that points up.
+const UP: usize = 2;
+
 impl Motion for ModelBall {
     fn columns(&self) -> Vec<&str> {
-        COLUMNS.to_vec()
+        match self.axes {
+            Axes::Vertical => COLUMNS.to_vec(),
+            Axes::Plane => PLANE.to_vec(),
+            Axes::Space => SPACE.to_vec(),
+        }
     }
 
     fn step_s(&self) -> Option<f64> {
@@ -70,17 +122,14 @@ impl Motion for ModelBall {
     }
 
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
-        let run = run(&self.step, state, &[self.step_s]);
-        (next[0], next[1]) = (run.positions[0][2], run.velocities[0][2]);
+        next.copy_from_slice(&self.run(&self.step, state, &[self.step_s]));
     }
 
     fn rollout(&self, start: &[f64], _: &[f64], time: usize) -> Vec<f64> {
         let times: Vec<f64> = (0..time).map(|t| t as f64 * self.step_s).collect();
-        let run = run(&self.whole, start, &times);
-        let mut out: Vec<f64> =
-            run.positions.iter().zip(&run.velocities).flat_map(|(p, v)| [p[2], v[2]]).collect();
+        let mut out = self.run(&self.whole, start, &times);
         // The start is what was measured, also where that is below the ground.
-        out[..2].copy_from_slice(start);
+        out[..start.len()].copy_from_slice(start);
         out
     }
 
@@ -91,17 +140,6 @@ impl Motion for ModelBall {
     fn contact_s(&self) -> Option<f64> {
         self.contact_s
     }
-}
-
-/// Positions and velocities at `times` from height and velocity at time zero.
-fn run((world, parameters): &(World, Vec<f64>), state: &[f64], times: &[f64]) -> Run<f64> {
-    let start = State { velocity: [0.0, 0.0, state[1]], ..State::at_rest(state[0].max(parameters[FLOOR])) };
-    let covariates = Covariates::default();
-    let throw =
-        Throw { world, parameters, start, covariates: &covariates, offsets: Offsets::None, velocities: true };
-    let mut run = Run::default();
-    simulate(&throw, times, &mut run);
-    run
 }
 
 /// Whether an effect changes the motion, and not at random.
@@ -116,8 +154,8 @@ fn location(block: &EffectBlock) -> Option<Location> {
     }
 }
 
-/// Kind of an effect that depends on more than height and velocity, and what that is.
-fn hidden(block: &EffectBlock) -> Option<(&str, &'static str)> {
+/// Kind of an effect that depends on more than the states along these axes, and what that is.
+fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
     if !moves(block) {
         return None;
     }
@@ -127,15 +165,22 @@ fn hidden(block: &EffectBlock) -> Option<(&str, &'static str)> {
             Against::Clock => Some("the clock of the session"),
             Against::Bounce => Some("the number of the bounce"),
             Against::Slip | Against::Spin => Some("the spin"),
-            Against::X | Against::Y | Against::VelocityX | Against::TangentialSpeed => {
+            Against::X | Against::VelocityX | Against::TangentialSpeed if axes == Axes::Vertical => {
                 Some("motion along the ground")
             }
+            Against::Y if axes != Axes::Space => Some("motion across the plane"),
+            Against::X | Against::Y | Against::VelocityX | Against::TangentialSpeed => None,
             Against::NormalSpeed | Against::Speed | Against::Z | Against::VelocityZ => None,
         },
         // What acts through another effect (a wind through the drag) shows in the height alone as well.
         None if spec_of(&block.kind)?.joins.is_some() => None,
         None => match spec_of(&block.kind)?.needs {
-            Needs::Horizontal | Needs::Slip | Needs::Lateral => Some("motion along the ground"),
+            Needs::Horizontal | Needs::Slip | Needs::Lateral if axes == Axes::Vertical => {
+                Some("motion along the ground")
+            }
+            Needs::Slip => Some("the spin"),
+            Needs::Lateral if axes == Axes::Plane => Some("motion across the plane"),
+            Needs::Horizontal | Needs::Lateral => None,
             Needs::Spin | Needs::SpinInSpace => Some("the spin"),
             Needs::StartTime => Some("the clock of the session"),
             Needs::AreaPerMass => Some("the ball's size and mass"),

@@ -13,7 +13,7 @@ pub enum EngineError {
     },
     /// A law that the states do not decide.
     #[error(
-        "effect `{kind}` depends on {what}, which height and velocity do not tell; take it out of the model file, or \
+        "effect `{kind}` depends on {what}, which the states of the data do not tell; take it out of the model file, or \
          find a model without it (`discover`)"
     )]
     Hidden {
@@ -22,6 +22,9 @@ pub enum EngineError {
         /// The quantity that it depends on.
         what: &'static str,
     },
+    /// A model of pushing where one of a ball is needed.
+    #[error("the model is one of pushing, but the run is one of throws; give the model of a ball")]
+    NotThrown,
     /// The text is no model file.
     #[error(transparent)]
     Model(#[from] Box<ModelError>),

@@ -6,10 +6,12 @@ mod error;
 mod motion;
 mod push;
 mod system;
+mod throw;
 
 pub use error::EngineError;
 pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
+pub use throw::{Room, ThrowEngine};
 
 use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::BulletBall;
@@ -26,6 +28,8 @@ pub enum Engine {
     PybulletBall(BulletBall),
     /// The system of a model file.
     Model(SystemEngine),
+    /// The ball of a model file, thrown in the plane or in space.
+    Throw(ThrowEngine),
 }
 
 impl Engine {
@@ -41,7 +45,41 @@ impl Engine {
         match self {
             Engine::PybulletBall(ball) => ball,
             Engine::Model(system) => system.motion(),
+            Engine::Throw(throw) => throw.motion(),
         }
+    }
+
+    /// The engine of another model file for the same data.
+    ///
+    /// # Errors
+    /// As [`SystemEngine::new`].
+    pub fn with_model(&self, file: &ModelFile) -> Result<Self, EngineError> {
+        match (self, file) {
+            (Engine::Throw(throw), ModelFile::Ball(model)) => {
+                let step_s = self.step_s().unwrap_or(f64::NAN);
+                ThrowEngine::new(model, throw.room(), step_s).map(Engine::Throw)
+            }
+            _ => Engine::of(file, self.step_s()),
+        }
+    }
+
+    /// The model file behind it; none where there is none.
+    pub fn model(&self) -> Option<&str> {
+        match self {
+            Engine::PybulletBall(_) => None,
+            Engine::Model(system) => Some(system.model()),
+            Engine::Throw(throw) => Some(throw.model()),
+        }
+    }
+
+    /// Kinds of the model's effects that take no part: what the sensor adds, and what is random.
+    pub fn left_out(&self) -> &[String] {
+        self.motion().left_out()
+    }
+
+    /// Seconds that contacts last which single steps take for an instant, where there are any.
+    pub fn contact_s(&self) -> Option<f64> {
+        self.motion().contact_s()
     }
 
     /// Names of the state columns, with units.

@@ -4,6 +4,7 @@ use super::ball::ModelBall;
 use super::error::EngineError;
 use super::motion::Motion;
 use super::push::ModelPush;
+use augsim_physics::ball::Axes;
 use augsim_physics::model::ModelFile;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -36,9 +37,10 @@ impl SystemEngine {
     /// [`EngineError`], where a law depends on more than the states, or the step is not positive.
     pub fn new(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
         let (model, motion): (String, Arc<dyn Motion>) = match file {
-            ModelFile::Ball(model) => {
-                (model.to_toml(), Arc::new(ModelBall::new(model, step_s.unwrap_or(f64::NAN))?))
-            }
+            ModelFile::Ball(model) => (
+                model.to_toml(),
+                Arc::new(ModelBall::new(model, Axes::Vertical, step_s.unwrap_or(f64::NAN))?),
+            ),
             ModelFile::Push(model) => (model.to_toml(), Arc::new(ModelPush::new(model))),
         };
         Ok(SystemEngine { declared: Declared { step_s: motion.step_s(), model }, motion })
@@ -47,16 +49,6 @@ impl SystemEngine {
     /// Text of the model file.
     pub fn model(&self) -> &str {
         &self.declared.model
-    }
-
-    /// Kinds of the model's effects that take no part: what the sensor adds, and what is random.
-    pub fn left_out(&self) -> &[String] {
-        self.motion.left_out()
-    }
-
-    /// Seconds that contacts last which single steps take for an instant, where there are any.
-    pub fn contact_s(&self) -> Option<f64> {
-        self.motion.contact_s()
     }
 
     pub(super) fn motion(&self) -> &dyn Motion {

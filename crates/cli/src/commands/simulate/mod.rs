@@ -1,19 +1,29 @@
 //! `augsim simulate`.
 
 mod ball;
+mod like;
 mod push;
 mod system;
 
 use crate::args::{Simulate, SimulateScenario};
 use crate::destination::data_file;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
 use crate::output::Output;
+use augsim_session::{Given, written};
 use std::path::{Path, PathBuf};
 
 /// Runs the subcommand.
 pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    if let Some(model) = &args.model {
-        return system::run(args, model, output);
+    if let Some(given) = args.model.as_ref().or(args.named_model.as_ref()) {
+        return match Given::of(given)? {
+            Given::Net => Err(Usage(format!(
+                "{}: is a trained net; `augsim predict` gives its forecasts",
+                given.display()
+            ))
+            .into()),
+            Given::Model { file, .. } if written::is_model(&file) => system::run(args, &file, output),
+            Given::Model { file, .. } => like::run(args, &file, seed, output),
+        };
     }
     match args.scenario {
         SimulateScenario::Ball => ball::run(args, seed, output),

@@ -15,7 +15,7 @@ struct Score {
 }
 
 /// Runs the subcommand on a model file.
-pub fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
+pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         let text = "--require-pos-m is for runs of nets; a system of equations may measure no position";
         return Err(Usage(text.to_owned()).into());

@@ -1,4 +1,4 @@
-//! `augsim predict`.
+//! `augsim predict RUN`: forecasts of a trained net.
 
 use crate::args::Predict;
 use crate::destination::data_file;
@@ -11,6 +11,9 @@ use augsim_trainer::NetModel;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// Draws of each trajectory where none are asked for.
+const DRAWS: u32 = 100;
+
 #[derive(Serialize)]
 struct Written {
     forecast: PathBuf,
@@ -18,15 +21,15 @@ struct Written {
     samples: usize,
 }
 
-/// Runs the subcommand.
-pub fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
+/// Forecasts with a net.
+pub(super) fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let trained = FILES.map(|name| run.file(name));
     let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
     data_file(&args.out, &[], &inputs)?;
     let model = NetModel::new(run.read_model()?)?;
     let (starts, times) = run_data::load_timed(&DataFrom::from(&args.data), &model.state().settings.engine)?;
-    let samples = args.samples as usize;
+    let samples = args.samples.unwrap_or(DRAWS) as usize;
     let bands = forecast::bands(&model, &starts, &times, samples)?;
     write_dataset(&bands, &args.out)?;
     let written = Written { forecast: args.out.clone(), trajectories: starts.items.len(), samples };

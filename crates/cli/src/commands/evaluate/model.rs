@@ -1,0 +1,146 @@
+//! `augsim evaluate MODEL` for balls and pushes, and for the folder of any discovery: the models in one table.
+
+use super::compare::{Fall, verdict};
+use crate::args::Evaluate;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use crate::record::Record;
+use augsim_discovery::{ForetellOptions, Foretelling, reduction_of_rmse};
+use augsim_session::provenance::fingerprint;
+use augsim_session::{DataFrom, Subject, discovery_in, foretell, written};
+use serde::Serialize;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+
+/// One model in one measure.
+#[derive(Debug, Serialize)]
+struct Row {
+    model: &'static str,
+    measure: String,
+    rmse: f64,
+    ci95: [f64; 2],
+    unit: String,
+    /// Shares of the measured values in the bands, over all measures.
+    coverage50: f64,
+    coverage90: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Scored {
+    trajectories: usize,
+    /// Whether these are the trajectories that the discovery held out of its own data.
+    held_out: bool,
+    /// What the start of each was fitted to.
+    start: String,
+    rows: Vec<Row>,
+    /// Whether what was found helps; absent for a model file alone.
+    verdict: Option<String>,
+}
+
+/// Scores the model in `file`; with the folder of a discovery the declared and the calibrated one beside it.
+pub(super) fn run(
+    args: &Evaluate,
+    file: &Path,
+    folder: Option<&Path>,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<Outcome> {
+    // Long records of equations are held out in parts; their free runs are of whole records.
+    let whole = !written::is_model(file);
+    let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
+    let held_out = only.is_some();
+    let options = ForetellOptions { seed, draws: foretell::DRAWS, only };
+    let data = DataFrom::from(&args.data);
+    let score = |model: &Subject| foretell::foretell(model, &data, args.burn_in as usize, &options);
+    let mut scored: Vec<(&'static str, Foretelling)> = Vec::new();
+    if let Some(found) = folder.and_then(discovery_in) {
+        let models = &found.models;
+        for (name, text) in [("declared", &models.declared_toml), ("calibrated", &models.calibrated_toml)] {
+            scored.push((name, score(&Subject::parse(text, name)?)?));
+        }
+    }
+    let name = if scored.is_empty() { "model" } else { "augmented" };
+    scored.push((name, score(&Subject::read(file)?)?));
+    let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
+    let verdict = told_verdict(&scored, seed);
+    let last = scored.last().map(|(_, f)| f);
+    let trajectories = last.map_or(0, |f| f.records.len());
+    let start = last.map_or_else(String::new, |f| f.start.clone());
+    let all = Scored { trajectories, held_out, start, rows, verdict };
+    output.result(&all, || told(&all))?;
+    met(args, last)
+}
+
+/// Whether the error of the position is below what was asked for.
+fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome> {
+    let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
+    let position = scored.and_then(|f| f.errors.first()).filter(|e| e.unit == "m");
+    let Some(position) = position else {
+        let text = "--require-pos-m: this system measures no position in m";
+        return Err(Usage(text.to_owned()).into());
+    };
+    Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
+}
+
+/// The trajectories that a discovery held out, where `data` are its own.
+fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
+    let record = Record::read(folder).ok().flatten()?;
+    if record.inputs.get("data") != Some(&fingerprint(data)) {
+        return None;
+    }
+    Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
+}
+
+fn rows(model: &'static str, scored: &Foretelling) -> Vec<Row> {
+    let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
+    let each = scored.errors.iter().map(|e| Row {
+        model,
+        measure: e.measure.clone(),
+        rmse: e.rmse,
+        ci95: e.ci95,
+        unit: e.unit.clone(),
+        coverage50,
+        coverage90,
+    });
+    each.collect()
+}
+
+fn told_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<String> {
+    let [.., (_, calibrated), (_, augmented)] = scored else { return None };
+    let (_, ci95) = reduction_of_rmse(&calibrated.squares, &augmented.squares, seed);
+    let error = |f: &Foretelling| f.errors.first().map_or(f64::NAN, |e| e.rmse);
+    let fall = Fall { before: error(calibrated), after: error(augmented), ci95 };
+    let unit = augmented.errors.first().map_or("", |e| e.unit.as_str());
+    let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };
+    Some(verdict("what was found", "the calibrated model", fall, unit, scale))
+}
+
+fn told(all: &Scored) -> String {
+    let which = if all.held_out { "held-out trajectories of the discovery" } else { "trajectories" };
+    let mut text = format!("forecasts of {} {which} from {}", all.trajectories, all.start);
+    // Writing to a string cannot fail.
+    let _ = write!(
+        text,
+        "\n  {:<12}{:<10}{:>14}  {:<28}{:>9}{:>9}",
+        "model", "of", "error", "95 % interval", "in 50 %", "in 90 %"
+    );
+    for r in &all.rows {
+        let (unit, scale) = if r.unit == "m" { ("mm", 1e3) } else { (r.unit.as_str(), 1.0) };
+        let [low, high] = r.ci95.map(|v| scale * v);
+        let _ = write!(
+            text,
+            "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>8.1}%",
+            r.model,
+            r.measure,
+            format!("{:.4} {unit}", scale * r.rmse),
+            format!("{low:.4} to {high:.4} {unit}"),
+            100.0 * r.coverage50,
+            100.0 * r.coverage90
+        );
+    }
+    if let Some(verdict) = &all.verdict {
+        let _ = write!(text, "\n{verdict}");
+    }
+    text
+}

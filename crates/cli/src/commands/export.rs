@@ -1,0 +1,66 @@
+//! `augsim export`.
+
+use crate::destination::check_file;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use augsim_data::atomic_write;
+use augsim_session::export::{Language, export};
+use augsim_session::{Given, Subject, folders};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What a law is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum LanguageArg {
+    /// A LaTeX document.
+    Latex,
+    /// A Python 3 program.
+    Python,
+    /// A C99 program.
+    C,
+}
+
+/// Options of `export`.
+#[derive(Debug, clap::Args)]
+pub struct Export {
+    /// Model file (TOML) of a ball or of equations, or folder of `discover`.
+    pub model: PathBuf,
+    /// What the law is written as.
+    #[arg(long = "as", value_enum)]
+    pub language: LanguageArg,
+    /// File to write; the text is printed without it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Written {
+    text: String,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
+    let Given::Model { file, .. } = Given::of(&args.model)? else {
+        let text = format!("{}: is a trained net, which has no law to write out", args.model.display());
+        return Err(Usage(text).into());
+    };
+    let language = match args.language {
+        LanguageArg::Latex => Language::Latex,
+        LanguageArg::Python => Language::Python,
+        LanguageArg::C => Language::C,
+    };
+    if let Some(out) = &args.out {
+        check_file(out, &[&file])?;
+    }
+    let text = export(&Subject::read(&file)?, language)?;
+    let Some(out) = &args.out else {
+        let written = Written { text };
+        output.result(&written, || written.text.clone())?;
+        return Ok(Outcome::Done);
+    };
+    folders::make(folders::around(out))?;
+    atomic_write(out, |w| w.write_all(text.as_bytes()))?;
+    output.note(format!("law: {}", out.display()));
+    Ok(Outcome::Done)
+}

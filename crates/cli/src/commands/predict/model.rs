@@ -1,0 +1,87 @@
+//! `augsim predict MODEL`: forecasts of a model as it stands.
+
+use crate::args::Predict;
+use crate::destination::data_file;
+use crate::exit::Outcome;
+use crate::output::Output;
+use augsim_data::write_dataset;
+use augsim_discovery::{ForetellOptions, Foretelling};
+use augsim_session::foretell::{self, table};
+use augsim_session::{DataFrom, Subject};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Written {
+    forecast: PathBuf,
+    trajectories: usize,
+    samples: usize,
+    /// What the start of each was fitted to.
+    start: String,
+    errors: Vec<Error>,
+    coverage50: f64,
+    coverage90: f64,
+}
+
+#[derive(Serialize)]
+struct Error {
+    measure: String,
+    rmse: f64,
+    ci95: [f64; 2],
+    unit: String,
+}
+
+/// Forecasts with the model in `file`.
+pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    data_file(&args.out, &[], &[file, &args.data])?;
+    let model = Subject::read(file)?;
+    let draws = args.samples.map_or(foretell::DRAWS, |n| n as usize);
+    let options = ForetellOptions { seed, draws, only: None };
+    let all = foretell::foretell(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    write_dataset(&table::bands(&all)?, &args.out)?;
+    let written = written(args, &all, draws);
+    output.result(&written, || told(&written))?;
+    Ok(Outcome::Done)
+}
+
+fn written(args: &Predict, all: &Foretelling, draws: usize) -> Written {
+    let errors = all.errors.iter().map(|e| Error {
+        measure: e.measure.clone(),
+        rmse: e.rmse,
+        ci95: e.ci95,
+        unit: e.unit.clone(),
+    });
+    Written {
+        forecast: args.out.clone(),
+        trajectories: all.records.len(),
+        samples: draws,
+        start: all.start.clone(),
+        errors: errors.collect(),
+        coverage50: all.coverage(0.5).0,
+        coverage90: all.coverage(0.9).0,
+    }
+}
+
+fn told(w: &Written) -> String {
+    let many = if w.trajectories == 1 { "forecast" } else { "forecasts" };
+    let mut text = format!(
+        "{} {many} from {}, {} draws each: {}",
+        w.trajectories,
+        w.start,
+        w.samples,
+        w.forecast.display()
+    );
+    for e in &w.errors {
+        let unit = if e.unit.is_empty() { String::new() } else { format!(" {}", e.unit) };
+        let [low, high] = e.ci95;
+        text += &format!(
+            "\n  {}: root mean square error {:.4e}{unit} (95 % interval {low:.4e} to {high:.4e})",
+            e.measure, e.rmse
+        );
+    }
+    text + &format!(
+        "\n  of the measured values behind the start {:.1} % lie in the 50 % band, {:.1} % in the 90 % band",
+        100.0 * w.coverage50,
+        100.0 * w.coverage90
+    )
+}

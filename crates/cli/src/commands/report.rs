@@ -1,0 +1,77 @@
+//! `augsim report`: single figures of the page of a discovery.
+
+use crate::destination::check_file;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use augsim_data::atomic_write;
+use augsim_report::{discovery_figures, figure_names};
+use augsim_session::discovery_page::page;
+use augsim_session::{Circumstances, Subject, discovery_in, folders};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Options of `report`.
+#[derive(Debug, clap::Args)]
+pub struct ReportArgs {
+    /// Folder that `discover` wrote.
+    pub folder: PathBuf,
+    /// Name of a figure of its page (`best`, `worst`, `correlation-of-the-estimates`, …); without it all names are listed.
+    #[arg(long, value_name = "NAME")]
+    pub figure: Option<String>,
+    /// SVG file to write, `NAME.svg` without it.
+    #[arg(long, requires = "figure")]
+    pub out: Option<PathBuf>,
+    /// Width of the figure, pixels.
+    #[arg(long, default_value_t = 640.0, value_parser = width)]
+    pub width: f64,
+}
+
+/// A width that a figure can have.
+fn width(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (240.0..=4000.0).contains(&value) { Ok(value) } else { Err("give 240 to 4000 pixels".to_owned()) }
+}
+
+#[derive(Serialize)]
+struct Listed {
+    figures: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    written: Option<PathBuf>,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
+    let folder = args.folder.display();
+    let Some(found) = discovery_in(&args.folder) else {
+        let text = format!(
+            "{folder}: holds no result.json of this augsim's discover; give the folder that it wrote (--out)"
+        );
+        return Err(Usage(text).into());
+    };
+    let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
+    let figures = discovery_figures(&page(&Circumstances::default(), &subject, &found));
+    let names = figure_names(&figures);
+    let Some(wanted) = &args.figure else {
+        let listed = Listed { figures: names, written: None };
+        output.result(&listed, || listed.figures.join("\n"))?;
+        return Ok(Outcome::Done);
+    };
+    let Some(place) = names.iter().position(|name| name == wanted) else {
+        let text = format!("{folder}: has no figure `{wanted}`; it has {}", names.join(", "));
+        return Err(Usage(text).into());
+    };
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{wanted}.svg")));
+    if out.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
+        return Err(
+            Usage(format!("{}: figures are written as SVG; call the file .svg", out.display())).into()
+        );
+    }
+    check_file(&out, &[args.folder.as_path()])?;
+    folders::make(folders::around(&out))?;
+    let svg = figures[place].svg_document(args.width);
+    atomic_write(&out, |w| w.write_all(svg.as_bytes()))?;
+    let listed = Listed { figures: vec![wanted.clone()], written: Some(out.clone()) };
+    output.result(&listed, || format!("figure: {}", out.display()))?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,55 @@
+//! `augsim simulate MODEL --like DATA` for balls and pushes.
+
+use crate::args::Simulate;
+use crate::destination::data_file;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use augsim_data::write_dataset;
+use augsim_discovery::ForetellOptions;
+use augsim_session::foretell::{self, table};
+use augsim_session::{DataFrom, Subject};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Written {
+    data: PathBuf,
+    trajectories: usize,
+    samples: usize,
+    /// What the start of each was fitted to.
+    start: String,
+}
+
+/// Simulates a model at the times of measured trajectories, from starts fitted to their beginnings.
+pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    let model = Subject::read(file)?;
+    let Some(like) = &args.like else {
+        let text = format!(
+            "{}: a ball or a push needs starts and times; name trajectories that have them: --like DATA",
+            file.display()
+        );
+        return Err(Usage(text).into());
+    };
+    if !args.start.is_empty() || args.check {
+        let text = "--start and --check are for models of equations (scenario = \"system\")";
+        return Err(Usage(text.to_owned()).into());
+    }
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.csv", model.scenario())));
+    data_file(&out, &[], &[file, like])?;
+    let options = ForetellOptions { seed, draws: foretell::DRAWS, only: None };
+    let all = foretell::foretell(&model, &DataFrom::from(like), 1, &options)?;
+    write_dataset(&table::trajectories(&all)?, &out)?;
+    let samples = all.records.iter().map(|r| r.times.len()).sum();
+    let written = Written { data: out, trajectories: all.records.len(), samples, start: all.start };
+    output.result(&written, || {
+        let many = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
+        format!(
+            "{} {many}, {} samples, from {}, with the ends of 90 % bands: {}",
+            written.trajectories,
+            written.samples,
+            written.start,
+            written.data.display()
+        )
+    })?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,60 @@
+//! The time of a search, and answers whose search was ended by it.
+
+use crate::Options;
+use crate::result::Discovery;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::Instant;
+
+/// The time that a search has.
+pub(crate) struct Clock {
+    options: Options,
+    /// Whether the time was over before everything was tried.
+    cut: AtomicBool,
+}
+
+impl Clock {
+    pub fn new(options: &Options) -> Self {
+        Self { options: *options, cut: AtomicBool::new(false) }
+    }
+
+    /// Whether the time was over before everything was tried.
+    pub fn was_cut(&self) -> bool {
+        self.cut.load(Relaxed)
+    }
+
+    /// Whether the time is over; from then on nothing more is tried.
+    pub fn is_over(&self) -> bool {
+        if self.options.is_over() {
+            self.cut.store(true, Relaxed);
+        }
+        self.was_cut()
+    }
+
+    /// Does jobs in their order, a few at a time, until the time is over; `told` hears the share that is done.
+    pub fn worked_off<J: Sync, T: Send>(
+        &self,
+        jobs: &[J],
+        told: &mut dyn FnMut(f64),
+        work: impl Fn(&J) -> T + Sync,
+    ) -> Vec<T> {
+        let mut done = Vec::with_capacity(jobs.len());
+        for some in jobs.chunks(2 * rayon::current_num_threads()) {
+            if self.is_over() {
+                break;
+            }
+            done.par_extend(some.par_iter().map(&work));
+            told(done.len() as f64 / jobs.len() as f64);
+        }
+        done
+    }
+}
+
+/// Marks an answer as the best of what was tried until the time was over.
+pub(crate) fn cut_short(mut found: Discovery, begun: Instant) -> Discovery {
+    let seconds = begun.elapsed().as_secs_f64();
+    found.sentence =
+        format!("The time was over before the search was: the best of what was tried. {}", found.sentence);
+    found.cut_after_s = Some(seconds);
+    found
+}

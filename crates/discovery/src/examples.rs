@@ -1,0 +1,83 @@
+//! Held-out records with the forecasts of the declared and of the augmented model, to be looked at.
+
+use crate::fit::{Fit, Sample};
+use crate::forecast;
+use crate::hypothesis::Hypothesis;
+use crate::result::{Example, ExampleChannel};
+
+/// Most samples of an example: a figure shows no more.
+const MOST_SAMPLES: usize = 400;
+
+/// Places of the best, the median and the worst by the last of their errors, with their ranks; fewer where there are fewer.
+pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
+    let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i][1].is_finite()).collect();
+    order.sort_by(|&a, &b| errors[a][1].total_cmp(&errors[b][1]));
+    let Some(last) = order.len().checked_sub(1) else { return Vec::new() };
+    let mut chosen = vec![(order[0], "best")];
+    if last >= 2 {
+        chosen.push((order[last / 2], "median"));
+    }
+    if last >= 1 {
+        chosen.push((order[last], "worst"));
+    }
+    chosen
+}
+
+/// Every how many samples a record of `count` is shown.
+pub(crate) fn stride(count: usize) -> usize {
+    count.div_ceil(MOST_SAMPLES).max(1)
+}
+
+/// A number, if it is one.
+pub(crate) fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|v| v.is_finite())
+}
+
+/// The best, the median and the worst of a held-out sample, whose `errors` are those of its records in order; the fits are the
+/// calibrated model, whose nominal values are the declared ones, and the best.
+pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], errors: &[[f64; 2]]) -> Vec<Example> {
+    let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
+    let schema = test.data.system.schema();
+    let one = |(place, rank): (usize, &str)| {
+        let j = test.chosen[place];
+        let record = &test.data.records[j];
+        let declared = forecast::path(test, j, base, &nominal);
+        let augmented = forecast::path(test, j, best, &best.theta);
+        let step = stride(record.seen.times.len());
+        let shown = || (0..record.seen.times.len()).step_by(step);
+        let channels = schema.channels.iter().enumerate().map(|(c, channel)| ExampleChannel {
+            column: channel.column.clone(),
+            unit: channel.unit.clone(),
+            measured: shown()
+                .map(|k| finite(record.seen.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
+                .collect(),
+            declared: shown().map(|k| finite(declared[c][k])).collect(),
+            augmented: shown().map(|k| finite(augmented[c][k])).collect(),
+        });
+        Example {
+            id: record.seen.id.clone(),
+            rank: rank.into(),
+            rmse: errors[place],
+            times_s: shown().map(|k| record.seen.times[k]).collect(),
+            known: record.seen.known.div_ceil(step),
+            channels: channels.collect(),
+            scene: None,
+        }
+    };
+    ranked(errors).into_iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: best, median and worst are different records, by the error of the augmented model.
+    use super::*;
+
+    #[test]
+    fn ranks_are_those_of_the_last_error() {
+        let of = |list: &[f64]| ranked(&list.iter().map(|e| [0.0, *e]).collect::<Vec<_>>());
+        assert_eq!(of(&[3.0, 1.0, 2.0, 9.0, f64::NAN]), [(1, "best"), (2, "median"), (3, "worst")]);
+        assert_eq!(of(&[3.0, 1.0]), [(1, "best"), (0, "worst")]);
+        assert_eq!(of(&[3.0]), [(0, "best")]);
+        assert!(of(&[]).is_empty());
+    }
+}

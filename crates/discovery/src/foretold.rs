@@ -1,0 +1,181 @@
+//! Forecasts of a model as it stands, as they are handed out: every record with the bands of its channels.
+
+use crate::forecast::{bootstrap, rmse};
+use std::collections::BTreeSet;
+
+/// Levels of the quantiles in [`ForetoldChannel::quantiles`].
+pub const FORETOLD_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// Choices of a forecast.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForetellOptions {
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Draws of each record from which bands are taken.
+    pub draws: usize,
+    /// Names of the records that are foretold; all without it. The noise is that of all in either case.
+    pub only: Option<BTreeSet<String>>,
+}
+
+impl ForetellOptions {
+    /// Whether the record of this name is foretold.
+    pub fn asks_for(&self, id: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| only.contains(id))
+    }
+}
+
+/// The forecast of one channel of one record, in the unit of the column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForetoldChannel {
+    /// Column of the data.
+    pub column: String,
+    /// Measured values; not a number where nothing was measured or the sample was taken for an outlier.
+    pub measured: Vec<f64>,
+    /// The forecast with every parameter at its value.
+    pub forecast: Vec<f64>,
+    /// Mean of the draws.
+    pub mean: Vec<f64>,
+    /// Quantiles of the draws at [`FORETOLD_LEVELS`], each sample by sample.
+    pub quantiles: [Vec<f64>; 5],
+}
+
+/// The forecast of one record, or of a part of a long one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foretold {
+    /// Name in the data.
+    pub id: String,
+    /// Times of the samples, s.
+    pub times: Vec<f64>,
+    /// Samples, from the first, that the start was fitted to; the others are foretold.
+    pub known: usize,
+    /// The channels, in the order of the system.
+    pub channels: Vec<ForetoldChannel>,
+}
+
+/// Error of a measure over all records, root mean square, with its 95 % interval over records.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForetoldError {
+    /// Name of the measure (`position`, `rotation`).
+    pub measure: String,
+    /// Unit.
+    pub unit: String,
+    /// The error.
+    pub rmse: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// Forecasts of all records.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foretelling {
+    /// The records in which there is something to foretell.
+    pub records: Vec<Foretold>,
+    /// Errors on the samples behind the known ones; the first is the one that decides.
+    pub errors: Vec<ForetoldError>,
+    /// Sum of the squares and number of the errors of each record in the measure that decides.
+    pub squares: Vec<(f64, f64)>,
+    /// Standard deviation of the sensor by channel, in the unit of each, as the data show it.
+    pub noise_sd: Vec<f64>,
+    /// What the start of each record was fitted to, in words.
+    pub start: String,
+}
+
+impl Foretelling {
+    /// Share of the measured samples behind the known ones that lie within the central band of probability 0.5 or 0.9, and
+    /// how many there are.
+    pub fn coverage(&self, level: f64) -> (f64, usize) {
+        let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
+        let (mut inside, mut count) = (0_usize, 0_usize);
+        for r in &self.records {
+            for c in &r.channels {
+                for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
+                    count += 1;
+                    let band = c.quantiles[low][k]..=c.quantiles[high][k];
+                    inside += usize::from(band.contains(&c.measured[k]));
+                }
+            }
+        }
+        (inside as f64 / count.max(1) as f64, count)
+    }
+}
+
+/// 95 % interval of a root mean square over records, from the sum of squares and the number of errors of each.
+pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
+    bootstrap(&[&squares.to_vec()], seed, |r| r[0])
+}
+
+/// By how much the root mean square error of the first list is above that of the second, with its 95 % interval over records:
+/// both are of the same records in the same order.
+pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
+    let ci95 = bootstrap(&[&before.to_vec(), &after.to_vec()], seed, |r| r[0] - r[1]);
+    (rmse(before) - rmse(after), ci95)
+}
+
+/// Draws of one record, gathered sample by sample.
+pub(crate) struct Draws {
+    /// `values[channel][sample]`, each a list of draws.
+    values: Vec<Vec<Vec<f64>>>,
+}
+
+impl Draws {
+    pub fn new(channels: usize, samples: usize, draws: usize) -> Self {
+        Self { values: vec![vec![Vec::with_capacity(draws); samples]; channels] }
+    }
+
+    /// Adds a draw; one that is no number says nothing.
+    pub fn push(&mut self, channel: usize, sample: usize, value: f64) {
+        if value.is_finite() {
+            self.values[channel][sample].push(value);
+        }
+    }
+
+    /// Mean and quantiles of a channel.
+    pub fn summary(&mut self, channel: usize) -> (Vec<f64>, [Vec<f64>; 5]) {
+        let mut mean = Vec::new();
+        let mut quantiles: [Vec<f64>; 5] = Default::default();
+        for values in &mut self.values[channel] {
+            values.sort_by(f64::total_cmp);
+            mean.push(values.iter().sum::<f64>() / values.len() as f64);
+            for (list, level) in quantiles.iter_mut().zip(FORETOLD_LEVELS) {
+                list.push(quantile_of_draws(values, level));
+            }
+        }
+        (mean, quantiles)
+    }
+}
+
+/// The quantile of the law behind sorted draws: between order statistics `k / (n + 1)`, so that a new draw is below it with
+/// the probability `level` (Hyndman and Fan's type 6). The usual one between the least and the largest draw is too narrow.
+pub fn quantile_of_draws(sorted: &[f64], level: f64) -> f64 {
+    let n = sorted.len();
+    if n == 0 {
+        return f64::NAN;
+    }
+    let at = (level * (n + 1) as f64 - 1.0).clamp(0.0, (n - 1) as f64);
+    let low = at.floor() as usize;
+    let high = (low + 1).min(n - 1);
+    sorted[low] + (sorted[high] - sorted[low]) * (at - low as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: quantiles of draws are unbiased for a further draw, and draws that are no numbers do not count.
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_a_further_draw() {
+        let nine: Vec<f64> = (1..=9).map(f64::from).collect();
+        assert_eq!(quantile_of_draws(&nine, 0.5), 5.0);
+        assert_eq!(quantile_of_draws(&nine, 0.25), 2.5);
+        assert_eq!(quantile_of_draws(&nine, 0.05), 1.0);
+        assert!(quantile_of_draws(&[], 0.5).is_nan());
+    }
+
+    #[test]
+    fn failed_simulations_do_not_reach_the_bands() {
+        let mut draws = Draws::new(1, 1, 3);
+        [1.0, f64::NAN, 3.0].into_iter().for_each(|v| draws.push(0, 0, v));
+        let (mean, quantiles) = draws.summary(0);
+        assert_eq!((mean[0], quantiles[2][0]), (2.0, 2.0));
+    }
+}

@@ -1,0 +1,179 @@
+//! The law of a ball.
+
+use super::{Language, latex_document, number};
+use crate::Usage;
+use augsim_physics::effects::{SCATTER_KIND, index_of, spec_of};
+use augsim_physics::model::{EffectBlock, Model};
+
+const PYTHON: &str = include_str!("ball.py.txt");
+const C: &str = include_str!("ball.c.txt");
+
+/// What an effect changes in a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// The velocity of the air.
+    Air,
+    /// The acceleration in flight.
+    Forces,
+    /// The restitution at an impact.
+    Bounce,
+    /// The velocity along the ground at an impact.
+    Friction,
+    /// What the sensor reports.
+    Sight,
+    /// A constant of the program, by its name there.
+    Constant(&'static str),
+}
+
+/// Statements of an effect, which are the same in Python and in C; `{0}` is its first parameter. None for an effect whose law
+/// is more than such statements.
+fn statements(kind: &str) -> Option<(Place, &'static [&'static str])> {
+    const DRAG: &[&str] =
+        &["a[0] = a[0] - {0} * s * u[0];", "a[1] = a[1] - {0} * s * u[1];", "a[2] = a[2] - {0} * s * u[2];"];
+    Some(match kind {
+        "wind" => (Place::Air, &["air[0] = air[0] + {0};"]),
+        "horizontal-acceleration" => (Place::Forces, &["a[0] = a[0] + {0};"]),
+        "lateral-acceleration" => (Place::Forces, &["a[1] = a[1] + {0};"]),
+        "vertical-acceleration" => (Place::Forces, &["a[2] = a[2] + {0};"]),
+        "quadratic-drag" => (Place::Forces, DRAG),
+        "linear-drag" => (
+            Place::Forces,
+            &["a[0] = a[0] - {0} * u[0];", "a[1] = a[1] - {0} * u[1];", "a[2] = a[2] - {0} * u[2];"],
+        ),
+        "drag-coefficient" => (
+            Place::Forces,
+            &[
+                "a[0] = a[0] - 0.602 * {0} * area_per_mass * s * u[0];",
+                "a[1] = a[1] - 0.602 * {0} * area_per_mass * s * u[1];",
+                "a[2] = a[2] - 0.602 * {0} * area_per_mass * s * u[2];",
+            ],
+        ),
+        "magnus" => (
+            Place::Forces,
+            &["a[0] = a[0] + {0} * turn[0];", "a[1] = a[1] + {0} * turn[1];", "a[2] = a[2] + {0} * turn[2];"],
+        ),
+        "restitution-drift" => (Place::Bounce, &["e = e + {0} * clock;"]),
+        "restitution-position" => (Place::Bounce, &["e = e + {0} * p[0];"]),
+        "restitution-speed-linear" => (Place::Bounce, &["e = e - {0} * (vn - 3.0);"]),
+        "restitution-speed-power" => (Place::Bounce, &["e = e * pow(vn / 3.0, -({0}));"]),
+        "coulomb-friction" => (
+            Place::Friction,
+            &[
+                "share = pick(s < 1e-9, stick, fmin({0} * (1.0 + e) * vn / fmax(s, 1e-9), stick));",
+                "jump[0] = jump[0] - share * slip[0];",
+                "jump[1] = jump[1] - share * slip[1];",
+                "jump[2] = jump[2] - share * slip[2];",
+            ],
+        ),
+        "grip-friction" => (
+            Place::Friction,
+            &[
+                "jump[0] = jump[0] - {0} * slip[0];",
+                "jump[1] = jump[1] - {0} * slip[1];",
+                "jump[2] = jump[2] - {0} * slip[2];",
+            ],
+        ),
+        "height-offset" => (Place::Sight, &["q[2] = q[2] + {0};"]),
+        "camera-roll" => (
+            Place::Sight,
+            &["q[0] = x * cos({0}) - z * sin({0});", "q[2] = q[2] - z + x * sin({0}) + z * cos({0});"],
+        ),
+        "ground-tilt" => (Place::Constant("GROUND_RAD"), &[]),
+        "latency" => (Place::Constant("DELAY_S"), &[]),
+        _ => return None,
+    })
+}
+
+/// The text of a ball's law.
+pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage> {
+    if language == Language::Latex {
+        return Ok(latex(model));
+    }
+    let mut blocks: Vec<&EffectBlock> = model.effects.iter().filter(|b| b.kind != SCATTER_KIND).collect();
+    // Additive laws of restitution act before multiplicative ones, whatever their order in the file.
+    blocks.sort_by_key(|b| index_of(&b.kind));
+    let mut lines: Vec<(Place, String)> = Vec::new();
+    let mut set: Vec<(&str, f64)> = Vec::new();
+    for block in blocks {
+        let known = statements(&block.kind).filter(|_| block.table.is_none());
+        let Some(((place, list), p)) = known.zip(block.parameters.first()) else {
+            return Err(Usage(format!(
+                "{}: the effect `{}` has no short law to write out; `--as latex` names it, and `augsim simulate` runs it",
+                model.file, block.kind
+            )));
+        };
+        if let Place::Constant(name) = place {
+            set.push((name, p.nominal));
+        }
+        lines.extend(list.iter().map(|line| (place, line.replace("{0}", &number(p.nominal)))));
+    }
+    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
+    let constant = |name: &str| set.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, value)| *value);
+    let constants = [
+        ("GRAVITY", base("gravity_m_s2")),
+        ("RESTITUTION", base("restitution")),
+        ("RADIUS", base("radius_m")),
+        ("INERTIA", base("inertia_ratio")),
+        ("FLOOR", base("floor_height_m")),
+        ("GROUND_RAD", constant("GROUND_RAD")),
+        ("DELAY_S", constant("DELAY_S")),
+    ];
+    let (form, constants): (&str, Vec<String>) = match language {
+        Language::C => {
+            (C, constants.iter().map(|(n, v)| format!("static const double {n} = {};", number(*v))).collect())
+        }
+        _ => (PYTHON, constants.iter().map(|(n, v)| format!("{n} = {}", number(*v))).collect()),
+    };
+    let of = |place: Place| -> String {
+        let own = lines.iter().filter(|(p, _)| *p == place);
+        let text: Vec<String> = own
+            .map(|(_, line)| match language {
+                Language::C => format!("    {line}"),
+                _ => format!("    {}", line.trim_end_matches(';')),
+            })
+            .collect();
+        // A line that is there for no effect would be an empty one.
+        if text.is_empty() { String::new() } else { text.join("\n") + "\n" }
+    };
+    let mut text = form.replace("@TITLE@", &title(model)).replace("@CONSTANTS@", &constants.join("\n"));
+    for (mark, place) in [
+        ("@AIR@\n", Place::Air),
+        ("@FORCES@\n", Place::Forces),
+        ("@BOUNCE@\n", Place::Bounce),
+        ("@FRICTION@\n", Place::Friction),
+        ("@SIGHT@\n", Place::Sight),
+    ] {
+        text = text.replace(mark, &of(place));
+    }
+    Ok(text)
+}
+
+/// Kinds of the effects, and what no program draws.
+fn title(model: &Model) -> String {
+    let kinds: Vec<&str> = model.effects.iter().map(|b| b.kind.as_str()).collect();
+    let with = if kinds.is_empty() { "no effect added".to_owned() } else { kinds.join(", ") };
+    let scatters = kinds.contains(&SCATTER_KIND);
+    if scatters { format!("{with} (the scatter is left out: it is random)") } else { with }
+}
+
+fn latex(model: &Model) -> String {
+    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
+    let mut body = format!(
+        "Flight and impact of a ball, whose lowest point is followed:\n\\begin{{align*}}\n\\ddot{{\\mathbf x}} &= -g\\,\\mathbf e_z \
+         + \\mathbf a, & g &= {} \\,\\mathrm{{m/s^2}}\\\\\nv_n^+ &= e\\,v_n^-, & e_0 &= {}\n\\end{{align*}}\n",
+        number(base("gravity_m_s2")),
+        number(base("restitution"))
+    );
+    for block in &model.effects {
+        let formula = spec_of(&block.kind).map_or("a tabulated law", |s| s.formula);
+        body += &format!("\\paragraph{{{}}} \\verb|{}|\n\n", block.kind, formula.replace('|', "/"));
+        for p in &block.parameters {
+            let interval = p.ci95.map_or(String::new(), |[low, high]| {
+                format!(" (95\\,\\% interval {} to {})", number(low), number(high))
+            });
+            body +=
+                &format!("\\noindent ${} = {}${interval}\n\n", super::latex_name(&p.name), number(p.nominal));
+        }
+    }
+    latex_document("The law of a ball", &body)
+}

@@ -1,0 +1,34 @@
+//! Forecasts of a model as it stands, with bands.
+
+pub mod table;
+mod written;
+
+use crate::{DataFrom, Subject};
+use augsim_data::MissingCells;
+use augsim_discovery::{ForetellOptions, Foretelling, foretell_push};
+use augsim_physics::model::ModelFile;
+
+/// Draws of each trajectory where none are asked for: the ends of 90 % bands are then good to a few per cent of their width.
+pub const DRAWS: usize = 400;
+
+/// Forecasts every trajectory of `data`. Starts of equations are fitted to the first `burn_in` samples.
+///
+/// # Errors
+/// Model and data do not go together, or the data cannot be read.
+pub fn foretell(
+    model: &Subject,
+    data: &DataFrom,
+    burn_in: usize,
+    options: &ForetellOptions,
+) -> anyhow::Result<Foretelling> {
+    Ok(match model {
+        Subject::Written(model) => written::foretell(model, data, burn_in, options)?,
+        Subject::BuiltIn(model) => {
+            let set = data.read(MissingCells::AsGap)?;
+            match &**model {
+                ModelFile::Ball(model) => augsim_discovery::foretell(model, &set, options)?,
+                ModelFile::Push(model) => foretell_push(model, &set, options)?,
+            }
+        }
+    })
+}

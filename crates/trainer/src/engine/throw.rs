@@ -1,0 +1,93 @@
+//! The ball of a model file thrown in the plane or in space, as an engine: [`SystemEngine`](super::SystemEngine) is that of one
+//! that moves up and down, and of pushing.
+
+use super::ball::ModelBall;
+use super::error::EngineError;
+use augsim_physics::ball::Axes;
+use augsim_physics::model::{Model, ModelFile};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// In which coordinates a throw was measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Room {
+    /// `x_m`, `z_m`.
+    Plane,
+    /// `x_m`, `y_m`, `z_m`.
+    Space,
+}
+
+impl Room {
+    fn axes(self) -> Axes {
+        match self {
+            Room::Plane => Axes::Plane,
+            Room::Space => Axes::Space,
+        }
+    }
+}
+
+/// A thrown ball at the nominal values of its model's parameters; configurations and checkpoints hold the file's text.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Declared", into = "Declared")]
+pub struct ThrowEngine {
+    declared: Declared,
+    motion: Arc<ModelBall>,
+}
+
+/// What configurations and checkpoints hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Declared {
+    room: Room,
+    /// Seconds from one sample to the next.
+    step_s: f64,
+    /// Text of the model file.
+    model: String,
+}
+
+impl ThrowEngine {
+    /// The engine of a model of a ball.
+    ///
+    /// # Errors
+    /// As [`SystemEngine::new`](super::SystemEngine::new).
+    pub fn new(model: &Model, room: Room, step_s: f64) -> Result<Self, EngineError> {
+        let motion = Arc::new(ModelBall::new(model, room.axes(), step_s)?);
+        Ok(ThrowEngine { declared: Declared { room, step_s, model: model.to_toml() }, motion })
+    }
+
+    /// In which coordinates it moves.
+    pub fn room(&self) -> Room {
+        self.declared.room
+    }
+
+    /// Text of the model file.
+    pub fn model(&self) -> &str {
+        &self.declared.model
+    }
+
+    pub(super) fn motion(&self) -> &ModelBall {
+        &self.motion
+    }
+}
+
+impl PartialEq for ThrowEngine {
+    fn eq(&self, other: &Self) -> bool {
+        self.declared == other.declared
+    }
+}
+
+impl TryFrom<Declared> for ThrowEngine {
+    type Error = EngineError;
+    fn try_from(declared: Declared) -> Result<Self, EngineError> {
+        match ModelFile::parse(&declared.model, "model of the run").map_err(Box::new)? {
+            ModelFile::Ball(model) => Self::new(&model, declared.room, declared.step_s),
+            ModelFile::Push(_) => Err(EngineError::NotThrown),
+        }
+    }
+}
+
+impl From<ThrowEngine> for Declared {
+    fn from(engine: ThrowEngine) -> Self {
+        engine.declared
+    }
+}
