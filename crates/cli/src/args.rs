@@ -431,6 +431,8 @@ pub enum Scenario {
     Loop,
     /// Systems of equations on benchmark sets, with formulas where the library is emptied, beside published figures.
     Systems,
+    /// Drops of which the beginning is seen: every model behind the same prefixes.
+    Filtered,
 }
 
 /// Nets of the pushing tables.

@@ -7,6 +7,7 @@ mod destination;
 mod examples;
 mod exit;
 mod experiment;
+mod filtered;
 mod interrupt;
 mod output;
 mod progress;

@@ -4,7 +4,7 @@
 //! Sequences are `[time, feature, lane]`, as on the tape; a runner is made for a number of lanes and for at
 //! most so many steps at once, and carries its states from call to call.
 
-use crate::{GaussianHead, Gru, Linear, Params};
+use crate::{GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::kernels::draw::{Draw, draw};
 use augsim_tensor::kernels::{GruWeights, LinearDims, LinearForward, PackedGru, linear_simd, pointwise};
 use augsim_tensor::simd::Level;
@@ -94,13 +94,37 @@ impl LinearRunner {
 
     /// `[steps, out, lane]` for `x [steps, in, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &mut [f32] {
+        self.forward(x, steps, false)
+    }
+
+    fn forward(&mut self, x: &[f32], steps: usize, tanh: bool) -> &mut [f32] {
         let output = self.b.len();
         let input = self.w.len() / output.max(1);
         let y = &mut self.y[..steps * output * self.lanes];
         let dims = LinearDims { time: steps, input, output, batch: self.lanes };
-        let args = LinearForward { dims, w: &self.w, b: &self.b, x, y, tanh: false };
+        let args = LinearForward { dims, w: &self.w, b: &self.b, x, y, tanh };
         linear_simd::forward(args, &mut self.scratch);
         y
+    }
+}
+
+/// Affine layers, each followed by tanh.
+#[derive(Debug, Clone)]
+pub struct MlpRunner(Vec<LinearRunner>);
+
+impl MlpRunner {
+    /// `mlp` for `lanes` sequences and at most `steps` steps at once.
+    pub fn new(mlp: &Mlp, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
+        MlpRunner(mlp.layers.iter().map(|layer| LinearRunner::new(*layer, params, lanes, steps)).collect())
+    }
+
+    /// `[steps, out, lane]` for `x [steps, in, lane]`.
+    pub fn run<'a>(&'a mut self, x: &'a [f32], steps: usize) -> &'a [f32] {
+        let mut seen = x;
+        for layer in &mut self.0 {
+            seen = layer.forward(seen, steps, true);
+        }
+        seen
     }
 }
 
@@ -128,6 +152,28 @@ impl SdRunner {
             *sd += self.floor;
         }
         sd
+    }
+}
+
+/// A Gaussian head: mean and standard deviation.
+#[derive(Debug, Clone)]
+pub struct GaussianRunner {
+    mean: LinearRunner,
+    sd: SdRunner,
+}
+
+impl GaussianRunner {
+    /// `head` for `lanes` sequences and at most `steps` steps at once.
+    pub fn new(head: GaussianHead, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
+        GaussianRunner {
+            mean: LinearRunner::new(head.mean, params, lanes, steps),
+            sd: SdRunner::new(head.std, head.sd_floor, params, lanes, steps),
+        }
+    }
+
+    /// Mean and standard deviation, `[steps, out, lane]` each, for `x [steps, in, lane]`.
+    pub fn run(&mut self, x: &[f32], steps: usize) -> (&[f32], &[f32]) {
+        (self.mean.run(x, steps), self.sd.run(x, steps))
     }
 }
 

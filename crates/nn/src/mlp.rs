@@ -6,7 +6,7 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 /// A chain of affine layers, each followed by tanh. Without layers it is the identity.
 #[derive(Debug, Clone, Default)]
 pub struct Mlp {
-    layers: Vec<Linear>,
+    pub(crate) layers: Vec<Linear>,
 }
 
 impl Mlp {

@@ -41,6 +41,18 @@ impl LatentLaw {
         Ok(LatentLaw { mean, factor: cholesky(&covariance, l) })
     }
 
+    /// The latent `[L]` at standard normal `draws [L]`.
+    pub(crate) fn place(&self, draws: &[f64]) -> Vec<f64> {
+        let l = self.mean.len();
+        let shift = |i: usize| (0..=i).map(|j| self.factor[i * l + j] * draws[j]).sum::<f64>();
+        (0..l).map(|i| self.mean[i] + shift(i)).collect()
+    }
+
+    /// Logarithm of the density of a latent, less a constant; directions without variance do not count.
+    pub(crate) fn log_density(&self, latent: &[f64]) -> f64 {
+        -0.5 * whiten(latent, &self.mean, &self.factor).iter().map(|v| v * v).sum::<f64>()
+    }
+
     /// Latents `[L, samples]` for standard normal `draws [L, samples]`.
     pub(crate) fn draw(&self, draws: &[f32], samples: usize) -> Vec<f32> {
         let l = self.mean.len();
@@ -72,9 +84,21 @@ pub(crate) fn infer(
     Ok((wide(g.mean), wide(g.sd)))
 }
 
+/// Coordinates in which a Gaussian of a mean and a lower factor `[L, L]` is standard; 0 along directions without variance.
+pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
+    let l = latent.len();
+    let mut white = vec![0.0; l];
+    for j in 0..l {
+        let known: f64 = (0..j).map(|k| factor[j * l + k] * white[k]).sum();
+        let scale = factor[j * l + j];
+        white[j] = if scale > 0.0 { (latent[j] - mean[j] - known) / scale } else { 0.0 };
+    }
+    white
+}
+
 /// Lower Cholesky factor of a small positive semi-definite matrix, row-major; a direction without variance
 /// gets none.
-fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
+pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
     let mut l = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..=i {

@@ -5,6 +5,7 @@ mod engine;
 mod error;
 mod evaluate;
 mod featuriser;
+pub mod filter;
 mod forecast;
 mod latent;
 pub mod models;

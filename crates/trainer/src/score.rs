@@ -23,7 +23,7 @@ const RESOLUTION: f64 = 2e-5;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scoring {
     /// State columns of each measure.
-    measures: Vec<Range<usize>>,
+    pub(crate) measures: Vec<Range<usize>>,
     /// First sample that is scored. The paper counts the given start of a drop, and not that of a push.
     first: usize,
     resolution: f64,
@@ -88,7 +88,7 @@ pub struct Score {
     moved: f64,
 }
 
-fn length(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn length(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::hypot)
 }
 
@@ -205,7 +205,7 @@ pub fn quantile(sorted: &[f32], q: f64) -> f64 {
 
 /// Fair estimate of the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct
 /// pairs.
-fn crps_of(sorted: &[f32], y: f64) -> f64 {
+pub(crate) fn crps_of(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     // In sorted order the sum of |x_i - x_j| over all pairs is the sum of (2 i + 1 - m) x_i: each value is added once for
     // every smaller one and taken off once for every larger one. No loop over pairs is needed.

@@ -59,7 +59,12 @@ impl Scales {
     /// Unit in which column `j`'s correction of a physics step from `now` to `next` is measured: it grows
     /// with how far the physics moves, so that a wrong restitution and a wrong drag are of one size.
     pub(crate) fn unit(&self, j: usize, now: &[f64], next: &[f64]) -> f64 {
-        self.correction[j] * ((next[j] - now[j]).abs() / self.step[j] + QUIET)
+        self.unit_of(j, next[j] - now[j])
+    }
+
+    /// [`unit`](Self::unit) where the physics moves column `j` by `moved`.
+    pub(crate) fn unit_of(&self, j: usize, moved: f64) -> f64 {
+        self.correction[j] * (moved.abs() / self.step[j] + QUIET)
     }
 
     /// Features of one physics step from `now` to `next`, written to `out`: both states in standard

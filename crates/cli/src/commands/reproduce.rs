@@ -5,6 +5,7 @@ use crate::chain;
 use crate::exit::{Outcome, Usage};
 use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
+use crate::filtered;
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
@@ -30,6 +31,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
         Scenario::Systems => systems::run(args, seed, force, output),
+        Scenario::Filtered => filtered::run(args, seed, force, output),
     }
 }
 

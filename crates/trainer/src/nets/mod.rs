@@ -2,10 +2,12 @@
 
 mod dcvrnn;
 mod sampler;
+mod step_runner;
 mod stepwise;
 
 pub use dcvrnn::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 pub use sampler::{DcvrnnSampler, Predicted};
+pub use step_runner::StepRunner;
 pub use stepwise::{Stepwise, StepwiseSizes};
 
 use crate::featuriser::width;

@@ -92,6 +92,11 @@ impl Stepwise {
         self.sizes
     }
 
+    /// The correction of a step: layers, and the head behind them.
+    pub(super) fn decoder(&self) -> (&Mlp, GaussianHead) {
+        (&self.step, self.step_head)
+    }
+
     fn kl_weight(&self) -> f64 {
         if self.memory.is_some() { KL_WEIGHT_MEMORY } else { KL_WEIGHT }
     }

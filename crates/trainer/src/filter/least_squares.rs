@@ -1,0 +1,154 @@
+//! What a filter competes with: PyBullet's ball, its unknowns fitted to the prefix by least squares. A point forecast.
+
+use super::Sensor;
+use augsim_physics::ball::bullet::BulletBall;
+
+/// Restitutions from which a fit starts, beside the declared one.
+const RESTITUTIONS: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
+/// Dampings from which it starts, 1/s, beside the declared one: another damping is another number of steps to the ground, and
+/// the cost jumps between them.
+const DAMPINGS: [f64; 3] = [0.0, 0.015, 0.03];
+/// Gauss-Newton steps, of which damping may reject some.
+const STEPS: usize = 40;
+/// Steps of the difference quotients: height m, restitution, damping 1/s.
+const NUDGE: [f64; 3] = [1e-5, 1e-4, 1e-4];
+
+/// What is fitted beside the height of the drop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freedom {
+    /// Nothing: the engine as declared.
+    Height,
+    /// Restitution and damping: the engine calibrated on the prefix.
+    Calibrated,
+    /// The restitution of an engine whose damping is known.
+    Restitution,
+}
+
+/// A ball that is dropped at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FittedDrop {
+    /// The engine, with declared values.
+    pub ball: BulletBall,
+    /// What is fitted.
+    pub freedom: Freedom,
+}
+
+impl FittedDrop {
+    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` seen through `sensor`.
+    pub fn path(&self, rows: &[f64], sensor: &Sensor, time: usize) -> Vec<f64> {
+        let declared = [rows[0], self.ball.restitution, self.ball.damping];
+        let from = |declared: f64, others: &[f64], is_free: bool| -> Vec<f64> {
+            let others = if is_free { others } else { &[] };
+            [declared].into_iter().chain(others.iter().copied()).collect()
+        };
+        let restitutions = from(declared[1], &RESTITUTIONS, self.freedom != Freedom::Height);
+        let dampings = from(declared[2], &DAMPINGS, self.freedom == Freedom::Calibrated);
+        let mut best: Option<(f64, [f64; 3])> = None;
+        for &damping in &dampings {
+            for &restitution in &restitutions {
+                let found = self.descend([declared[0], restitution, damping], rows, sensor);
+                if best.is_none_or(|(cost, _)| found.0 < cost) {
+                    best = Some(found);
+                }
+            }
+        }
+        self.simulate(best.map_or(declared, |(_, p)| p), time)
+    }
+
+    fn free(&self) -> &'static [usize] {
+        match self.freedom {
+            Freedom::Height => &[0],
+            Freedom::Calibrated => &[0, 1, 2],
+            Freedom::Restitution => &[0, 1],
+        }
+    }
+
+    fn simulate(&self, [height, restitution, damping]: [f64; 3], time: usize) -> Vec<f64> {
+        let ball = BulletBall { restitution, damping, ..self.ball };
+        let [h, v] = ball.simulate_underside(height, 0.0, time);
+        h.into_iter().zip(v).flat_map(|(h, v)| [h, v]).collect()
+    }
+
+    /// Residuals of the seen columns in units of the sensor.
+    fn residuals(&self, p: [f64; 3], rows: &[f64], sensor: &Sensor) -> Vec<f64> {
+        let path = self.simulate(p, rows.len() / 2);
+        let seen: Vec<(usize, f64)> = sensor.seen().collect();
+        let of =
+            |t: usize, (j, variance): (usize, f64)| (path[2 * t + j] - rows[2 * t + j]) / variance.sqrt();
+        (0..rows.len() / 2).flat_map(|t| seen.iter().map(move |&c| of(t, c))).collect()
+    }
+
+    /// Levenberg's descent with difference quotients, within 0 to 1 of restitution and damping.
+    fn descend(&self, start: [f64; 3], rows: &[f64], sensor: &Sensor) -> (f64, [f64; 3]) {
+        let free = self.free();
+        let clamp = |p: [f64; 3]| [p[0], p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0)];
+        let square = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
+        let (mut p, mut lambda) = (clamp(start), 1e-3);
+        let mut r = self.residuals(p, rows, sensor);
+        let mut cost = square(&r);
+        for _ in 0..STEPS {
+            let columns: Vec<Vec<f64>> = free
+                .iter()
+                .map(|&k| {
+                    let at = |sign: f64| {
+                        let mut q = p;
+                        q[k] += sign * NUDGE[k];
+                        self.residuals(q, rows, sensor)
+                    };
+                    at(1.0).iter().zip(at(-1.0)).map(|(a, b)| (a - b) / (2.0 * NUDGE[k])).collect()
+                })
+                .collect();
+            let m = free.len();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &r)).collect();
+            let mut normal = vec![0.0; m * m];
+            for a in 0..m {
+                for b in 0..m {
+                    normal[a * m + b] = dot(&columns[a], &columns[b]);
+                }
+            }
+            let mut improved = false;
+            for _ in 0..8 {
+                let mut damped = normal.clone();
+                for a in 0..m {
+                    damped[a * m + a] += lambda * normal[a * m + a] + 1e-9;
+                }
+                let step = solve(damped, gradient.clone());
+                let mut q = p;
+                free.iter().zip(step).for_each(|(&k, d)| q[k] -= d);
+                let q = clamp(q);
+                let trial = self.residuals(q, rows, sensor);
+                if square(&trial) < cost {
+                    improved = cost - square(&trial) > 1e-9 * cost;
+                    (p, cost, r) = (q, square(&trial), trial);
+                    lambda = (lambda / 10.0).max(1e-12);
+                    break;
+                }
+                lambda *= 10.0;
+            }
+            if !improved {
+                break;
+            }
+        }
+        (cost, p)
+    }
+}
+
+/// Solves a small symmetric positive definite system by elimination.
+fn solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
+    let n = b.len();
+    for i in 0..n {
+        for row in i + 1..n {
+            let factor = a[row * n + i] / a[i * n + i];
+            for column in i..n {
+                a[row * n + column] -= factor * a[i * n + column];
+            }
+            b[row] -= factor * b[i];
+        }
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|j| a[i * n + j] * b[j]).sum();
+        b[i] = (b[i] - known) / a[i * n + i];
+    }
+    b
+}

@@ -1,0 +1,70 @@
+//! Filtered forecasts: the beginning of a trajectory is seen, the rest is forecast.
+//!
+//! What differs from trajectory to trajectory (the latent of Hybrid+, a restitution that scatters) is a particle; the state,
+//! given a particle, is Gaussian and follows in closed form (a Rao-Blackwellised particle filter: Doucet, de Freitas,
+//! Murphy, Russell 2000). A [`StepLaw`] says how a state moves on; a [`Sensor`] what is seen of it; [`Filter`] takes one row
+//! after another and forecasts from there. It never sees a later row.
+
+mod evaluate;
+mod least_squares;
+mod mixture;
+mod moments;
+mod net;
+mod particles;
+mod restitution;
+mod score;
+mod sensor;
+
+pub use evaluate::{FilterSettings, FilteredModel, Prefix, evaluate_filtered};
+pub use least_squares::{FittedDrop, Freedom};
+pub use mixture::Filter;
+pub use net::NetLaw;
+pub use restitution::RestitutionLaw;
+pub use score::FilteredScore;
+pub use sensor::{Sensor, StartLaw};
+
+use crate::TrainerError;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// How states move on by one sample, given what differs from trajectory to trajectory.
+pub trait StepLaw {
+    /// Width of what differs from trajectory to trajectory.
+    fn latent_dim(&self) -> usize;
+
+    /// State columns.
+    fn state_dim(&self) -> usize;
+
+    /// Draws `count` latents, `[count, L]`, from their law over trajectories.
+    fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
+
+    /// Logarithm of the density of a latent, less a constant.
+    fn log_density(&self, latent: &[f64]) -> f64;
+
+    /// How closely the law follows column `j`, in its unit: no measurement counts as better than that, because the law's errors
+    /// over many rows are not independent and would be read as evidence.
+    fn resolution(&self, _j: usize) -> f64 {
+        0.0
+    }
+
+    /// Means and variances `[lane, S]` of the next states for `states [lane, S]` and `latents [lane, L]`, while the actions go
+    /// from `from` to `to`.
+    ///
+    /// # Errors
+    /// [`TrainerError`] if the law cannot be evaluated.
+    fn advance(
+        &mut self,
+        states: &[f64],
+        latents: &[f64],
+        actions: [&[f64]; 2],
+        next: Moments<'_>,
+    ) -> Result<(), TrainerError>;
+}
+
+/// Where a [`StepLaw`] writes the next states, `[lane, S]` each.
+#[derive(Debug)]
+pub struct Moments<'a> {
+    /// Means.
+    pub mean: &'a mut [f64],
+    /// Variances of what the step adds at random.
+    pub variance: &'a mut [f64],
+}

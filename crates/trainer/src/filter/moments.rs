@@ -1,0 +1,118 @@
+//! Gaussian moments of a few dimensions: factors, sigma points, updates by a measurement.
+
+use crate::latent::cholesky;
+
+/// Mean `[S]` and covariance `[S, S]` of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Gaussian {
+    pub mean: Vec<f64>,
+    pub covariance: Vec<f64>,
+}
+
+impl Gaussian {
+    /// A diagonal one.
+    pub fn diagonal(mean: &[f64], sd: &[f64]) -> Self {
+        let s = mean.len();
+        let mut covariance = vec![0.0; s * s];
+        for (j, sd) in sd.iter().enumerate() {
+            covariance[j * s + j] = sd * sd;
+        }
+        Gaussian { mean: mean.to_vec(), covariance }
+    }
+
+    /// Takes in a measurement of column `j` with a variance; returns its log density, less a constant.
+    pub fn measure(&mut self, j: usize, value: f64, variance: f64) -> f64 {
+        measure(&mut self.mean, &mut self.covariance, j, value, variance)
+    }
+}
+
+/// Kalman's update of a mean `[S]` and covariance `[S, S]` by a measurement of column `j`; returns the log density of the
+/// measurement, less a constant.
+pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value: f64, variance: f64) -> f64 {
+    let s = mean.len();
+    let total = covariance[j * s + j] + variance;
+    let innovation = value - mean[j];
+    for a in 0..s {
+        mean[a] += covariance[a * s + j] / total * innovation;
+    }
+    // Row j is read by every element: it is kept before it changes.
+    for a in (0..s).filter(|a| *a != j) {
+        let gain = covariance[a * s + j] / total;
+        for b in 0..s {
+            if b != j {
+                covariance[a * s + b] -= gain * covariance[j * s + b];
+            }
+        }
+    }
+    // Joseph's form for row and column j: P_jb R / (P_jj + R), never negative on the diagonal.
+    for b in 0..s {
+        let kept = covariance[j * s + b] * variance / total;
+        covariance[j * s + b] = kept;
+        covariance[b * s + j] = kept;
+    }
+    -0.5 * (total.ln() + innovation * innovation / total)
+}
+
+/// The 2 S points of the spherical cubature rule (Arasaratnam and Haykin 2009), `[2 S, S]`: mean plus and minus the columns of
+/// sqrt(S) times the factor of the covariance. Written to `out`.
+pub(super) fn cubature(mean: &[f64], covariance: &[f64], out: &mut [f64]) {
+    let s = mean.len();
+    let factor = cholesky(covariance, s);
+    let root = (s as f64).sqrt();
+    for k in 0..s {
+        for j in 0..s {
+            let shift = root * factor[j * s + k];
+            out[k * s + j] = mean[j] + shift;
+            out[(s + k) * s + j] = mean[j] - shift;
+        }
+    }
+}
+
+/// Weighted mean and covariance of rows `[n, dim]`.
+pub(super) fn weighted(rows: &[f64], weights: &[f64], dim: usize) -> Gaussian {
+    let total: f64 = weights.iter().sum();
+    let mut mean = vec![0.0; dim];
+    for (row, w) in rows.chunks_exact(dim).zip(weights) {
+        mean.iter_mut().zip(row).for_each(|(m, v)| *m += w / total * v);
+    }
+    let mut covariance = vec![0.0; dim * dim];
+    for (row, w) in rows.chunks_exact(dim).zip(weights) {
+        for i in 0..dim {
+            for j in 0..dim {
+                covariance[i * dim + j] += w / total * (row[i] - mean[i]) * (row[j] - mean[j]);
+            }
+        }
+    }
+    Gaussian { mean, covariance }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: updates and points against closed forms.
+    use super::*;
+
+    #[test]
+    fn a_measurement_is_the_conditional_gaussian() {
+        // Covariance [[2, 1], [1, 3]], a measurement 1 of the first with variance 2: gain [1/2, 1/4].
+        let mut g = Gaussian { mean: vec![0.0, 1.0], covariance: vec![2.0, 1.0, 1.0, 3.0] };
+        let density = g.measure(0, 1.0, 2.0);
+        assert!((density + 0.5 * (4.0_f64.ln() + 0.25)).abs() < 1e-14);
+        for (found, wanted) in g.mean.iter().zip([0.5, 1.25]) {
+            assert!((found - wanted).abs() < 1e-14);
+        }
+        for (found, wanted) in g.covariance.iter().zip([1.0, 0.5, 0.5, 2.75]) {
+            assert!((found - wanted).abs() < 1e-14, "{:?}", g.covariance);
+        }
+    }
+
+    #[test]
+    fn cubature_points_have_the_mean_and_the_covariance() {
+        let (mean, covariance) = ([1.0, -2.0], [2.0, 1.0, 1.0, 3.0]);
+        let mut points = [0.0; 8];
+        cubature(&mean, &covariance, &mut points);
+        let back = weighted(&points, &[1.0; 4], 2);
+        for (a, b) in back.mean.iter().zip(mean).chain(back.covariance.iter().zip(covariance)) {
+            assert!((a - b).abs() < 1e-14, "{back:?}");
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Hybrid+ as a law of steps: physics, and the net's correction of it.
+
+use super::{Moments, StepLaw};
+use crate::engine::Engine;
+use crate::latent::LatentLaw;
+use crate::nets::{Net, StepRunner, Stepwise};
+use crate::scales::Scales;
+use crate::settings::Correction;
+use crate::{NetModel, TrainerError};
+use augsim_nn::Params;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Accuracy of the corrections along a smooth path, in standard deviations of a state column: roundings of features in single
+/// precision and what the decoder leaves of a step add up to it over tens of rows.
+const RESOLUTION: f64 = 1e-3;
+
+/// The physics of a trained net, step by step, with the net's corrections.
+#[derive(Debug)]
+pub struct NetLaw<'m> {
+    net: &'m Stepwise,
+    params: &'m Params<f32>,
+    engine: &'m Engine,
+    scales: &'m Scales,
+    law: &'m LatentLaw,
+    runner: Option<StepRunner>,
+    next: Vec<f64>,
+    features: Vec<f32>,
+}
+
+impl<'m> NetLaw<'m> {
+    /// The law of a trained net that corrects single steps.
+    ///
+    /// # Errors
+    /// [`TrainerError::Foreign`] if the net is of another kind, or its training has not ended.
+    pub fn new(model: &'m NetModel) -> Result<Self, TrainerError> {
+        let state = model.state();
+        let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {
+            let what = "only a net that corrects single steps (hybrid-plus) can be filtered".to_owned();
+            return Err(TrainerError::Foreign { what });
+        };
+        let Some(law) = &state.latent else {
+            let what = "its training has not ended, so the law of its latent is not fitted yet".to_owned();
+            return Err(TrainerError::Foreign { what });
+        };
+        Ok(NetLaw {
+            net,
+            params: model.params(),
+            engine: &state.settings.engine,
+            scales: &state.scales,
+            law,
+            runner: None,
+            next: vec![0.0; net.sizes().state],
+            features: vec![0.0; net.sizes().condition],
+        })
+    }
+}
+
+impl StepLaw for NetLaw<'_> {
+    fn latent_dim(&self) -> usize {
+        self.net.sizes().latent
+    }
+
+    fn state_dim(&self) -> usize {
+        self.net.sizes().state
+    }
+
+    fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
+        let l = self.latent_dim();
+        let mut latents = Vec::with_capacity(count * l);
+        for _ in 0..count {
+            let draws: Vec<f64> = (0..l).map(|_| StandardNormal.sample(rng)).collect();
+            latents.extend(self.law.place(&draws));
+        }
+        latents
+    }
+
+    fn log_density(&self, latent: &[f64]) -> f64 {
+        self.law.log_density(latent)
+    }
+
+    fn resolution(&self, j: usize) -> f64 {
+        RESOLUTION * self.scales.sd[j]
+    }
+
+    fn advance(
+        &mut self,
+        states: &[f64],
+        latents: &[f64],
+        [from, to]: [&[f64]; 2],
+        next: Moments<'_>,
+    ) -> Result<(), TrainerError> {
+        let sizes = self.net.sizes();
+        let (s, l) = (sizes.state, sizes.latent);
+        let lanes = states.len() / s;
+        if self.runner.as_ref().is_none_or(|r| r.lanes() != lanes) {
+            self.runner = Some(StepRunner::new(self.net, self.params, lanes));
+        }
+        let Some(runner) = &mut self.runner else { return Ok(()) };
+        let (features, w) = runner.input();
+        for lane in 0..lanes {
+            let now = &states[lane * s..(lane + 1) * s];
+            self.engine.step(now, from, to, &mut self.next);
+            self.scales.write_features(now, &self.next, &mut self.features);
+            for (slot, v) in features[lane..].iter_mut().step_by(lanes).zip(&self.features) {
+                *slot = *v;
+            }
+            for (slot, v) in w[lane..].iter_mut().step_by(lanes).zip(&latents[lane * l..(lane + 1) * l]) {
+                *slot = *v as f32;
+            }
+            next.mean[lane * s..(lane + 1) * s].copy_from_slice(&self.next);
+        }
+        let (mean, sd) = runner.run();
+        for lane in 0..lanes {
+            let now = &states[lane * s..(lane + 1) * s];
+            for j in 0..s {
+                // The physics' state of this column is read before it is corrected; the unit needs no other column.
+                let moved = next.mean[lane * s + j];
+                let unit = self.scales.unit_of(j, moved - now[j]);
+                next.mean[lane * s + j] = moved + unit * f64::from(mean[j * lanes + lane]);
+                next.variance[lane * s + j] = (unit * f64::from(sd[j * lanes + lane])).powi(2);
+            }
+        }
+        Ok(())
+    }
+}

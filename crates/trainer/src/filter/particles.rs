@@ -1,0 +1,108 @@
+//! Gaussian states of many particles, moved on and corrected together.
+
+use super::moments::{cubature, measure};
+use super::{Moments, Sensor, StepLaw};
+use crate::TrainerError;
+
+/// Means `[n, S]` and covariances `[n, S, S]` of the states of n particles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct States {
+    pub mean: Vec<f64>,
+    pub covariance: Vec<f64>,
+}
+
+impl States {
+    /// Those of the particles `chosen`.
+    pub fn select(&self, chosen: &[usize], s: usize) -> Self {
+        let rows = |values: &[f64], width: usize| {
+            chosen.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
+        };
+        States { mean: rows(&self.mean, s), covariance: rows(&self.covariance, s * s) }
+    }
+
+    /// Takes the state of particle `i` from another set.
+    pub fn copy_one(&mut self, from: &States, i: usize, s: usize) {
+        let (a, b) = (i * s..(i + 1) * s, i * s * s..(i + 1) * s * s);
+        self.mean[a.clone()].copy_from_slice(&from.mean[a]);
+        self.covariance[b.clone()].copy_from_slice(&from.covariance[b]);
+    }
+}
+
+/// Space for the steps of particles; nothing is allocated after the first.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Workspace {
+    points: Vec<f64>,
+    latents: Vec<f64>,
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+impl Workspace {
+    /// Moves every state on by one sample (cubature; exactly where nothing is uncertain) and takes in `row` as the sensor
+    /// measures it. Adds the log density of the row given the ones before to `density [n]`.
+    pub fn step(
+        &mut self,
+        law: &mut dyn StepLaw,
+        latents: &[f64],
+        states: &mut States,
+        actions: [&[f64]; 2],
+        (row, sensor): (&[f64], &Sensor),
+        density: &mut [f64],
+    ) -> Result<(), TrainerError> {
+        let (l, s) = (law.latent_dim(), law.state_dim());
+        let n = density.len();
+        let certain = states.covariance.iter().all(|v| *v == 0.0);
+        let each = if certain { 1 } else { 2 * s };
+        self.points.resize(n * each * s, 0.0);
+        self.latents.clear();
+        for i in 0..n {
+            let (mean, points) =
+                (&states.mean[i * s..(i + 1) * s], &mut self.points[i * each * s..(i + 1) * each * s]);
+            match certain {
+                true => points.copy_from_slice(mean),
+                false => cubature(mean, &states.covariance[i * s * s..(i + 1) * s * s], points),
+            }
+            for _ in 0..each {
+                self.latents.extend_from_slice(&latents[i * l..(i + 1) * l]);
+            }
+        }
+        self.mean.resize(n * each * s, 0.0);
+        self.variance.resize(n * each * s, 0.0);
+        let next = Moments { mean: &mut self.mean, variance: &mut self.variance };
+        law.advance(&self.points, &self.latents, actions, next)?;
+        for (i, density) in density.iter_mut().enumerate() {
+            let lanes = i * each * s..(i + 1) * each * s;
+            let (means, variances) = (&self.mean[lanes.clone()], &self.variance[lanes]);
+            let mean = &mut states.mean[i * s..(i + 1) * s];
+            let covariance = &mut states.covariance[i * s * s..(i + 1) * s * s];
+            gather(means, variances, mean, covariance);
+            for (j, variance) in sensor.seen() {
+                *density += measure(mean, covariance, j, row[j], variance);
+            }
+            if sensor.is_exact() {
+                mean.copy_from_slice(row);
+                covariance.fill(0.0);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Mean and covariance of equally likely points `means [k, S]`, each with independent `variances [k, S]`.
+fn gather(means: &[f64], variances: &[f64], mean: &mut [f64], covariance: &mut [f64]) {
+    let s = mean.len();
+    let k = (means.len() / s) as f64;
+    mean.fill(0.0);
+    covariance.fill(0.0);
+    for point in means.chunks_exact(s) {
+        mean.iter_mut().zip(point).for_each(|(m, v)| *m += v / k);
+    }
+    for (point, variance) in means.chunks_exact(s).zip(variances.chunks_exact(s)) {
+        for a in 0..s {
+            for b in 0..s {
+                covariance[a * s + b] += (point[a] - mean[a]) * (point[b] - mean[b]) / k;
+            }
+            covariance[a * s + a] += variance[a] / k;
+        }
+    }
+}
