@@ -119,7 +119,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let (data, _) = Data::drops(&train, &test)?;
     output.note(format!("training Hybrid+ ({iterations} iterations)"));
     let settings = Settings::new(Recipe::HybridPlus, iterations, seed, paper_engine());
-    let config = Config { checkpoint_every: 500, data: train, accept: Vec::new(), settings };
+    let config =
+        Config { checkpoint_every: 500, data: train, accept: Vec::new(), residual_of: None, settings };
     let folder = claim.folder().join("hybrid-plus");
     let Some(net) = session::train_again(&folder, &config, &data.train, args.resume, output)? else {
         return Ok(Outcome::Interrupted);

@@ -53,6 +53,11 @@ pub enum Difference {
     /// A net that reads the whole path of an action has no single steps.
     #[error("nets of pushes read the whole path of the rod; sample them under its actions")]
     OnlyRollouts,
+    /// Only a net with one latent a trajectory and corrections of single steps can be filtered.
+    #[error(
+        "only a net that corrects single steps with one latent a trajectory (hybrid-plus of a ball) can be filtered"
+    )]
+    NotFiltered,
     /// A state has not one value for each column.
     #[error("a state has {expected} values, not {found}")]
     State {

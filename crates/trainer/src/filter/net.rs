@@ -1,6 +1,7 @@
 //! Hybrid+ as a law of steps: physics, and the net's correction of it.
 
 use super::{Moments, StepLaw};
+use crate::difference::Difference;
 use crate::engine::Engine;
 use crate::latent::LatentLaw;
 use crate::nets::{Net, StepRunner, Stepwise};
@@ -36,12 +37,10 @@ impl<'m> NetLaw<'m> {
     pub fn new(model: &'m NetModel) -> Result<Self, TrainerError> {
         let state = model.state();
         let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {
-            let what = "only a net that corrects single steps (hybrid-plus) can be filtered".to_owned();
-            return Err(TrainerError::Foreign { what });
+            return Err(Difference::NotFiltered.into());
         };
         let Some(law) = &state.latent else {
-            let what = "its training has not ended, so the law of its latent is not fitted yet".to_owned();
-            return Err(TrainerError::Foreign { what });
+            return Err(Difference::Unfinished.into());
         };
         Ok(NetLaw {
             net,

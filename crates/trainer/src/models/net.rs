@@ -52,16 +52,6 @@ impl NetModel {
         &self.state
     }
 
-    /// The net.
-    pub(crate) fn net(&self) -> &Net {
-        &self.net
-    }
-
-    /// Its parameters.
-    pub(crate) fn params(&self) -> &Params<f32> {
-        &self.params
-    }
-
     /// Reconstructions `[time, S, sample]` of a trajectory that the encoder sees. Not a prediction.
     ///
     /// # Errors
