@@ -3,6 +3,7 @@
 use crate::commands::export::Export;
 use crate::commands::report::ReportArgs;
 use crate::examples;
+pub use crate::reproduce_args::{NetArg, Reproduce, Scenario};
 use crate::start_args::Start;
 use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
@@ -417,68 +418,6 @@ pub struct Evaluate {
     /// 10 samples).
     #[arg(long)]
     pub require_pos_m: Option<f64>,
-}
-
-/// Tables that can be reproduced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Scenario {
-    /// The bouncing ball.
-    Ball,
-    /// Planar pushing.
-    Push,
-    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
-    /// pushing.
-    Loop,
-    /// Systems of equations on benchmark sets, with formulas where the library is emptied, beside published figures.
-    Systems,
-    /// Drops of which the beginning is seen: every model behind the same prefixes.
-    Filtered,
-}
-
-/// Nets of the pushing tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum NetArg {
-    /// DCVRNN without physics.
-    Neural,
-    /// Hybrid+ without physics.
-    NeuralPlus,
-    /// DCVRNN on the physics roll-out, as published.
-    Hybrid,
-    /// Corrects the physics roll-out by its dimensionless features.
-    HybridPlus,
-}
-
-/// Options of `reproduce`.
-#[derive(Debug, ClapArgs)]
-pub struct Reproduce {
-    /// Which.
-    pub scenario: Scenario,
-    /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`; without it drops of the same law are generated. Push:
-    /// directory with published MIT Push files (folders `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both; what
-    /// is not there is generated. The table says which. Loop and systems: the folder of all sets.
-    #[arg(long)]
-    pub data: Option<PathBuf>,
-    /// Ball: test drops, where they are generated.
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
-    pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`, `out/systems`).
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas.
-    #[arg(long)]
-    pub quick: bool,
-    /// Iterations of each net.
-    #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
-    pub iterations: Option<u64>,
-    /// Push: this net alone, scored on every set: a point of the size curve, for sweeps.
-    #[arg(long, value_enum)]
-    pub net: Option<NetArg>,
-    /// Push: train that net on the first pushes of the training set only.
-    #[arg(long, requires = "net", value_parser = clap::value_parser!(u32).range(1..))]
-    pub train_size: Option<u32>,
-    /// Go on with what is in `--out`, which the same settings must have made.
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
 }
 
 /// Options of `data`.

@@ -12,6 +12,7 @@ mod interrupt;
 mod output;
 mod progress;
 mod record;
+mod reproduce_args;
 mod reproduction;
 mod session;
 mod start_args;

@@ -11,7 +11,7 @@ use crate::doubt::{after_search, before_search, unsearched};
 use crate::error_table::{Lists, measured_in};
 use crate::examples::examples;
 use crate::fit::{fit, merged};
-use crate::formulas::{answer, beyond_the_library, has_grammar};
+use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
 use crate::free_runs::fit_whole;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
@@ -57,8 +57,8 @@ pub fn discover(
         (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
     }
     let goes_on = doubt.is_none() && !decided.was_cut && family == Family::Described;
-    if has_grammar(&prepared) && goes_on && !decided.tests.ok() {
-        // Only what the tests see is worth a formula.
+    if has_grammar(&prepared) && goes_on && !decided.tests.ok() && leaves_something(&prepared, &decided) {
+        // Only what the tests see, and what is more than the noise, is worth a formula.
         if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {
             (decided, family) = (wider, Family::Grammar);
         }

@@ -13,9 +13,19 @@ use crate::{Options, Progress};
 /// Share of the squared misfit that a formula has to take away to be worth its name.
 const WORTH: f64 = 0.05;
 
+/// Misfit in standard deviations of the noise above which formulas are searched.
+const BEYOND_NOISE: f64 = 1.1;
+
 /// Whether a system has formulas of a grammar.
 pub(crate) fn has_grammar(prepared: &Prepared) -> bool {
     prepared.data.system.library().iter().any(|effect| effect.grammar.is_some())
+}
+
+/// Whether what the library leaves is more than the noise: a tenth of it, in one channel at least. Tests of thousands of samples
+/// see less than that, and a formula for it takes minutes and improves no forecast.
+pub(crate) fn leaves_something(prepared: &Prepared, decided: &Decided) -> bool {
+    let left = misfit(&prepared.sample(&prepared.train), &decided.best.fit);
+    left.iter().zip(&prepared.noise.sd).any(|(left, sd)| *left > BEYOND_NOISE * sd)
 }
 
 /// Whether an addition is a formula of a grammar.
