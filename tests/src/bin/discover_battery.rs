@@ -1,5 +1,5 @@
 //! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
-//! noise, push-null, push-single; the first five also as null-gaps, …, with empty cells. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
+//! noise, push-null, push-single (these two also with `-one-loop`: through the loop of all systems); the first five also as null-gaps, …, with empty cells. Seeds are FIRST, FIRST + 1, …; rows go to standard output.
 #![expect(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
@@ -10,14 +10,16 @@ type Family = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
-    if let Some(single) = match args.get(1).map(String::as_str) {
-        Some("push-null") => Some(false),
-        Some("push-single") => Some(true),
+    if let Some((single, one_loop)) = match args.get(1).map(String::as_str) {
+        Some("push-null") => Some((false, false)),
+        Some("push-single") => Some((true, false)),
+        Some("push-null-one-loop") => Some((false, true)),
+        Some("push-single-one-loop") => Some((true, true)),
         _ => None,
     } {
         let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
         let pushes = number(4, 150) as usize;
-        let summary = push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| {
+        let summary = push_battery::run(single, one_loop, number(2, 1), number(3, 10), pushes, &mut |row| {
             println!("{}", row.line)
         });
         println!("{summary}");
