@@ -3,8 +3,9 @@
 use crate::battery::{Row, Summary};
 use crate::sealed_push::{PushKind, draw_push, seal_pushes};
 use augsim_data::random_stream;
-use augsim_discovery::{Options, assess_push, discover_push};
+use augsim_discovery::{Options, assess, discover};
 use augsim_physics::model::PushModel;
+use augsim_physics::system::ScatterPer;
 use std::time::Instant;
 
 /// Runs sets `first .. first + count`, with one effect or none, of `pushes` each.
@@ -40,7 +41,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         Err(e) => return failed(e.to_string()),
     };
     let begun = Instant::now();
-    let d = match discover_push(&model, &sealed.data, &options, &mut |_| {}) {
+    let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
         Ok(d) => d,
         Err(e) => return failed(e.to_string()),
     };
@@ -59,7 +60,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
             }
         }
         Some(kind) => {
-            let told = match assess_push(&model, &sealed.data, &[kind.name()], &options) {
+            let told = match assess(&model, &sealed.data, &[kind.name()], ScatterPer::Record, &options) {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
@@ -89,7 +90,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         }
     }
     let line = format!(
-        "{seed}: {} truth {:?} patches {} c {:.5} mu {:.3} | {:?} {found:?} {:?} or {:?} | mm: declared {:.2} calibrated {:.2} augmented {:.2} floor {:.2} removed {:?} | {oracle} | {:?} dispersion {:.2} {seconds:.1} s",
+        "{seed}: {} truth {:?} patches {} c {:.5} mu {:.3} | {:?} {found:?} {:?} or {:?} | mm: declared {:.2} calibrated {:.2} augmented {:.2} floor {:.2} removed {:?} | {oracle} | {:?} dispersion {:.2} {seconds:.1} s {:?}",
         if right { "ok" } else { "WRONG" },
         truth.effect,
         truth.patches,
@@ -107,7 +108,8 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         1e3 * d.error.noise_floor.rmse,
         d.error.explained_share,
         d.tests,
-        d.push.as_ref().map_or(0.0, |p| p.dispersion)
+        d.dispersion.unwrap_or(0.0),
+        d.work,
     );
     Row { line, right }
 }

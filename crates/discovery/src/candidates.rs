@@ -9,7 +9,7 @@ use augsim_physics::system::Event;
 /// Most groups for which an effect is offered with one value a group: beyond, that is a description, not a law.
 const MOST_GROUPS: usize = 20;
 
-/// Library effects that these data can speak about; with several groups each in two variants. Scatter is tried by another
+/// Library effects that these data can speak about; with several groups each in two variants, and values by group of declared parameters. Scatter is tried by another
 /// rule.
 pub(crate) fn library(data: &Measured) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.seen());
@@ -17,9 +17,14 @@ pub(crate) fn library(data: &Measured) -> Vec<Addition> {
     let mut out = Vec::new();
     for index in (0..system.library().len()).filter(|&i| system.possible(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
-        if grouped && system.library()[index].joins.is_none() {
+        if grouped && system.by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
         }
+    }
+    if grouped {
+        let declared = system.parameters().iter().take(system.declared()).enumerate();
+        let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
+        out.extend(single.map(|(index, _)| Addition::split(system, index, data.groups.len())));
     }
     out
 }

@@ -3,13 +3,15 @@
 use crate::anatomy::anatomy;
 use crate::answer::Parts;
 use crate::calibrate::calibrate;
-use crate::crossed::{crossed, worth_crossing};
-use crate::decide::{Decided, decide, heldout_gain};
-use crate::error_table::{Lists, measured_in};
+use crate::crossed::{crossed, forecast_limit, worth_crossing};
+use crate::decide::{Decided, decide, heldout_gain, place_of, settle};
+use crate::error_table::Lists;
 use crate::fit::{fit, merged};
+use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
-use crate::result::{Discovery, ErrorTable};
+use crate::result::{Discovery, ErrorTable, Windows};
+use crate::scattered;
 use crate::search::{Judged, Search};
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
@@ -38,23 +40,35 @@ pub fn discover(
 
     progress(Progress::Calibration);
     let base = calibrate(&search.train);
-    let Decided { found, base, best, tests, verdict, severe } = decide(&mut search, base, true, progress)
+    let mut decided = decide(&mut search, base, true, progress)
         .ok_or_else(|| DiscoveryError::TooFew { data: measured.name.clone(), found: 0 })?;
 
     progress(Progress::Errors);
-    let gain = heldout_gain(&best, &base).unwrap_or(0.0);
-    let (unit, _) = measured_in(measured.system.schema());
-    let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
-    let mut error = lists.table(&unit, options.seed, gain);
-    let crossed = if worth_crossing(&best, &error) {
+    let schema = measured.system.schema();
+    let limit = forecast_limit(measured, &decided.best.fit);
+    let (seed, gain) = (options.seed, heldout_gain(&decided.best, &decided.base).unwrap_or(0.0));
+    let mut lists = Lists::of(&search.test, [&decided.base.fit, &decided.best.fit], limit, seed);
+    let mut folds = Vec::new();
+    if worth_crossing(measured, &decided.best, &lists.first(schema, seed, gain)) {
         progress(Progress::Folds);
-        crossed(&prepared, options)
-    } else {
-        None
-    };
-    if let Some(c) = &crossed {
-        error = ErrorTable { folds: Some(c.found.len()), ..c.lists.table(&unit, options.seed, gain) };
+        if let Some(crossed) = crossed(&prepared, options) {
+            if measured.is_idealised() {
+                let stable = crossed.stable(decided.best.additions());
+                if stable.len() < decided.best.additions().len() {
+                    let Decided { mut found, base, best, .. } = decided;
+                    let best = place_of(&search, &mut found, &best, &stable);
+                    decided = settle(&search, found, base, best, true, progress);
+                }
+            }
+            (lists, folds) = (crossed.lists, crossed.found);
+        }
     }
+    let count = (!folds.is_empty()).then_some(folds.len());
+    let gain = heldout_gain(&decided.best, &decided.base).unwrap_or(0.0);
+    let error = ErrorTable { folds: count, ..lists.first(schema, seed, gain) };
+    let mut errors = lists.others(schema, seed, gain);
+    errors.values_mut().for_each(|table| table.folds = count);
+    let Decided { found, base, best, tests, verdict, severe, scattered } = decided;
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = prepared.sample(&everything);
     let full = |j: &Judged| {
@@ -64,6 +78,14 @@ pub fn discover(
     };
     let (calibrated, last) = (full(&base), full(&best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
+    let out = if limit.is_finite() {
+        let held = [&base, &best].map(|j| search.heldout(&j.fit));
+        let parts = [[&base.fit, &best.fit], held.each_ref()];
+        parts.map(|fits| left_out(limit, fits).into_iter().filter(|out| *out).count())
+    } else {
+        [0; 2]
+    };
+    let drawn_sd = scattered.as_ref().and_then(|_| scattered::size(&all, &last));
     let discovery = report(Parts {
         model,
         search: &search,
@@ -76,7 +98,21 @@ pub fn discover(
         verdict,
         severe,
         error,
-        folds: crossed.map_or_else(Vec::new, |c| c.found),
+        errors,
+        horizons: lists.horizons(schema, seed),
+        windows: Windows {
+            fitted: [&search.train, &search.test].map(|sample| sample.excerpts().len()),
+            left_out: out,
+            rule: limit.is_finite().then(|| {
+                format!(
+                    "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
+                    limit.sqrt()
+                )
+            }),
+        },
+        scattered: scattered.as_ref(),
+        drawn_sd,
+        folds,
         anatomy: residual_anatomy,
     })?;
     Ok(Discovery { warnings, ..discovery })

@@ -48,6 +48,18 @@ pub(crate) fn next_experiment(
             u.against
         );
     }
+    if let Some(Addition::Split(_)) = parts.best.additions().first() {
+        return format!(
+            "repeat one {} of each group in the same hour, in random order: what still differs belongs to the set-up",
+            schema.record[0]
+        );
+    }
+    let drawn = parts.scattered.filter(|s| !s.declared).and(schema.drawn.as_ref());
+    if let (Some(drawn), true) = (drawn, parts.best.additions().is_empty())
+        && let Some(text) = &drawn.scatter.confirmed_by
+    {
+        return text.clone();
+    }
     let mut found = parts.best.additions().iter().filter_map(|a| a.listed());
     let conditions = |most: usize| schema.conditions.iter().take(most).cloned().collect::<Vec<_>>();
     match (parts.verdict, found.find_map(|effect| effect.confirmed_by.clone())) {

@@ -7,7 +7,7 @@ use crate::fit::Sample;
 use crate::noise::{Noise, estimate};
 use crate::pieces;
 use crate::record::Measured;
-use crate::rough_noise::rough_noise;
+use crate::rough_noise::{between_neighbours, rough_noise};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
@@ -56,14 +56,16 @@ pub(crate) fn prepare(
         .collect();
     let system = data.system.clone();
     data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
-    let smooth = pieces::find(&mut data);
+    let smooth = !data.is_idealised() && pieces::find(&mut data);
     data.records = divided(std::mem::take(&mut data.records));
     let found = data.records.len();
     if found < 2 {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
-    let mut noise = estimate(&mut data, smooth);
+    let mut noise =
+        if data.is_idealised() { between_neighbours(&mut data) } else { estimate(&mut data, smooth) };
+    data.white_share = noise.white_share();
     if let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
         let (data, model) = (data.name, model.file().into());
         return Err(DiscoveryError::Objection { data, model, objection });
@@ -107,8 +109,8 @@ fn shorten(data: &Measured, chosen: &mut Vec<usize>, most: usize) {
 
 /// Deals the trajectories `among` out to training and test.
 pub(crate) fn split(data: &Measured, among: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
-    // Few trajectories: the half that is held out says more than three or four would.
-    let few = (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
+    // Few trajectories: the half that is held out says more than three or four would. Records of many windows say enough.
+    let few = !data.is_idealised() && (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
     let share = if few { options.train_share.min(0.5) } else { options.train_share };
     deal::split(&data.group_of(), among, share, options.seed)
 }

@@ -1,11 +1,15 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
 use crate::addition::Addition;
+use crate::cluster::ranges;
+use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::evaluate::{Lanes, Point, normals};
 use crate::fit::{Fit, Sample, assembled};
 use crate::linear::{Square, eliminate};
+use crate::statistics::chi2_tail;
+use crate::structural::structural_score;
 use augsim_physics::model::Per;
-use augsim_physics::system::Law;
+use augsim_physics::system::{Effect, Law};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -29,18 +33,35 @@ pub(crate) struct Score {
     pub estimate: Vec<f64>,
     /// Standard deviations of the estimates.
     pub sd: Vec<f64>,
+    /// Dispersion in the direction of the candidate, where gains are measured in units of it.
+    pub dispersion: Option<Dispersion>,
+}
+
+impl Score {
+    /// Probability of a gain as large by chance; `resolution` is the gain of an effect too small to matter.
+    pub fn tail(&self, resolution: f64) -> f64 {
+        match self.dispersion {
+            None => chi2_tail(self.statistic, self.rank),
+            Some(d) => {
+                let gain = (self.statistic - resolution).max(0.0);
+                chi2_tail(d.narrowed(gain / d.factor, self.rank), self.rank)
+            }
+        }
+    }
 }
 
 /// Score tests of candidates (no scatter) at a fit, in the order given.
 pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
+    let (structural, others): (Vec<usize>, Vec<usize>) =
+        (0..candidates.len()).partition(|&i| candidates[i].is_structural());
     // What makes every simulation dearer is tested apart from what does not.
     // One place for each null point: effects with a width or a threshold have several.
     let system = &fit.hypothesis.system;
     let most = if system.side_by_side() > 1 { WIDE_BATCH } else { BATCH };
-    let tests: Vec<(usize, Vec<f64>)> = candidates
-        .iter()
-        .enumerate()
+    let tests: Vec<(usize, Vec<f64>)> = others
+        .into_iter()
+        .map(|i| (i, &candidates[i]))
         .flat_map(|(i, c)| {
             let points = match c {
                 Addition::Effect(listed, _) => system.null_points(listed.index),
@@ -72,7 +93,9 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
             batch_scores(sample, fit, candidates, &batch)
         })
         .collect();
-    for (i, s) in done.into_iter().flatten() {
+    let own = structural.par_iter().map(|&i| (i, structural_score(sample, fit, &candidates[i])));
+    let own: Vec<(usize, Score)> = own.collect();
+    for (i, s) in done.into_iter().flatten().chain(own) {
         if out[i].as_ref().is_none_or(|best| s.statistic > best.statistic) {
             out[i] = Some(s);
         }
@@ -96,11 +119,21 @@ fn batch_scores(
     let mut extras: Vec<usize> = Vec::new();
     let mut columns: Vec<(usize, bool)> = Vec::new();
     let mut owned: Vec<(usize, &[f64], std::ops::Range<usize>)> = Vec::new();
+    // Columns of values by group: the entry of theta whose lane they share, and the first of them.
+    let mut shared: Vec<(usize, usize)> = Vec::new();
     let mut width = theta_len;
     let mut values: Vec<f64> = Vec::new();
     let first = parameters;
     for (i, point) in batch {
         let i = *i;
+        if let Addition::Split(split) = &candidates[i] {
+            if let Some(entry) = h.entries_of(split.index).filter(|entries| entries.len() == 1) {
+                shared.push((entry.start, width));
+                owned.push((i, point, width..width + groups));
+                width += groups;
+            }
+            continue;
+        }
         let Some(law) = candidates[i].law() else { continue };
         let grouped = matches!(candidates[i], Addition::Effect(_, Per::Group));
         let begin = width;
@@ -132,11 +165,20 @@ fn batch_scores(
             let mut places = lanes.theta.clone();
             let group = at.record.seen.group;
             places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + group } else { c }));
-            (s, u, places)
+            if shared.is_empty() {
+                return (s, u, places);
+            }
+            // Once more the lane of the declared parameter, as the group's own.
+            let mut rows: Vec<usize> = (0..places.len()).collect();
+            for (entry, first) in &shared {
+                rows.extend(lanes.theta.iter().position(|t| t == entry));
+                places.push(first + group);
+            }
+            (s.sub(&rows), rows.iter().map(|&i| u[i]).collect(), places)
         })
         .collect();
     let (mut s, mut u) = (Square::zero(width), vec![0.0; width]);
-    for (sj, uj, places) in parts {
+    for (sj, uj, places) in &parts {
         for (a, &pa) in places.iter().enumerate() {
             u[pa] += uj[a];
             for (b, &pb) in places.iter().enumerate() {
@@ -144,14 +186,39 @@ fn batch_scores(
             }
         }
     }
+    let clusters = if sample.data.is_idealised() { ranges(&sample.of_records()) } else { Vec::new() };
+    // Curvature and gradient of each cluster in the entries `order`.
+    let each = |order: &[usize]| -> Vec<Quadratic> {
+        let mut place_of = vec![None; width];
+        order.iter().enumerate().for_each(|(i, &entry)| place_of[entry] = Some(i));
+        let one = |windows: &std::ops::Range<usize>| {
+            let (mut sc, mut uc) = (Square::zero(order.len()), vec![0.0; order.len()]);
+            for (sj, uj, places) in &parts[windows.clone()] {
+                let known = places.iter().enumerate().filter_map(|(a, &p)| Some((a, place_of[p]?)));
+                for (a, i) in known.clone() {
+                    uc[i] += uj[a];
+                    known.clone().for_each(|(b, j)| *sc.at_mut(i, j) += sj.at(a, b));
+                }
+            }
+            (sc, uc)
+        };
+        clusters.iter().map(one).collect()
+    };
     owned
         .into_iter()
         .map(|(i, point, range)| {
-            let mut score = one_score(&candidates[i], &s, &u, range, theta_len);
+            let mut score = one_score(&candidates[i], &s, &u, range.clone(), theta_len);
+            if !clusters.is_empty() && score.rank > 0.0 {
+                let keep = range.len();
+                let order: Vec<usize> = range.chain(0..theta_len).collect();
+                let gradient: Vec<f64> = order.iter().map(|&i| u[i]).collect();
+                let least = sample.data.white_share;
+                score.dispersion = Some(dispersion(&s.sub(&order), &gradient, &each(&order), 0..keep, least));
+            }
             // One with a value for each group begins at the same point in all.
             let per = score.estimate.len() / point.len().max(1);
             for (k, x) in score.estimate.iter_mut().enumerate() {
-                let at = point[k / per.max(1)];
+                let at = point.get(k / per.max(1)).copied().unwrap_or(0.0);
                 if at != 0.0 {
                     *x += at;
                 }
@@ -179,8 +246,12 @@ fn one_score(
         rank: 0.0,
         estimate: vec![0.0; keep],
         sd: vec![f64::INFINITY; keep],
+        dispersion: None,
     };
-    let positive = addition.listed().is_some_and(|e| e.parameters.iter().all(|p| p.min >= 0.0));
+    // One-sided where the null is the lowest value; the opposite of an amount with a direction is another direction.
+    let at_bound = |e: &Effect| e.parameters.iter().any(|p| p.null <= p.min) && e.polar.is_none();
+    let positive = |e: &Effect| at_bound(e) && e.parameters.iter().all(|p| p.min >= 0.0);
+    let positive = addition.listed().is_some_and(positive);
     if keep == 1 {
         let information = c.at(0, 0);
         if information * unit(addition, 0, keep) < OBSERVABLE
@@ -244,7 +315,13 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
             lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
         })
         .collect();
-    let n = h.theta_len();
+    differences(sample, &parts)
+}
+
+/// Statistic and degrees of freedom of the differences between records in each entry of theta, from what each window says of
+/// it (entry, curvature, gradient).
+pub(crate) fn differences(sample: &Sample<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
+    let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     for windows in sample.of_records() {
         // What the windows of a record say of each entry, together.

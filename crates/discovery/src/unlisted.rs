@@ -22,6 +22,9 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
     let mut added = false;
     for _ in 0..MOST_LAWS {
         let mut candidates = laws(search.train.data, &now.fit.events);
+        if candidates.is_empty() {
+            break;
+        }
         candidates.extend(search.library.iter().cloned());
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
