@@ -10,6 +10,7 @@ use crate::free_runs::NO_WORSE;
 use crate::report::AMBIGUOUS_TOTAL;
 use crate::result::Verdict;
 use crate::search::{Found, Judged, Search};
+use crate::sound::runs_best;
 use crate::unlisted::unlisted;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
@@ -66,6 +67,14 @@ pub(crate) fn decide(
 
     progress(Progress::Adequacy);
     let mut tests = adequacy(search, &best);
+    if tests.severe()
+        && let Some(other) = runs_best(&found.tried, &best, base.criterion)
+    {
+        // Likelihoods over windows do not decide between models that are all wrong: forecasts do.
+        best = Judged { heldout_ll: Some(search.heldout(&other.fit).ll), ..other.clone() };
+        found.pool.insert(0, best.clone());
+        tests = adequacy(search, &best);
+    }
     let (mut verdict, mut severe) = (Verdict::NothingToAdd, false);
     if !best.additions().is_empty() {
         verdict = Verdict::Explained;

@@ -9,6 +9,7 @@ use crate::error_table::{Lists, measured_in};
 use crate::fit::{fit, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar};
 use crate::free_runs::fit_whole;
+use crate::judged::is_inert;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
 use crate::result::{Discovery, ErrorTable, FreeRun};
@@ -55,6 +56,26 @@ pub fn discover(
             None => (j, false),
         });
 
+    let everything: Vec<usize> = (0..measured.records.len()).collect();
+    let all = prepared.sample(&everything);
+    let full = |j: &Judged, is_long: bool| {
+        let held = search.heldout(&j.fit);
+        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
+        let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
+        if is_long { fit_whole(&all, &windows) } else { windows }
+    };
+    let (calibrated, mut last) = (full(&base, long_base), full(&best, long_best));
+    let mut best = best;
+    while let Some(idle) = (0..best.additions().len()).find(|&n| long_best && is_inert(&last, n)) {
+        // With all data an effect of the training part may come to nothing.
+        let mut rest = best.additions().to_vec();
+        rest.remove(idle);
+        let without = search.refit(&best.fit, &rest, &[]);
+        let held = search.heldout(&without.fit).ll;
+        best = search.over_whole_recordings(&without).unwrap_or(Judged { heldout_ll: Some(held), ..without });
+        last = full(&best, long_best);
+    }
+
     progress(Progress::Errors);
     let gain = heldout_gain(&best, &base).unwrap_or(0.0);
     let (unit, _) = measured_in(measured.system.schema());
@@ -74,15 +95,6 @@ pub fn discover(
         // The noise was only bounded: what was reached is a lower bound.
         error.noise_floor = error.augmented;
     }
-    let everything: Vec<usize> = (0..measured.records.len()).collect();
-    let all = prepared.sample(&everything);
-    let full = |j: &Judged, is_long: bool| {
-        let held = search.heldout(&j.fit);
-        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
-        let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
-        if is_long { fit_whole(&all, &windows) } else { windows }
-    };
-    let (calibrated, last) = (full(&base, long_base), full(&best, long_best));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     let discovery = report(Parts {
         model,

@@ -31,17 +31,17 @@ impl Judged {
         self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
     }
 
-    /// Whether the addition of that number does nothing: all of its amounts are at their nulls.
-    pub fn is_inert(&self, number: usize) -> bool {
-        let h = &self.fit.hypothesis;
-        let Some(effect) = h.additions[number].listed() else { return false };
-        let values = &self.fit.theta[h.range_of(number)];
-        let amounts = effect.parameters.iter().take(effect.amounts.unwrap_or(usize::MAX));
-        let still = |(p, value): (&EffectParameter, &f64)| (value - p.null).abs() <= STILL * p.typical.abs();
-        values.len() == effect.parameters.len() && amounts.zip(values).all(still)
-    }
-
     pub fn additions(&self) -> &[Addition] {
         &self.fit.hypothesis.additions
     }
+}
+
+/// Whether the addition of that number does nothing in a fit: all of its amounts are at their nulls.
+pub(crate) fn is_inert(fit: &Fit, number: usize) -> bool {
+    let h = &fit.hypothesis;
+    let Some(effect) = h.additions[number].listed() else { return false };
+    let values = &fit.theta[h.range_of(number)];
+    let amounts = effect.parameters.iter().take(effect.amounts.unwrap_or(usize::MAX));
+    let still = |(p, value): (&EffectParameter, &f64)| (value - p.null).abs() <= STILL * p.typical.abs();
+    values.len() == effect.parameters.len() && amounts.zip(values).all(still)
 }

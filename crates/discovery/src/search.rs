@@ -8,6 +8,7 @@ use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::free_runs::{FreeRuns, fit_whole};
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
+use crate::judged::is_inert;
 use crate::pairs::pairs;
 use crate::scan::scan;
 use crate::score::{Score, heterogeneity, scores};
@@ -408,7 +409,7 @@ impl<'a> Search<'a> {
                 if rest.iter().any(|a| a.acts_through(&gone)) {
                     continue;
                 }
-                if now.len() > 1 && self.free_runs.is_some() && best.is_inert(i) {
+                if now.len() > 1 && self.free_runs.is_some() && is_inert(&best.fit, i) {
                     idle.push(keep.clone());
                 } else if now.len() > 1 {
                     sets.push(keep.clone());

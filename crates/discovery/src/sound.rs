@@ -18,6 +18,18 @@ pub(crate) fn is_sound(judged: &Judged, tried: &[Judged]) -> bool {
     )
 }
 
+/// Ratio of free runs' errors below which one set runs clearly better than another.
+const CLEARLY: f64 = 0.9;
+
+/// The sound set that has the smallest errors in free runs, where these are clearly smaller than those of `best`; it explains the
+/// training part better than the calibrated model, whose criterion is `base`.
+pub(crate) fn runs_best<'t>(tried: &'t [Judged], best: &Judged, base: f64) -> Option<&'t Judged> {
+    let limit = CLEARLY * best.free_run?;
+    let clear = tried.iter().filter(|j| j.free_run.is_some_and(|e| e < limit) && j.criterion < base);
+    let sound = clear.filter(|j| is_sound(j, tried));
+    sound.min_by(|a, b| a.free_run.unwrap_or(f64::INFINITY).total_cmp(&b.free_run.unwrap_or(f64::INFINITY)))
+}
+
 /// Whether an error is no worse than the least of `others`. What runs away is worse than what does not, and as good as what runs
 /// away as well.
 fn is_no_worse(error: Option<f64>, others: impl Iterator<Item = f64>) -> bool {

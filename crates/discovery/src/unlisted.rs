@@ -18,6 +18,9 @@ pub(crate) fn unlisted(search: &Search<'_>, base: &Judged, starts: &[Judged]) ->
 }
 
 fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged> {
+    if laws(search.train.data, &start.fit.events).is_empty() {
+        return None;
+    }
     let mut now = start.clone();
     let mut added = false;
     for _ in 0..MOST_LAWS {
