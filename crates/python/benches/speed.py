@@ -45,7 +45,7 @@ def seconds(work, calls):
 
 
 def main(rounds):
-    run = augsim.train(generate.drops(20, samples=50), "hybrid", iterations=1, progress=False)
+    run = augsim.train(generate.drops(20, samples=50), "hybrid", "pybullet-ball", iterations=1, progress=False)
     stepper = run.stepper()
     stepper.begin([4.5, 0.0])
     cases = [

@@ -16,8 +16,11 @@ use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Name of the ball of the paper's experiment, where a model could stand.
+const PYBULLET_BALL: &str = "pybullet-ball";
 
 /// Iterations between two reports of progress.
 const TELL_EVERY: u64 = 10;
@@ -61,13 +64,15 @@ impl<T> Watch for Telling<'_, T> {
 #[derive(FromPyObject)]
 pub enum Corrects {
     Model(Py<Model>),
-    Folder(PathBuf),
+    Path(PathBuf),
 }
 
 impl Corrects {
     fn corrected(self) -> anyhow::Result<Corrected> {
         match self {
-            Corrects::Folder(folder) => Ok(Corrected::Folder(folder)),
+            Corrects::Path(path) if path == Path::new(PYBULLET_BALL) => Ok(Corrected::PybulletBall),
+            Corrects::Path(path) if path.is_file() => Ok(Corrected::File(path)),
+            Corrects::Path(path) => Ok(Corrected::Folder(path)),
             Corrects::Model(model) => match &model.get().subject {
                 Subject::BuiltIn(model) => Ok(Corrected::Model(model.clone())),
                 Subject::Written(_) => {
@@ -96,7 +101,11 @@ pub fn train(
 ) -> PyResult<Run> {
     let wanted = || {
         let accept = accepted(&accept)?;
-        let residual_of = residual_of.map(Corrects::corrected).transpose()?;
+        let residual_of = match residual_of {
+            Some(corrects) => corrects.corrected()?,
+            None => Corrected::of_options(None, None, false, &data.from)?,
+        };
+        let residual_of = Some(residual_of);
         Ok(WantedRun { recipe: named(recipe)?, residual_of, iterations, seed, accept })
     };
     let wanted = wanted().map_err(|e| raised(py, &e))?;
@@ -184,7 +193,7 @@ impl Run {
             }
             run.write_config(config)?;
             run.write_checkpoint(self.model.state())?;
-            Ok(run.write_weights(self.model.params())?)
+            run.write_weights(self.model.params())
         })
     }
 

@@ -113,7 +113,7 @@ impl Data {
 /// There is no such check.
 pub fn accepted(names: &[String]) -> anyhow::Result<Vec<augsim_data::checks::Check>> {
     use augsim_data::checks::Check;
-    let known = || Check::all().map(Check::name).into_iter().collect::<Vec<_>>().join(", ");
+    let known = || Check::all().map(Check::name).collect::<Vec<_>>().join(", ");
     let check = |name: &String| {
         Check::named(name)
             .ok_or_else(|| Usage(format!("accept: no check is called {name}; there are {}", known())).into())

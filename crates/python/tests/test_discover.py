@@ -72,7 +72,7 @@ def test_every_form_of_a_table_is_read_alike(sealed, found):
 def test_a_notebook_shows_sentence_table_and_figures(found):
     shown = found._repr_html_()
     assert shown.startswith("<iframe srcdoc=") and "quadratic-drag" in shown
-    assert "Root mean square" in shown and "&lt;svg" in shown
+    assert "Error on held-out trajectories" in shown and "&lt;table" in shown and "&lt;svg" in shown
     assert "<script" not in shown and "&lt;script" not in shown
     figures = found.plot()
     assert len(figures) >= 3 and all(svg.startswith("<svg") for svg in figures)

@@ -10,6 +10,7 @@ import pytest
 import augsim
 
 ITERATIONS = 20
+PAPER = "pybullet-ball"
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +24,9 @@ def drops(augsim_command, tmp_path_factory):
 @pytest.fixture(scope="module", params=["hybrid-plus", "hybrid", "neural"])
 def both(request, drops, augsim_command, tmp_path_factory):
     """A run of Python's, and the folder of the same run of the command line."""
-    run = augsim.train(augsim.read(drops), request.param, iterations=ITERATIONS, seed=3, progress=False)
+    run = augsim.train(augsim.read(drops), request.param, PAPER, iterations=ITERATIONS, seed=3, progress=False)
     folder = tmp_path_factory.mktemp("run")
-    words = ["train", "--data", drops, "--recipe", request.param, "--iterations", ITERATIONS, "--seed", 3]
+    words = ["train", "--data", drops, "--pybullet-ball", "--recipe", request.param, "--iterations", ITERATIONS, "--seed", 3]
     augsim_command(*words, "--out", folder)
     return run, folder
 
@@ -107,16 +108,18 @@ def test_what_does_not_fit_the_net_is_refused(both, start, actions, n, sentence)
 
 def test_progress_and_refusals_of_training(drops):
     told = []
-    augsim.train(drops, iterations=20, progress=lambda step, share: told.append((step, share)))
+    augsim.train(drops, "hybrid-plus", PAPER, iterations=20, progress=lambda step, share: told.append((step, share)))
     assert told[-1][0].startswith("iteration 20 of 20, loss ") and told[-1][1] == 1.0
     with pytest.raises(augsim.UsageError, match="recipe magic"):
-        augsim.train(drops, "magic", progress=False)
+        augsim.train(drops, "magic", PAPER, progress=False)
     with pytest.raises(augsim.UsageError, match="iterations = 0"):
-        augsim.train(drops, iterations=0, progress=False)
+        augsim.train(drops, "hybrid", PAPER, iterations=0, progress=False)
     with pytest.raises(augsim.DataError, match="velocity_m_s"):
         columns = augsim.read(drops).to_dict()
         del columns["velocity_m_s"]
-        augsim.train(columns, progress=False)
+        augsim.train(columns, "hybrid", PAPER, progress=False)
+    with pytest.raises(augsim.UsageError, match="nothing says what moves here"):
+        augsim.train(drops, progress=False)
 
 
 def test_a_net_corrects_what_a_discovery_leaves(drops, augsim_command, tmp_path):

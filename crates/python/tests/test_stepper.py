@@ -18,7 +18,7 @@ def drops():
 
 @pytest.fixture(scope="module", params=["neural", "hybrid", "hybrid-plus"])
 def run(request, drops):
-    return augsim.train(drops, request.param, iterations=10, seed=3, progress=False)
+    return augsim.train(drops, request.param, "pybullet-ball", iterations=10, seed=3, progress=False)
 
 
 def test_generated_drops_are_those_of_the_command_line(drops, augsim_command, tmp_path):

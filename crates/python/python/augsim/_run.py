@@ -130,8 +130,9 @@ def train(
     """Trains a net on measured trajectories, as ``augsim train`` does: same seed, same weights.
 
     ``recipe`` is ``neural``, ``hybrid``, ``hybrid-standardised``, ``hybrid-plus`` or, for pushes, ``neural-plus``. The net corrects
-    ``residual_of``: a :class:`Model`, the augmented one of a :class:`Discovery`, or that in the folder of ``augsim discover``;
-    without it, the ball of the paper. Other threads of Python run meanwhile, and Ctrl-C ends it.
+    ``residual_of``: a :class:`Model`, the augmented one of a :class:`Discovery`, the path of a model file or of the folder of
+    ``augsim discover``, or ``"pybullet-ball"``, the ball of the paper's experiment. No system is assumed: one of them is needed.
+    Other threads of Python run meanwhile, and Ctrl-C ends it.
     """
     if isinstance(accept, str):
         raise UsageError("accept is a list of names; write ['name'] for one")
