@@ -82,8 +82,10 @@ pub enum Command {
     #[command(after_help = examples::PREDICT)]
     Predict(Predict),
     /// Write a figure of the report of a discovery as SVG.
+    #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
     /// Write the law of a model with its values: formulas, or a program that runs without augsim.
+    #[command(after_help = examples::EXPORT)]
     Export(Export),
     /// Score a model file, a discovery or a trained net on held-out trajectories, the models before it beside it.
     #[command(after_help = examples::EVALUATE)]

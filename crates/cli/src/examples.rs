@@ -15,10 +15,14 @@ examples! {
     FIT: "fit my.toml swings.csv --out out/fit";
     EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml";
     DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf";
-    TRAIN: "train --data drops.csv --out out/run", "train --data drops.csv --residual-of out/discover --out out/run",
+    TRAIN: "train --data drops.csv --pybullet-ball --out out/run",
+        "train --data throws.csv --residual-of out/discover --out out/run",
         "train --out out/run --resume";
-    PREDICT: "predict out/run --data new.csv --out out/forecast.csv";
-    EVALUATE: "evaluate out/run --data new.csv", "evaluate out/run --data new.csv --require-pos-m 0.1";
+    PREDICT: "predict out/run --data new.csv --out out/forecast.csv", "predict out/discover --data new.csv";
+    REPORT: "report out/discover", "report out/discover --figure worst --out worst.svg";
+    EXPORT: "export out/discover --as python --out law.py", "export model.toml --as latex";
+    EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
+        "evaluate out/run --data new.csv --require-pos-m 0.1";
     REPRODUCE: "reproduce ball --quick", "reproduce loop --data ../shared/data";
     SWEEP: "sweep plan sweep.toml --out out/sweep", "sweep run out/sweep", "sweep collect out/sweep";
     DATA: "data inspect drops.csv", "data inspect drops.csv --model model.toml",

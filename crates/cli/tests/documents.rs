@@ -170,8 +170,7 @@ fn the_picture_of_the_readme_is_that_of_a_report() {
     })
     .svg_document(500.0);
     let style = empty.split_once("<style>").and_then(|(_, s)| s.split_once("</style>")).expect("a style").0;
-    let [errors, speed, time] =
-        ["Error on", "Against speed", "Against time"].map(|t| figure(&page, t));
+    let [errors, speed, time] = ["Error on", "Against speed", "Against time"].map(|t| figure(&page, t));
     let picture = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\" viewBox=\"0 0 1030 470\" width=\"1030\" height=\"470\">\n\
          <style>{style}</style>\n<rect class=\"bg\" width=\"1030\" height=\"470\"/>\n<svg x=\"30\"{errors}</svg>\n<svg x=\"10\" y=\"165\"{speed}</svg>\n<svg x=\"525\" y=\"165\"{time}</svg>\n</svg>\n"

@@ -94,8 +94,11 @@ fn tasks_give_the_same_bytes_at_once_and_one_by_one_in_any_order() {
     let [one, other] = ["at-once", "one-by-one"].map(|plan| collected(plan, d));
     assert!(one == other, "order or threads change what is collected");
     let table = &one[1].1;
-    assert!(table.starts_with("task,id,state,data,iterations,recipe,seed,loss_nats\n"), "{table}");
-    assert_eq!(table.lines().filter(|line| line.contains(",done,drops.csv,12,")).count(), 6, "{table}");
+    assert!(
+        table.starts_with("task,id,state,data,iterations,pybullet-ball,recipe,seed,loss_nats\n"),
+        "{table}"
+    );
+    assert_eq!(table.lines().filter(|line| line.contains(",done,drops.csv,12,true,")).count(), 6, "{table}");
     let page = &one[2].1;
     assert!(page.contains("Over recipe") && page.contains("loss_nats") && !page.contains("<script"));
     let result: serde_json::Value = serde_json::from_str(&one[0].1).expect("JSON");
@@ -133,7 +136,7 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
             "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
             "`seed` is an option's name",
         ),
-        ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<RUN>"),
+        ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<MODEL|RUN>"),
         // Each value is right, and one combination of flags is not.
         (
             "command = \"reproduce push\"\n[options]\niterations = 5\n[cross]\nquick = [false, true]\nseed = [1, 2]",

@@ -50,11 +50,6 @@ struct Submitted {
 pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) -> anyhow::Result<Outcome> {
     let plan = Plan::open(plan)?;
     let slurm = is_there("sbatch");
-    if !slurm && !dry_run {
-        let text = "`sbatch` is not here; submit from a machine of the cluster, see the script with --dry-run, or run the \
-                    tasks here with `augsim sweep run PLAN --all`";
-        return Err(Usage(text.to_owned()).into());
-    }
     let left = not_done(&plan)?;
     if left.is_empty() {
         let submitted = Submitted { tasks: 0, jobs: 0, array_job: None, collecting_job: None };
@@ -70,6 +65,11 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     if dry_run {
         write!(std::io::stdout(), "{script}").context("standard output: cannot write the script")?;
         return Ok(Outcome::Done);
+    }
+    if !slurm && !dry_run {
+        let text = "`sbatch` is not here; submit from a machine of the cluster, see the script with --dry-run, or run the \
+                    tasks here with `augsim sweep run PLAN --all`";
+        return Err(Usage(text.to_owned()).into());
     }
     let path = plan.folder.join("submit.sh");
     atomic_write(&path, |w| w.write_all(script.as_bytes()))?;
