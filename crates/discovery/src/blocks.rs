@@ -4,7 +4,7 @@
 //! windows are dealt out in blocks of neighbours (blocked cross-validation, Burman, Chow and Nolan 1994), each of which is
 //! forecast from its own first samples.
 
-use crate::record::Record;
+use crate::record::{Record, Recording};
 use augsim_physics::system::{Record as Seen, Window};
 use std::ops::Range;
 
@@ -16,14 +16,6 @@ const BLOCKS: usize = 20;
 const LONGEST: usize = 10_000;
 /// Part of a block that a forecast begins from, at most so many samples.
 const KNOWN: (usize, usize) = (20, 50);
-
-/// A recording that is fitted in several windows, or a long stretch of one, and the records that its parts became.
-#[derive(Clone, Debug)]
-pub(crate) struct Recording {
-    pub whole: Record,
-    /// Index of each record that is a part of it, and the sample of the whole that the part begins with.
-    pub parts: Vec<(usize, usize)>,
-}
 
 /// The records themselves, or their blocks where they are few and have several windows; and the recordings that are fitted in
 /// several windows, with their parts among these records.

@@ -1,7 +1,6 @@
 //! Measured records, ready for fits.
 
 use crate::DiscoveryError;
-use crate::blocks::Recording;
 use crate::tally::Tally;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::{Declaration, Record as Seen, Stream, System, Window};
@@ -162,4 +161,12 @@ fn stream(t: &Trajectory, columns: &[usize]) -> Stream {
         (0..t.len()).filter(|&k| columns.iter().all(|&i| t.column(i)[k].is_finite())).collect();
     let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
     Stream { times: at(t.time_s()), values: columns.iter().map(|&i| at(t.column(i))).collect() }
+}
+
+/// A recording that is fitted in several windows, or a long stretch of one, and the records that its parts became.
+#[derive(Clone, Debug)]
+pub(crate) struct Recording {
+    pub whole: Record,
+    /// Index of each record that is a part of it, and the sample of the whole that the part begins with.
+    pub parts: Vec<(usize, usize)>,
 }

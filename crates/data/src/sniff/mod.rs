@@ -10,6 +10,7 @@ mod fall;
 mod heading;
 mod named;
 mod recognised;
+mod recording;
 mod roles;
 mod rows;
 mod scene;
@@ -18,7 +19,8 @@ mod told;
 
 pub(crate) use named::in_long_form;
 pub(crate) use recognised::recognise_bytes;
-pub use recognised::{Recognised, Recording, recognise};
+pub use recognised::{Recognised, recognise};
+pub use recording::Recording;
 
 /// What a user says about files, where the sniffing would guess otherwise.
 #[derive(Debug, Clone, Default, PartialEq)]

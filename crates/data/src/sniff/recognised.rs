@@ -3,6 +3,7 @@
 use super::Reading;
 use super::dialect::{Sheet, sheet};
 use super::heading::Heading;
+use super::recording::{Recorded, Recording, Target};
 use super::roles::{Axis, Part, roles};
 use super::rows::{Done, Draft, drafts};
 use super::scene::Scene;
@@ -22,19 +23,6 @@ use std::path::{Path, PathBuf};
 const ENDINGS: [&str; 6] = ["csv", "tsv", "txt", "dat", "csv.gz", "tsv.gz"];
 /// Name of the one recording of a file.
 const ONLY: &str = "run";
-/// What kind of recording it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Recording {
-    /// Something falls and is seen in this many coordinates.
-    Falls(usize),
-    /// A rod pushes an object.
-    Pushes,
-    /// Positions that do not accelerate as a fall does, with their acceleration, m/s², where there is one.
-    Moves(Option<f64>),
-    /// No positions.
-    Other,
-}
-
 /// A data set that was recognised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recognised {
@@ -44,13 +32,6 @@ pub struct Recognised {
     pub recording: Recording,
     /// What was taken for granted, one sentence each.
     pub assumed: Vec<String>,
-}
-
-/// One file.
-pub(super) struct Recorded {
-    pub sheet: Sheet,
-    pub headings: Vec<Heading>,
-    pub parts: Vec<Part>,
 }
 
 /// Reads files, or a folder of them, each with one or several trajectories in the same columns.
@@ -256,17 +237,6 @@ fn stem(path: &Path) -> String {
     let cut = ENDINGS.iter().find_map(|e| name.strip_suffix(&format!(".{e}")));
     let clean: String = cut.unwrap_or(&name).chars().filter(|c| !c.is_control()).collect();
     if clean.trim().is_empty() { ONLY.to_owned() } else { clean.trim().to_owned() }
-}
-
-/// A column of the data set: where it is from, what it is called, and what its values are multiplied by.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Target {
-    /// Place among the values of the drafts.
-    pub value: usize,
-    /// Name in the file.
-    pub from: String,
-    pub name: String,
-    pub factor: f64,
 }
 
 fn dataset(

@@ -3,7 +3,7 @@
 use super::Reading;
 use super::fall::{acceleration, is_fall, rate_of_fall, unit_of_fall};
 use super::heading::{Heading, Measures, Scale};
-use super::recognised::{Recorded, Recording, Target};
+use super::recording::{Recorded, Recording, Target};
 use super::roles::{Axis, Part};
 use super::rows::Draft;
 use crate::error::DataError;

@@ -1,6 +1,6 @@
 //! What was taken for granted, in words.
 
-use super::recognised::{Recorded, Target};
+use super::recording::{Recorded, Target};
 use super::roles::Part;
 use super::rows::{Done, Draft};
 use crate::printable::{shown, shown_list};

@@ -1,6 +1,6 @@
 //! An effect of a system's library, with everything that the loop asks about it.
 
-use super::schema::Quantity;
+use super::quantity::Quantity;
 use crate::effects::{EffectSpec, ParameterSpec, Polar, Rival as RivalSpec, Start as StartSpec};
 
 /// One parameter of an effect.

@@ -1,7 +1,5 @@
 //! Parameters that differ at random.
 
-use super::Schema;
-
 /// The scope of one random number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ScatterPer {
@@ -9,16 +7,6 @@ pub enum ScatterPer {
     Event,
     /// One draw for a whole record.
     Record,
-}
-
-impl ScatterPer {
-    /// The word for it in the system's model files, sentences and results.
-    pub fn word(self, schema: &Schema) -> &str {
-        match (self, &schema.event) {
-            (ScatterPer::Event, Some(event)) => &event.words[0],
-            _ => &schema.record[0],
-        }
-    }
 }
 
 /// The scatter of a parameter.

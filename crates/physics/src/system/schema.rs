@@ -1,22 +1,8 @@
 //! The parts of a system as data: the loop reads names, units and roles from here and knows no others.
 
-use super::{Effect, Scatter};
-
-/// A named number with its unit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
-    /// Name as in results, without the unit.
-    pub name: String,
-    /// Unit in print; empty for a pure number.
-    pub unit: String,
-}
-
-impl Quantity {
-    /// A quantity by name and unit.
-    pub fn new(name: &str, unit: &str) -> Self {
-        Self { name: name.into(), unit: unit.into() }
-    }
-}
+use super::effect::Effect;
+use super::quantity::Quantity;
+use super::scatter::{Scatter, ScatterPer};
 
 /// How a state is at the beginning of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,5 +144,15 @@ impl Schema {
     /// States that are fitted at the beginning of a record.
     pub fn free_states(&self) -> impl Iterator<Item = usize> + '_ {
         self.states.iter().enumerate().filter(|(_, s)| !matches!(s.begin, Begin::Fixed(_))).map(|(i, _)| i)
+    }
+}
+
+impl ScatterPer {
+    /// The word for it in the system's model files, sentences and results.
+    pub fn word(self, schema: &Schema) -> &str {
+        match (self, &schema.event) {
+            (ScatterPer::Event, Some(event)) => &event.words[0],
+            _ => &schema.record[0],
+        }
     }
 }
