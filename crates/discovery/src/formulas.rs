@@ -1,10 +1,10 @@
 //! Formulas where the library ends.
 
 use crate::DiscoveryError;
-use crate::addition::Addition;
 use crate::candidates::Family;
 use crate::decide::{Decided, MARGIN, decide};
 use crate::free_runs::NO_WORSE;
+use crate::grammar::is_formula;
 use crate::prepare::{Prepared, misfit};
 use crate::result::Verdict;
 use crate::search::{Judged, Search};
@@ -26,17 +26,6 @@ pub(crate) fn has_grammar(prepared: &Prepared) -> bool {
 pub(crate) fn leaves_something(prepared: &Prepared, decided: &Decided) -> bool {
     let left = misfit(&prepared.sample(&prepared.train), &decided.best.fit);
     left.iter().zip(&prepared.noise.sd).any(|(left, sd)| *left > BEYOND_NOISE * sd)
-}
-
-/// Whether an addition is a formula of a grammar.
-pub(crate) fn is_formula(addition: &Addition) -> bool {
-    addition.listed().is_some_and(|effect| effect.grammar.is_some())
-}
-
-/// Length of the formulas of a set.
-pub(crate) fn nodes(judged: &Judged) -> usize {
-    let grammars = judged.additions().iter().filter_map(|a| a.listed()?.grammar.as_ref());
-    grammars.map(|grammar| grammar.nodes).sum()
 }
 
 /// The answer of the search over formulas that begins at what the library came to; `None` where no formula takes a part of what

@@ -31,6 +31,7 @@ mod foretell;
 mod foretold;
 mod formulas;
 mod free_runs;
+mod grammar;
 mod hypothesis;
 mod judged;
 mod linear;

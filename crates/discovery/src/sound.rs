@@ -4,7 +4,7 @@
 //! held-out stretches at least as good as every fitted set without it.
 
 use crate::free_runs::NO_WORSE;
-use crate::search::Judged;
+use crate::judged::Judged;
 
 /// Whether no fitted part of a set has clearly smaller errors in free runs than the set. Without free runs every set is sound.
 pub(crate) fn is_sound(judged: &Judged, tried: &[Judged]) -> bool {

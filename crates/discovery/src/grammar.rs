@@ -1,0 +1,15 @@
+//! Formulas of a grammar among what is added.
+
+use crate::addition::Addition;
+use crate::judged::Judged;
+
+/// Whether an addition is a formula of a grammar.
+pub(crate) fn is_formula(addition: &Addition) -> bool {
+    addition.listed().is_some_and(|effect| effect.grammar.is_some())
+}
+
+/// Length of the formulas of a set.
+pub(crate) fn nodes(judged: &Judged) -> usize {
+    let grammars = judged.additions().iter().filter_map(|a| a.listed()?.grammar.as_ref());
+    grammars.map(|grammar| grammar.nodes).sum()
+}
