@@ -57,26 +57,28 @@ impl Unit {
         Some(unit)
     }
 
-    /// The unit with the fewest symbols, and of these with the smallest exponents, that has these dimensions: base units, or a
-    /// named one and base units; `None` where there are too many.
+    /// The unit with the fewest symbols that has these dimensions: base units, or else a named one and base units, of several the
+    /// one with the smallest exponents; `None` where there are too many.
     pub fn of_dimensions(dimensions: Dimensions) -> Option<Unit> {
         let bases = |d: Dimensions| -> Vec<(Symbol, i32)> {
             d.factors().filter_map(|(base, t)| Some((Symbol::from_text(base)?, t))).collect()
         };
         let length =
             |factors: &[(Symbol, i32)]| (factors.len(), factors.iter().map(|f| f.1.abs()).sum::<i32>());
-        let mut best = bases(dimensions);
+        let base = bases(dimensions);
+        let mut best: Option<Vec<(Symbol, i32)>> = None;
         for symbol in NAMED {
             for power in [1, -1, 2, -2, 3, -3] {
                 let Some(part) = symbol.dimensions().power(f64::from(power)) else { continue };
                 let mut factors = vec![(symbol, power * TWELFTHS)];
                 factors.extend(bases(dimensions / part));
-                if length(&factors) < length(&best) {
-                    best = factors;
+                let shorter = best.as_ref().is_none_or(|best| length(&factors) < length(best));
+                if factors.len() < base.len() && shorter {
+                    best = Some(factors);
                 }
             }
         }
-        Unit::of_factors(&best)
+        Unit::of_factors(best.as_ref().unwrap_or(&base))
     }
 
     /// Exponents of the base units.
