@@ -128,10 +128,7 @@ fn padding_has_no_weight() {
     for recipe in RECIPES {
         let mut params = Params::<f64>::new(random_stream(3, "init", 0));
         let net = Net::new(&settings(recipe), 3, &mut params);
-        let condition = match &net {
-            Net::Dcvrnn(n) => n.sizes().condition,
-            Net::Stepwise(n) => n.sizes().condition,
-        };
+        let (_, condition) = net.extents();
         let loss = |lanes: &[usize], padding: f64| -> (f64, Vec<f64>) {
             let time = lanes.iter().map(|&l| LENGTHS[l]).max().unwrap_or(0);
             let (rows, latent) = net.noise_rows(time);

@@ -14,7 +14,16 @@ use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::{Engine, Losses, Recipe, Sequences, Settings, Training, TrainingState};
 use std::process::Command;
 
-const RECIPES: [Recipe; 4] = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
+const RECIPES: [Recipe; 8] = [
+    Recipe::Neural,
+    Recipe::Hybrid,
+    Recipe::HybridStandardised,
+    Recipe::HybridPlus,
+    Recipe::FeedForwardResidual,
+    Recipe::RecurrentResidual,
+    Recipe::MixtureResidual,
+    Recipe::Ensemble,
+];
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
@@ -239,10 +248,7 @@ fn tile_loss<T: Scalar>(
     pass: Pass,
 ) -> ([f64; 3], Vec<f64>) {
     let time = lanes.iter().map(|&l| LENGTHS[l]).max().unwrap_or(0);
-    let (state, condition) = match net {
-        Net::Dcvrnn(n) => (n.sizes().state, n.sizes().condition),
-        Net::Stepwise(n) => (n.sizes().state, n.sizes().condition),
-    };
+    let (state, condition) = net.extents();
     let (rows, latent) = net.noise_rows(time);
     // What a trajectory holds does not depend on its companions: one stream for each.
     let lay = |purpose: u64, rows: usize, width: usize, padding: Option<f64>| -> Vec<T> {

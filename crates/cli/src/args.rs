@@ -7,7 +7,8 @@ pub use crate::reproduce_args::{NetArg, Reproduce, Scenario};
 use crate::start_args::Start;
 use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use augsim_trainer::Recipe;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -322,17 +323,11 @@ fn check_parser() -> impl TypedValueParser<Value = Check> {
         .try_map(|name| Check::named(&name).ok_or_else(|| format!("no check is called {name}")))
 }
 
-/// Nets that can be trained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum RecipeArg {
-    /// DCVRNN without physics.
-    Neural,
-    /// DCVRNN on the physics roll-out, as published.
-    Hybrid,
-    /// The same on standardised states: reconstructs best.
-    HybridStandardised,
-    /// Physics step by step, one latent per trajectory, learned deviations.
-    HybridPlus,
+/// Words of the recipes, each with what it is.
+fn recipes() -> impl TypedValueParser<Value = Recipe> {
+    let word = |recipe: Recipe| PossibleValue::new(recipe.name()).help(recipe.about());
+    PossibleValuesParser::new(Recipe::all().map(word))
+        .try_map(|name| Recipe::named(&name).ok_or_else(|| format!("no recipe is called {name}")))
 }
 
 /// Options of `train`.
@@ -351,8 +346,8 @@ pub struct Train {
     #[arg(long, requires = "data", conflicts_with_all = ["residual_of", "model"])]
     pub pybullet_ball: bool,
     /// Which net.
-    #[arg(long, value_enum, default_value = "hybrid-plus")]
-    pub recipe: RecipeArg,
+    #[arg(long, value_parser = recipes(), default_value = "hybrid-plus")]
+    pub recipe: Recipe,
     /// Iterations; the learning-rate schedule scales with them.
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub iterations: u64,

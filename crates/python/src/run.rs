@@ -124,18 +124,9 @@ pub fn train(
 }
 
 fn named(recipe: &str) -> anyhow::Result<Recipe> {
-    Ok(match recipe {
-        "neural" => Recipe::Neural,
-        "hybrid" => Recipe::Hybrid,
-        "hybrid-standardised" => Recipe::HybridStandardised,
-        "hybrid-plus" => Recipe::HybridPlus,
-        "neural-plus" => Recipe::NeuralPlus,
-        other => {
-            let text = format!(
-                "recipe {other}: there are neural, hybrid, hybrid-standardised, hybrid-plus and, for pushes, neural-plus"
-            );
-            return Err(Usage(text).into());
-        }
+    Recipe::named(recipe).ok_or_else(|| {
+        let names: Vec<&str> = Recipe::all().map(Recipe::name).collect();
+        Usage(format!("recipe {recipe}: there are {}", names.join(", "))).into()
     })
 }
 

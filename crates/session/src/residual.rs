@@ -110,7 +110,7 @@ fn stepped(
 }
 
 fn reads_physics(recipe: Recipe) -> Result<(), Usage> {
-    if matches!(recipe, Recipe::Neural | Recipe::NeuralPlus) {
+    if recipe.is_blind() {
         let label = recipe.label();
         let text =
             format!("the recipe of {label} reads no physics; leave out --residual-of, or choose a hybrid");

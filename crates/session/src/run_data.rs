@@ -10,7 +10,7 @@ use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
 use augsim_physics::push::Object;
 use augsim_physics::push::laboratory::{self, Protocol, SupportSheet};
 use augsim_trainer::push::{Thinning, pushes};
-use augsim_trainer::{Engine, Recipe, Sequences};
+use augsim_trainer::{Engine, Sequences};
 
 /// Rate at which published recordings are brought onto one clock, Hz: that of their sensors.
 pub const PUBLISHED_RATE_HZ: f64 = 250.0;
@@ -139,10 +139,7 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
 pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     // A net without physics may learn any world: nothing is expected of its gravity.
-    let expected = match config.settings.recipe {
-        Recipe::Neural | Recipe::NeuralPlus => Expected::default(),
-        _ => engine.expected(),
-    };
+    let expected = if config.settings.recipe.is_blind() { Expected::default() } else { engine.expected() };
     let accepted = config.accept.iter().copied().collect();
     let Admitted { data, warnings } = admit(data, &expected, accepted).map_err(DataError::from)?;
     Ok((sequences(&data, engine)?, warnings))

@@ -47,11 +47,13 @@ pub enum Difference {
     /// The run was stopped before its end.
     #[error("its training has not ended, so the law of its latent is not fitted yet")]
     Unfinished,
-    /// A net that corrects roll-outs has no reconstruction.
-    #[error("nets of pushes only forecast")]
+    /// A net that corrects roll-outs, or has no latent, has no reconstruction.
+    #[error("nets of pushes and nets without a latent only forecast")]
     OnlyForecasts,
-    /// A net that reads the whole path of an action has no single steps.
-    #[error("nets of pushes read the whole path of the rod; sample them under its actions")]
+    /// A net that reads the whole path of an action, or is no net of ours or the paper's, has no single steps.
+    #[error(
+        "only nets of balls that are hybrid or neural go step by step; sample this one over whole trajectories"
+    )]
     OnlyRollouts,
     /// Only a net with one latent a trajectory and corrections of single steps can be filtered.
     #[error(

@@ -1,11 +1,13 @@
 //! From trajectories to what the nets read: targets and conditions per time step.
 
 use crate::engine::{Engine, ModelPush};
+use crate::league::Reads;
 use crate::prepared::Prepared;
 use crate::push::features;
+use crate::recipe::Recipe;
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
-use crate::settings::{Correction, Recipe, Settings};
+use crate::settings::{Correction, Settings};
 use crate::{TrainerError, steps};
 
 /// The translation between trajectories and the numbers that a net reads and gives, by the [`Correction`] of the settings.
@@ -15,6 +17,8 @@ pub(crate) enum Featuriser<'a> {
     Step(Recipe, &'a Engine),
     /// The whole roll-out is corrected.
     Rollout(Recipe, &'a ModelPush),
+    /// A class of the league has readings of its own.
+    Class(Reads, &'a Settings),
 }
 
 impl<'a> Featuriser<'a> {
@@ -23,6 +27,9 @@ impl<'a> Featuriser<'a> {
     /// # Errors
     /// [`TrainerError::Setting`] if the engine has no roll-outs to correct.
     pub fn of(settings: &'a Settings) -> Result<Self, TrainerError> {
+        if let Some(class) = settings.recipe.class() {
+            return Ok(Featuriser::Class(class.reads, settings));
+        }
         Ok(match settings.rollouts()? {
             Some(push) => Featuriser::Rollout(settings.recipe, push),
             None => Featuriser::Step(settings.recipe, &settings.engine),
@@ -34,6 +41,7 @@ impl<'a> Featuriser<'a> {
         match self {
             Featuriser::Step(_, engine) => steps::fit(engine, train),
             Featuriser::Rollout(recipe, push) => features::fit(recipe, push, train),
+            Featuriser::Class(reads, settings) => reads.fit(settings, train),
         }
     }
 
@@ -42,24 +50,29 @@ impl<'a> Featuriser<'a> {
         match self {
             Featuriser::Step(recipe, engine) => steps::prepare(recipe, engine, scales, q),
             Featuriser::Rollout(recipe, push) => features::prepare(recipe, push, scales, q),
+            Featuriser::Class(reads, settings) => reads.prepare(settings, scales, q),
         }
     }
 }
 
 /// Width of a condition row for states of `state` columns.
-pub(crate) fn width(recipe: Recipe, correction: Correction, state: usize) -> usize {
-    match correction {
-        Correction::Step => steps::width(recipe, state),
-        Correction::Rollout => features::width(recipe),
+pub(crate) fn width(settings: &Settings, state: usize) -> usize {
+    match (settings.recipe.class(), settings.correction) {
+        (Some(class), _) => class.reads.width(settings),
+        (None, Correction::Step) => steps::width(settings.recipe, state),
+        (None, Correction::Rollout) => features::width(settings.recipe),
     }
 }
 
 /// Whether scales have the sizes that a run with these settings fits.
-pub(crate) fn fits(scales: &Scales, recipe: Recipe, correction: Correction, state: usize) -> bool {
-    let (read, step) = match correction {
-        Correction::Step => (state, state),
-        Correction::Rollout => (features::width(recipe), 0),
+pub(crate) fn fits(scales: &Scales, settings: &Settings, state: usize) -> bool {
+    let expected = match (settings.recipe.class(), settings.correction) {
+        (Some(class), _) => class.reads.scale_sizes(settings, state),
+        (None, Correction::Step) => [state; 4],
+        (None, Correction::Rollout) => {
+            let read = features::width(settings.recipe);
+            [read, read, 0, state]
+        }
     };
-    [scales.mean.len(), scales.sd.len(), scales.step.len(), scales.correction.len()]
-        == [read, read, step, state]
+    [scales.mean.len(), scales.sd.len(), scales.step.len(), scales.correction.len()] == expected
 }

@@ -8,11 +8,13 @@ mod featuriser;
 pub mod filter;
 mod forecast;
 mod latent;
+mod league;
 pub mod models;
 pub mod nets;
 mod noise;
 mod prepared;
 pub mod push;
+mod recipe;
 mod scales;
 pub mod score;
 mod sequences;
@@ -31,9 +33,10 @@ pub use evaluate::{
 pub use forecast::{Forecaster, Samples, Task};
 pub use latent::LatentLaw;
 pub use models::NetModel;
+pub use recipe::Recipe;
 pub use scales::Scales;
 pub use sequences::{Sequence, Sequences};
-pub use settings::{Correction, NetSettings, Recipe, Settings};
+pub use settings::{Correction, NetSettings, Settings};
 pub use stepper::{Next, Stepper};
 pub use training::{Losses, Training, TrainingState};
 

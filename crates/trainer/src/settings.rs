@@ -2,38 +2,10 @@
 
 use crate::TrainerError;
 use crate::engine::{Engine, ModelPush};
+use crate::recipe::Recipe;
 use augsim_data::Limit;
 use augsim_nn::{Adam, StepDecay};
 use serde::{Deserialize, Serialize};
-
-/// Which net is trained, and on what.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Recipe {
-    /// The paper's DCVRNN without physics: the condition is s_0.
-    Neural,
-    /// The paper's DCVRNN: the condition is s_0 and the physics roll-out from it.
-    Hybrid,
-    /// The paper's Hybrid on standardised states and conditions, with a faster learning rate.
-    HybridStandardised,
-    /// Ours: physics step by step, one latent per trajectory, learned deviations.
-    HybridPlus,
-    /// The net of Hybrid+ without physics (pushing only): what physics is worth.
-    NeuralPlus,
-}
-
-impl Recipe {
-    /// Name in tables.
-    pub fn label(self) -> &'static str {
-        match self {
-            Recipe::Neural => "Neural",
-            Recipe::Hybrid => "Hybrid",
-            Recipe::HybridStandardised => "Hybrid-std",
-            Recipe::HybridPlus => "Hybrid+",
-            Recipe::NeuralPlus => "Neural+",
-        }
-    }
-}
 
 /// The part of the physics that is corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -92,7 +64,11 @@ impl Settings {
     /// extractors of 32 and 16, latent 16, learned deviations. Hybrid+ is ours: rate 3e-3, 32 units, one latent of 2 per
     /// trajectory, or of 4 per push beside a GRU over the features of the roll-out.
     pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Self {
-        let correction = if engine.pushing().is_some() { Correction::Rollout } else { Correction::Step };
+        let pushing = engine.pushing().is_some();
+        if let Some(class) = recipe.class() {
+            return class.settings(recipe, iterations, seed, engine);
+        }
+        let correction = if pushing { Correction::Rollout } else { Correction::Step };
         let net = |hidden, layers, latent, sd_floor| NetSettings { hidden, layers, latent, sd_floor };
         let plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);
         let (initial, halvings, net) = match (correction, recipe) {
@@ -151,7 +127,7 @@ impl Settings {
             (Recipe::HybridStandardised, Correction::Rollout) => {
                 Some("is for the ball only; pushes are always standardised")
             }
-            _ => None,
+            _ => self.recipe.class().and_then(|class| (class.refuses)(&self.engine)),
         };
         if let Some(rule) = foreign {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });

@@ -4,8 +4,9 @@ use crate::engine::Engine;
 use crate::models::NetModel;
 use crate::nets::{DcvrnnSampler, Net, Stepwise};
 use crate::noise::normals;
+use crate::recipe::Recipe;
 use crate::scales::Scales;
-use crate::settings::{Correction, Recipe};
+use crate::settings::Correction;
 use crate::{Difference, LatentLaw, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
@@ -76,6 +77,7 @@ impl Stepper {
         }
         let states = settings.engine.columns().len();
         let kind = match model.net() {
+            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
             Net::Dcvrnn(net) => {
                 let sizes = net.sizes();
                 Kind::Remembering(Box::new(Remembering {

@@ -2,9 +2,9 @@
 
 use crate::engine::Engine;
 use crate::prepared::Prepared;
+use crate::recipe::Recipe;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
-use crate::settings::Recipe;
 
 /// How fast the compressed features grow: about a thousandth of the states' spread stays visible.
 const FINE: f64 = 500.0;
@@ -13,8 +13,16 @@ const FINE: f64 = 500.0;
 /// square step: at an apex or at rest the physics hardly moves, but may still be wrong.
 const QUIET: f64 = 0.05;
 
-/// Fits all scales on a training set.
+/// Fits all scales on a training set, for corrections of the engine's steps.
 pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
+    fit_with(&|now, from, to, next| engine.step(now, from, to, next), train)
+}
+
+/// The step that is corrected: state, actions before and after, next state.
+pub(crate) type Step<'a> = dyn Fn(&[f64], &[f64], &[f64], &mut [f64]) + 'a;
+
+/// Fits all scales on a training set, for corrections of any step.
+pub(crate) fn fit_with(step_of: &Step<'_>, train: &Sequences) -> Scales {
     let s = train.state_dim();
     let mut next = vec![0.0; s];
     let (mut n, mut sum, mut sum2) = (0.0, vec![0.0; s], vec![0.0; s]);
@@ -28,7 +36,7 @@ pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
                 sum2[j] += now[j] * now[j];
             }
             if t + 1 < q.time {
-                engine.step(now, q.action(t), q.action(t + 1), &mut next);
+                step_of(now, q.action(t), q.action(t + 1), &mut next);
                 pairs += 1.0;
                 for j in 0..s {
                     step[j] += (next[j] - now[j]).powi(2);
@@ -45,7 +53,7 @@ pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
     for q in &train.items {
         for t in 0..q.time - 1 {
             let (now, after) = (q.state(t), q.state(t + 1));
-            engine.step(now, q.action(t), q.action(t + 1), &mut next);
+            step_of(now, q.action(t), q.action(t + 1), &mut next);
             for j in 0..s {
                 correction[j] += ((after[j] - next[j]) / scales.unit(j, now, &next)).powi(2);
             }
@@ -67,19 +75,21 @@ impl Scales {
         self.correction[j] * (moved.abs() / self.step[j] + QUIET)
     }
 
+    /// A value of column `j` in standard units, and compressed by asinh.
+    pub(crate) fn state_features(&self, j: usize, value: f64) -> [f32; 2] {
+        let wide = ((value - self.mean[j]) / self.sd[j]) as f32;
+        [wide, ((FINE * value / self.sd[j]).asinh() / 4.0) as f32]
+    }
+
     /// Features of one physics step from `now` to `next`, written to `out`: both states in standard
     /// units, both compressed by asinh so that what happens near zero (a ball about to rest) stays
     /// visible, and the step in its own unit.
     pub(crate) fn write_features(&self, now: &[f64], next: &[f64], out: &mut [f32]) {
         for j in 0..now.len() {
-            let fine = |v: f64| ((FINE * v / self.sd[j]).asinh() / 4.0) as f32;
-            let features = [
-                ((now[j] - self.mean[j]) / self.sd[j]) as f32,
-                ((next[j] - self.mean[j]) / self.sd[j]) as f32,
-                fine(now[j]),
-                fine(next[j]),
-                ((next[j] - now[j]) / self.step[j]) as f32,
-            ];
+            let ([now_wide, now_fine], [next_wide, next_fine]) =
+                (self.state_features(j, now[j]), self.state_features(j, next[j]));
+            let moved = ((next[j] - now[j]) / self.step[j]) as f32;
+            let features = [now_wide, next_wide, now_fine, next_fine, moved];
             out[5 * j..5 * (j + 1)].copy_from_slice(&features);
         }
     }
@@ -90,8 +100,8 @@ pub(crate) fn width(recipe: Recipe, state: usize) -> usize {
     match recipe {
         Recipe::Neural => state,
         Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-        // As many as `write_features` gives.
-        Recipe::HybridPlus | Recipe::NeuralPlus => 5 * state,
+        // As many as `write_features` gives; classes of the league have widths of their own.
+        _ => 5 * state,
     }
 }
 
@@ -107,7 +117,8 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
             }
             Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
         }
-        Recipe::HybridPlus | Recipe::NeuralPlus => {
+        // Classes of the league prepare their own.
+        _ => {
             let (rows, u_width) = (q.time - 1, width(recipe, s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
             let mut next = vec![0.0; s];

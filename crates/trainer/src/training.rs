@@ -3,6 +3,7 @@
 use crate::difference::Difference;
 use crate::featuriser::{Featuriser, fits};
 use crate::latent::LatentLaw;
+use crate::league::ClassNet;
 use crate::nets::Net;
 use crate::prepared::Prepared;
 use crate::scales::Scales;
@@ -67,6 +68,8 @@ pub struct Training {
     chosen: Vec<usize>,
     workspaces: Vec<Workspace>,
     grads: Vec<f32>,
+    /// The training set, for a class that is fitted to it directly.
+    whole: Option<Sequences>,
 }
 
 impl Training {
@@ -122,7 +125,9 @@ impl Training {
         let prepared: Vec<Prepared> =
             train.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
         let batch = state.settings.batch.min(prepared.len());
+        let whole = net.is_fitted().then(|| train.clone());
         Ok(Training {
+            whole,
             order: (0..prepared.len()).collect(),
             order_epoch: None,
             batch: Vec::with_capacity(batch),
@@ -173,6 +178,18 @@ impl Training {
     /// # Errors
     /// [`TrainerError::Diverged`] if the loss is not finite; the parameters are as before then.
     pub fn step(&mut self) -> Result<Losses, TrainerError> {
+        if let (Net::Class(ClassNet::Fitted(class, _)), Some(train)) = (&self.net, &self.whole) {
+            let misfit = class.fit(&self.state.settings, train, &mut self.params)?;
+            self.state.iteration += 1;
+            let learning_rate = self.state.settings.learning_rate.initial;
+            return Ok(Losses {
+                iteration: self.state.iteration,
+                loss: misfit,
+                kl: 0.0,
+                misfit,
+                learning_rate,
+            });
+        }
         let settings = &self.state.settings;
         let iteration = self.state.iteration;
         let learning_rate = settings.learning_rate.at(iteration);
@@ -236,11 +253,10 @@ impl Training {
 pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
     // A file may hold any sizes: they are looked at before memory is asked for.
     state.settings.check().map_err(|e| Difference::Settings(Box::new(e)))?;
-    let Settings { recipe, correction, .. } = state.settings;
     if state.columns != state.settings.engine.columns() {
         return Err(Difference::ColumnsOfEngine.into());
     }
-    if !fits(&state.scales, recipe, correction, state.columns.len()) {
+    if !fits(&state.scales, &state.settings, state.columns.len()) {
         return Err(Difference::Scales.into());
     }
     let mut params = Params::new(random_stream(state.settings.seed, "init", 0));

@@ -1,6 +1,6 @@
 //! `augsim train`.
 
-use crate::args::{RecipeArg, Train};
+use crate::args::Train;
 use crate::destination::{RESULT, check_file};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
@@ -55,7 +55,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
                 Some(path) => DataSource::File(path.clone()),
                 None => DataSource::PaperLaw { trajectories: GENERATED, seed },
             };
-            let recipe = recipe(args.recipe);
+            let recipe = args.recipe;
             let engine = match &args.data {
                 Some(data) => {
                     let data = DataFrom::from(data);
@@ -127,14 +127,4 @@ fn check_free(run: &RunDir) -> anyhow::Result<()> {
         run.file(name).display()
     );
     Err(Usage(text).into())
-}
-
-/// What the word on the command line means.
-fn recipe(arg: RecipeArg) -> Recipe {
-    match arg {
-        RecipeArg::Neural => Recipe::Neural,
-        RecipeArg::Hybrid => Recipe::Hybrid,
-        RecipeArg::HybridStandardised => Recipe::HybridStandardised,
-        RecipeArg::HybridPlus => Recipe::HybridPlus,
-    }
 }

@@ -89,6 +89,7 @@ fn describe(recipe: Recipe) -> &'static str {
         Recipe::HybridPlus => {
             "physics step by step from the predicted state, one latent per trajectory, learned deviations"
         }
+        _ => recipe.about(),
     }
 }
 

@@ -111,6 +111,7 @@ fn describe(recipe: Recipe) -> &'static str {
         }
         Recipe::HybridPlus => "GRU over features of the physics roll-out corrects it; one latent per push",
         Recipe::NeuralPlus => "the same net on the rod's path alone",
+        _ => recipe.about(),
     }
 }
 

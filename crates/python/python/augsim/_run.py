@@ -129,7 +129,7 @@ def train(
 ) -> Run:
     """Trains a net on measured trajectories, as ``augsim train`` does: same seed, same weights.
 
-    ``recipe`` is ``neural``, ``hybrid``, ``hybrid-standardised``, ``hybrid-plus`` or, for pushes, ``neural-plus``. The net corrects
+    ``recipe`` is a word of ``augsim train --recipe``; a wrong one is refused with the list of all. The net corrects
     ``residual_of``: a :class:`Model`, the augmented one of a :class:`Discovery`, the path of a model file or of the folder of
     ``augsim discover``, or ``"pybullet-ball"``, the ball of the paper's experiment. No system is assumed: one of them is needed.
     Other threads of Python run meanwhile, and Ctrl-C ends it.

@@ -4,11 +4,13 @@ use crate::difference::Difference;
 use crate::engine::{Engine, ModelPush};
 use crate::featuriser::Featuriser;
 use crate::latent::infer;
+use crate::league::Trained;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
+use crate::recipe::Recipe;
 use crate::sequences::Sequence;
-use crate::settings::{Correction, Recipe};
+use crate::settings::Correction;
 use crate::steps::conditions;
 use crate::training::{TrainingState, net_of};
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
@@ -63,6 +65,7 @@ impl NetModel {
         }
         let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
         match &self.net {
+            Net::Class(_) => Err(Difference::OnlyForecasts.into()),
             Net::Dcvrnn(net) => {
                 let (mut tape, bound) = self.frozen()?;
                 let x =
@@ -247,6 +250,7 @@ impl NetModel {
         let (time, width) = (condition.time, condition.width);
         let (mut tape, bound) = self.frozen()?;
         let (mean, sd) = match &self.net {
+            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
             Net::Dcvrnn(net) => {
                 let latent = net.sizes().latent;
                 let u = tape.constant(&[time, width, samples], &repeated(&u, samples))?;
@@ -287,6 +291,10 @@ impl Forecaster for NetModel {
         self.state.settings.recipe.label()
     }
 
+    fn is_deterministic(&self) -> bool {
+        matches!(&self.net, Net::Class(net) if net.is_deterministic())
+    }
+
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         let (states, actions) = (settings.engine.columns(), settings.engine.action_columns());
@@ -294,10 +302,15 @@ impl Forecaster for NetModel {
             let columns = [states, actions].concat().into_iter().map(Into::into).collect();
             return Err(Difference::Inputs { columns }.into());
         }
+        if let Net::Class(net) = &self.net {
+            let trained = Trained { settings, scales: &self.state.scales, params: &self.params };
+            return net.forecast(trained, task, samples);
+        }
         if let Some(push) = settings.rollouts()? {
             return self.push(push, task, samples);
         }
         match &self.net {
+            Net::Class(_) => Err(Difference::OnlyRollouts.into()),
             Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
             Net::Stepwise(net) => {
                 let w = self.latents(net, task.index, samples)?;

@@ -11,7 +11,9 @@ pub use step_runner::StepRunner;
 pub use stepwise::{Stepwise, StepwiseSizes};
 
 use crate::featuriser::width;
-use crate::settings::{Correction, Recipe, Settings};
+use crate::league::{ClassNet, Extents};
+use crate::recipe::Recipe;
+use crate::settings::{Correction, Settings};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
@@ -60,14 +62,19 @@ pub enum Net {
     Dcvrnn(Dcvrnn),
     /// Hybrid+ and Neural+.
     Stepwise(Stepwise),
+    /// A class of the league.
+    Class(ClassNet),
 }
 
 impl Net {
     /// Registers the net of `settings` for states of `state` columns.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
+        let condition = width(settings, state);
+        if let Some(class) = settings.recipe.class() {
+            return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));
+        }
         let net = settings.net;
         let rollouts = settings.correction == Correction::Rollout;
-        let condition = width(settings.recipe, settings.correction, state);
         if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
             let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor };
@@ -94,7 +101,22 @@ impl Net {
         match self {
             Net::Dcvrnn(net) => (time, net.sizes().latent),
             Net::Stepwise(net) => (1, net.sizes().latent),
+            Net::Class(net) => net.noise_rows(time),
         }
+    }
+
+    /// State columns, and width of a condition row.
+    pub fn extents(&self) -> (usize, usize) {
+        match self {
+            Net::Dcvrnn(net) => (net.sizes().state, net.sizes().condition),
+            Net::Stepwise(net) => (net.sizes().state, net.sizes().condition),
+            Net::Class(net) => (net.extents().state, net.extents().condition),
+        }
+    }
+
+    /// Whether it is fitted directly, not by gradients.
+    pub(crate) fn is_fitted(&self) -> bool {
+        matches!(self, Net::Class(ClassNet::Fitted(..)))
     }
 
     /// Records the loss of a tile.
@@ -110,6 +132,7 @@ impl Net {
         match self {
             Net::Dcvrnn(net) => net.loss(tape, p, tile),
             Net::Stepwise(net) => net.loss(tape, p, tile),
+            Net::Class(net) => net.loss(tape, p, tile),
         }
     }
 
@@ -124,11 +147,10 @@ impl Net {
         tile: Tile<'_, T>,
         scale: f64,
     ) -> Result<Losses<T>, TensorError> {
-        let net = match self {
-            Net::Dcvrnn(net) => return net.differentiate(tape, p, tile, scale),
-            Net::Stepwise(net) => net,
-        };
-        let loss = net.loss(tape, p, tile)?;
+        if let Net::Dcvrnn(net) = self {
+            return net.differentiate(tape, p, tile, scale);
+        }
+        let loss = self.loss(tape, p, tile)?;
         let scaled = tape.scale(loss.total, scale)?;
         tape.backward(scaled)?;
         Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
@@ -136,7 +158,11 @@ impl Net {
 }
 
 /// Sum over all elements of `v [time, F, lanes]`, without those that the mask hides.
-fn masked_sum<T: Scalar>(tape: &mut Tape<T>, v: Var, mask: Option<Var>) -> Result<Var, TensorError> {
+pub(crate) fn masked_sum<T: Scalar>(
+    tape: &mut Tape<T>,
+    v: Var,
+    mask: Option<Var>,
+) -> Result<Var, TensorError> {
     match mask {
         None => tape.sum_all(v),
         Some(mask) => {
@@ -147,7 +173,7 @@ fn masked_sum<T: Scalar>(tape: &mut Tape<T>, v: Var, mask: Option<Var>) -> Resul
 }
 
 /// Records the tile's mask, if it has one.
-fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Result<Option<Var>, TensorError> {
+pub(crate) fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Result<Option<Var>, TensorError> {
     if tile.mask.is_empty() {
         return Ok(None);
     }

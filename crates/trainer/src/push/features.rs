@@ -10,9 +10,9 @@
 use super::frame::StartFrame;
 use crate::engine::ModelPush;
 use crate::prepared::Prepared;
+use crate::recipe::Recipe;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
-use crate::settings::Recipe;
 use augsim_physics::push::planar::Rotation;
 use augsim_physics::push::{GRAVITY_M_S2, Instant, Mode, Pose};
 use rayon::prelude::*;
@@ -49,7 +49,8 @@ pub(crate) fn width(recipe: Recipe) -> usize {
     match recipe {
         Recipe::Neural | Recipe::NeuralPlus => 3,
         Recipe::Hybrid | Recipe::HybridStandardised => 6,
-        Recipe::HybridPlus => 20,
+        // Classes of the league have widths of their own.
+        _ => 20,
     }
 }
 

@@ -1,0 +1,89 @@
+//! A perceptron of two hidden layers that gives the next state, or corrects a physics step: the paper's classes (b) and (c).
+//! Deterministic, fitted by squared errors.
+
+use super::strides::{self, Steps};
+use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, any_engine, operands, zero};
+use crate::nets::{LossVars, Tile, masked_sum};
+use crate::settings::Settings;
+use crate::{Samples, Task, TrainerError};
+use augsim_nn::inference::{LinearRunner, MlpRunner};
+use augsim_nn::{Bound, Linear, Mlp, Params};
+use augsim_tensor::{Scalar, Tape, TensorError};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const fn class(physics: bool) -> Class {
+    Class {
+        kind: Kind::FeedForward,
+        reads: Reads::Strides { physics, members: 0 },
+        plan: Plan { hidden: 32, sd_floor: 0.0, learning_rate: 3e-3 },
+        refuses: any_engine,
+    }
+}
+
+pub(crate) static FEED_FORWARD: Class = class(false);
+pub(crate) static FEED_FORWARD_RESIDUAL: Class = class(true);
+
+/// The perceptron.
+#[derive(Debug, Clone)]
+pub struct FeedForward {
+    extents: Extents,
+    hidden: Mlp,
+    out: Linear,
+    physics: bool,
+}
+
+impl FeedForward {
+    pub fn new<T: Scalar>(settings: &Settings, extents: Extents, params: &mut Params<T>) -> Self {
+        let h = settings.net.hidden;
+        FeedForward {
+            extents,
+            hidden: Mlp::new(params, "step", &[extents.condition, h, h]),
+            out: Linear::new(params, "out", h, extents.state),
+            physics: !settings.recipe.is_blind(),
+        }
+    }
+}
+
+impl Learned for FeedForward {
+    fn is_deterministic(&self) -> bool {
+        true
+    }
+
+    fn loss<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+    ) -> Result<LossVars, TensorError> {
+        let (x, u, mask) = operands(tape, &tile, self.extents)?;
+        let h = self.hidden.forward(tape, p, u)?;
+        let mean = self.out.forward(tape, p, h)?;
+        let error = tape.squared_error(x, mean)?;
+        let misfit = masked_sum(tape, error, mask)?;
+        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+    }
+
+    fn forecast(
+        &self,
+        trained: Trained<'_>,
+        task: Task<'_>,
+        samples: usize,
+    ) -> Result<Samples, TrainerError> {
+        let mut runner = Runner {
+            hidden: MlpRunner::new(&self.hidden, trained.params, samples, 1),
+            out: LinearRunner::new(self.out, trained.params, samples, 1),
+        };
+        Ok(strides::roll(trained, self.physics, task, samples, &mut runner))
+    }
+}
+
+struct Runner {
+    hidden: MlpRunner,
+    out: LinearRunner,
+}
+
+impl Steps for Runner {
+    fn draw(&mut self, u: &[f32], _: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
+        out.copy_from_slice(self.out.run(self.hidden.run(u, 1), 1));
+    }
+}

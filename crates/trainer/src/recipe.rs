@@ -1,0 +1,178 @@
+//! The recipes: every model class that `train` knows, by name.
+
+use crate::league::{self, Class};
+use serde::{Deserialize, Serialize};
+
+/// Which net is trained, and on what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Recipe {
+    /// The paper's DCVRNN without physics: the condition is s_0.
+    Neural,
+    /// The paper's DCVRNN: the condition is s_0 and the physics roll-out from it.
+    Hybrid,
+    /// The paper's Hybrid on standardised states and conditions, with a faster learning rate.
+    HybridStandardised,
+    /// Ours: physics step by step, one latent per trajectory, learned deviations.
+    HybridPlus,
+    /// The net of Hybrid+ without physics (pushing only): what physics is worth.
+    NeuralPlus,
+    /// Physics fitted by least squares, with a scatter that grows with the way moved.
+    PhysicsCalibrated,
+    /// A perceptron that gives the next state.
+    FeedForward,
+    /// A perceptron that corrects a physics step.
+    FeedForwardResidual,
+    /// A recurrent net that corrects a physics step, with a learned deviation.
+    RecurrentResidual,
+    /// The same with a mixture of five Gaussians.
+    MixtureResidual,
+    /// Five probabilistic perceptrons (PETS).
+    Ensemble,
+    /// Five probabilistic perceptrons that correct a physics step.
+    EnsembleResidual,
+}
+
+/// A recipe as it is chosen and shown.
+struct Entry {
+    recipe: Recipe,
+    /// Word on the command line.
+    name: &'static str,
+    /// Name in tables.
+    label: &'static str,
+    about: &'static str,
+    /// How it is built, for classes of the league; the paper's nets and ours are in [`crate::nets`].
+    class: Option<&'static Class>,
+}
+
+const fn entry(
+    recipe: Recipe,
+    [name, label, about]: [&'static str; 3],
+    class: Option<&'static Class>,
+) -> Entry {
+    Entry { recipe, name, label, about, class }
+}
+
+/// Every recipe, in the order of the variants.
+static RECIPES: [Entry; 12] = [
+    entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"], None),
+    entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"], None),
+    entry(
+        Recipe::HybridStandardised,
+        ["hybrid-standardised", "Hybrid-std", "The same on standardised states: reconstructs best"],
+        None,
+    ),
+    entry(
+        Recipe::HybridPlus,
+        ["hybrid-plus", "Hybrid+", "Physics step by step, one latent per trajectory, learned deviations"],
+        None,
+    ),
+    entry(
+        Recipe::NeuralPlus,
+        ["neural-plus", "Neural+", "The net of Hybrid+ without physics, for pushes"],
+        None,
+    ),
+    entry(
+        Recipe::PhysicsCalibrated,
+        [
+            "physics-calibrated",
+            "Calibrated",
+            "Physics fitted by least squares, with a scatter that grows with the way moved",
+        ],
+        Some(&league::CALIBRATED),
+    ),
+    entry(
+        Recipe::FeedForward,
+        ["feed-forward", "FF", "Perceptron that gives the next state"],
+        Some(&league::FEED_FORWARD),
+    ),
+    entry(
+        Recipe::FeedForwardResidual,
+        ["feed-forward-residual", "FF residual", "Perceptron that corrects a physics step"],
+        Some(&league::FEED_FORWARD_RESIDUAL),
+    ),
+    entry(
+        Recipe::RecurrentResidual,
+        ["recurrent-residual", "GRU residual", "Recurrent net without latent that corrects a physics step"],
+        Some(&league::RECURRENT_RESIDUAL),
+    ),
+    entry(
+        Recipe::MixtureResidual,
+        ["mixture-residual", "MDN residual", "The same with a mixture of five Gaussians"],
+        Some(&league::MIXTURE_RESIDUAL),
+    ),
+    entry(
+        Recipe::Ensemble,
+        ["ensemble", "PETS", "Five probabilistic perceptrons, trajectory sampling (PETS)"],
+        Some(&league::ENSEMBLE),
+    ),
+    entry(
+        Recipe::EnsembleResidual,
+        ["ensemble-residual", "PETS residual", "The same as corrections of a physics step"],
+        Some(&league::ENSEMBLE_RESIDUAL),
+    ),
+];
+
+impl Recipe {
+    fn entry(self) -> &'static Entry {
+        &RECIPES[self as usize]
+    }
+
+    /// All recipes.
+    pub fn all() -> impl Iterator<Item = Recipe> {
+        RECIPES.iter().map(|e| e.recipe)
+    }
+
+    /// The recipe of a word on the command line.
+    pub fn named(name: &str) -> Option<Recipe> {
+        RECIPES.iter().find(|e| e.name == name).map(|e| e.recipe)
+    }
+
+    /// Word on the command line and in files.
+    pub fn name(self) -> &'static str {
+        self.entry().name
+    }
+
+    /// Name in tables.
+    pub fn label(self) -> &'static str {
+        self.entry().label
+    }
+
+    /// The class in a line.
+    pub fn about(self) -> &'static str {
+        self.entry().about
+    }
+
+    /// Whether it learns the whole motion, and no physics takes part.
+    pub fn is_blind(self) -> bool {
+        match self.class() {
+            Some(class) => !class.reads.physics(),
+            None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
+        }
+    }
+
+    /// How a class of the league is built; none for the paper's nets and ours.
+    pub(crate) fn class(self) -> Option<&'static Class> {
+        self.entry().class
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the table is in the order of the variants, and words are those that files hold.
+    use super::*;
+
+    #[test]
+    fn every_recipe_finds_its_own_entry_and_is_written_by_its_name() {
+        for (i, entry) in RECIPES.iter().enumerate() {
+            assert_eq!(entry.recipe as usize, i, "{}", entry.name);
+            assert_eq!(Recipe::named(entry.name), Some(entry.recipe));
+            #[derive(Serialize)]
+            struct File {
+                recipe: Recipe,
+            }
+            let text = toml::to_string(&File { recipe: entry.recipe }).expect("it can be written");
+            assert_eq!(text.trim(), format!("recipe = \"{}\"", entry.name));
+        }
+    }
+}
