@@ -19,6 +19,7 @@ command = "train"
 
 [options]
 data = "drops.csv"
+pybullet_ball = true
 iterations = 1500
 checkpoint_every = 50
 

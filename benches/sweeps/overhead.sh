@@ -23,6 +23,7 @@ command = "train"
 
 [options]
 data = "drops.csv"
+pybullet_ball = true
 
 [cross]
 iterations = $2

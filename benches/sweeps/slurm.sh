@@ -100,6 +100,7 @@ command = "train"
 
 [options]
 data = "drops.csv"
+pybullet_ball = true
 iterations = $iterations
 checkpoint_every = 100
 
@@ -120,9 +121,15 @@ wait_for() { # SENTENCE COMMAND...
     fail "it never came to this: $what"
 }
 
+ended() { [ -z "$(squeue --noheader 2>/dev/null)" ]; }
+
 # In the middle of the work: a node goes down, and a task on another one is killed.
 runs_on() { squeue --noheader --states=R --nodelist="$1" --format=%i 2>/dev/null | grep -q .; }
-middle() { [ "$(done_now)" -ge $((tasks / 6)) ] && runs_on n2; }
+middle() {
+    # Where the queue is empty so early, every task has failed: their logs say why.
+    ! ended || fail "all jobs have ended with $(done_now) of $tasks tasks done"
+    [ "$(done_now)" -ge $((tasks / 6)) ] && runs_on n2
+}
 wait_for "a sixth is done and n2 works" middle
 down=$(squeue --noheader --states=R --nodelist=n2 --format=%i)
 scontrol update nodename=n2 state=down reason=test
@@ -144,7 +151,6 @@ killed() {
 wait_for "a task is killed" killed
 echo "killed process $victim of a task, with $(done_now) of $tasks done"
 
-ended() { [ -z "$(squeue --noheader 2>/dev/null)" ]; }
 wait_for "all jobs have ended" ended
 "$augsim" sweep status there
 grep -h "^  task .* was killed" there/slurm/*.log

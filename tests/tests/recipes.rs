@@ -14,8 +14,8 @@ use augsim_tensor::Tape;
 use augsim_tests::characterisation::{Answer, Answers};
 use augsim_tests::random::normals;
 use height_spring::HeightSpring;
+use own_net::{TinyNet, oscillations, train};
 use std::collections::BTreeMap;
-use tiny_net::{TinyNet, train};
 
 /// The module that effects are copied into.
 mod effects {
@@ -24,8 +24,8 @@ mod effects {
 
 #[path = "../../docs/recipes/code/height_spring.rs"]
 mod height_spring;
-#[path = "../../docs/recipes/code/tiny_net.rs"]
-mod tiny_net;
+#[path = "../../crates/nn/examples/own_net.rs"]
+mod own_net;
 #[path = "../../docs/recipes/code/two_column_log.rs"]
 mod two_column_log;
 
@@ -81,17 +81,6 @@ fn reader_gives_trajectories_in_si_units_and_names_a_mistake() {
     assert!(error.contains("c.log") && error.contains("line 2") && error.contains("99O"), "{error}");
 }
 
-/// Sequences of an oscillation with noise, and what comes next, `[time, lanes]` each.
-fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>) {
-    let noise = normals(seed, (time + 1) * lanes);
-    let value = |t: usize, lane: usize| {
-        let phase = lane as f64 + seed as f64;
-        (0.7 * t as f64 + phase).sin() + 0.1 * noise[t * lanes + lane]
-    };
-    let rows = |from: usize| (from..from + time).flat_map(|t| (0..lanes).map(move |lane| value(t, lane)));
-    (rows(0).collect(), rows(1).collect())
-}
-
 fn loss_of(
     net: &TinyNet,
     params: &Params<f64>,
@@ -123,6 +112,11 @@ fn net_has_the_gradient_of_central_differences() {
     });
     // Truncation of order h² and rounding of order eps / h, times a loss of order 10: see `augsim_tests::gradient`.
     assert!(((up - down) / 2e-6 - along).abs() < 1e-6 * along.abs().max(1.0));
+}
+
+#[test]
+fn net_example_runs() {
+    own_net::main().expect("extents that fit");
 }
 
 #[test]

@@ -7,6 +7,8 @@ pub use crate::reproduce_args::{NetArg, Reproduce, Scenario};
 use crate::start_args::Start;
 use crate::sweep::args::Sweep;
 use augsim_data::checks::Check;
+use augsim_session::configure::Corrected;
+use augsim_session::{DataFrom, Usage};
 use augsim_trainer::Recipe;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -363,6 +365,19 @@ pub struct Train {
     /// Checks of suspicious data to do without.
     #[command(flatten)]
     pub accept: Accept,
+}
+
+impl Train {
+    /// The model that the net is to correct, and the data; nothing for drops that are generated. Reads no file.
+    ///
+    /// # Errors
+    /// There are data, and no option says what moves in them.
+    pub fn corrected(&self) -> Result<Option<(Corrected, DataFrom)>, Usage> {
+        let Some(data) = self.data.as_ref().map(DataFrom::from) else { return Ok(None) };
+        let (residual_of, model) = (self.residual_of.as_deref(), self.model.as_deref());
+        let named = Corrected::of_options(residual_of, model, self.pybullet_ball, &data)?;
+        Ok(Some((named, data)))
+    }
 }
 
 /// Options of `predict`.

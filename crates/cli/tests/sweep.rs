@@ -136,6 +136,8 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
             "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
             "`seed` is an option's name",
         ),
+        // The parser takes it, and the command would refuse it.
+        ("command = \"train\"\n[options]\ndata = \"drops.csv\"", "nothing says what moves here"),
         ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<MODEL|RUN>"),
         // Each value is right, and one combination of flags is not.
         (

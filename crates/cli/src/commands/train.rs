@@ -7,11 +7,10 @@ use crate::output::Output;
 use crate::record::RECORD;
 use crate::session;
 use augsim_session::RunLock;
-use augsim_session::configure::Corrected;
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use augsim_session::training_run::Ended;
-use augsim_session::{DataFrom, residual, run_data};
+use augsim_session::{residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -56,11 +55,8 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
                 None => DataSource::PaperLaw { trajectories: GENERATED, seed },
             };
             let recipe = args.recipe;
-            let engine = match &args.data {
-                Some(data) => {
-                    let data = DataFrom::from(data);
-                    let (residual_of, model) = (args.residual_of.as_deref(), args.model.as_deref());
-                    let named = Corrected::of_options(residual_of, model, args.pybullet_ball, &data)?;
+            let engine = match args.corrected()? {
+                Some((named, data)) => {
                     let (engine, told) = named.engine(&data, recipe)?;
                     notes = told;
                     engine

@@ -1,10 +1,10 @@
 //! Options of a command as its parser knows them, and the check of a task's command line by that parser.
 
 use super::file::Value;
-use crate::args::Args;
+use crate::args::{Args, Command as ParsedCommand};
 use augsim_session::Usage;
 use clap::builder::ValueParser;
-use clap::{Arg, ArgAction, Command, CommandFactory};
+use clap::{Arg, ArgAction, Command, CommandFactory, FromArgMatches};
 use std::any::TypeId;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -145,14 +145,17 @@ impl SweptCommand {
         line
     }
 
-    /// Parses a command line as the command itself would.
+    /// Refuses a command line as the command itself would before it reads a file.
     ///
     /// # Errors
-    /// The parser's sentence.
+    /// The command's sentence.
     pub fn check(&mut self, arguments: &[String]) -> Result<(), Usage> {
         let line = std::iter::once("augsim").chain(arguments.iter().map(String::as_str));
         match self.parser.try_get_matches_from_mut(line) {
-            Ok(_) => Ok(()),
+            Ok(parsed) => match Args::from_arg_matches(&parsed).map(|args| args.command) {
+                Ok(ParsedCommand::Train(train)) => train.corrected().map(drop),
+                _ => Ok(()),
+            },
             Err(e) => {
                 let text = e.to_string();
                 let said = text.split("\n\nUsage").next().unwrap_or(&text);

@@ -1,7 +1,10 @@
 //! A net in a page: a GRU that reads a sequence, and a Gaussian head that says what comes next and how sure it is.
+//! `cargo run --release -p augsim-nn --example own_net` trains it on oscillations with noise.
 
+use augsim_data::random_stream;
 use augsim_nn::{Adam, AdamState, Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
+use rand_distr::{Distribution, StandardNormal};
 
 /// Extents: one feature in, one out.
 pub const HIDDEN: usize = 8;
@@ -67,4 +70,29 @@ pub fn train<T: Scalar>(
         adam.step(&mut state, params.values_mut(), &grads, 0.02);
     }
     Ok(losses)
+}
+
+/// Oscillations with noise of a tenth, `[time, lanes]` flat, and what comes next.
+pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut random = random_stream(seed, "oscillations", 0);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut rows: Vec<f64> = Vec::with_capacity((time + 1) * lanes);
+    for t in 0..=time {
+        rows.extend((0..lanes).map(|lane| (0.7 * t as f64 + lane as f64 + seed as f64).sin() + 0.1 * noise()));
+    }
+    (rows[..time * lanes].to_vec(), rows[lanes..].to_vec())
+}
+
+/// Trains the net and prints the loss on the way, in nats a value without the constant of the normal law.
+#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+pub fn main() -> Result<(), TensorError> {
+    let (time, lanes) = (30, 16);
+    let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+    let net = TinyNet::new(&mut params);
+    let (seen, next) = oscillations(1, time, lanes);
+    let losses = train(&net, &mut params, (time, lanes), (&seen, &next), 300)?;
+    for (step, loss) in losses.iter().enumerate().step_by(60).chain(losses.iter().enumerate().last()) {
+        println!("step {step}: {:.3} nats", loss / (time * lanes) as f64);
+    }
+    Ok(())
 }

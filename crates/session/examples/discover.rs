@@ -1,0 +1,21 @@
+//! What a model lacks, in twenty lines: `cargo run --release -p augsim-session --example discover`.
+
+use augsim_session::{DataFrom, Subject, Wanted, discover};
+use std::path::Path;
+
+/// Prints the sentence, the effects with values and intervals, and the model that has them.
+#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+pub fn main() -> anyhow::Result<()> {
+    let sealed = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sealed"));
+    let model = Subject::read(&sealed.join("model.toml"))?;
+    let data = DataFrom::File(sealed.join("bounces.csv"));
+    let found = discover(&model, &data, &Wanted::default(), &mut |_| {})?;
+    println!("{}", found.sentence);
+    for effect in &found.effects {
+        for (name, estimate) in &effect.parameters {
+            println!("{}: {name} = {}, 95 % interval {:?}", effect.kind, estimate.value, estimate.ci95);
+        }
+    }
+    println!("{}", found.model_toml);
+    Ok(())
+}
