@@ -30,10 +30,14 @@ pub(crate) fn find(data: &mut Measured) -> bool {
             }
         }
     }
+    let is_smooth = best > LENGTHS[0];
+    // No stretch is longer than a record: records of 60 samples would else be shorter than half of 192, and have none.
+    let longest = data.records.iter().map(|r| r.seen.times.len()).max().unwrap_or(best);
+    best = best.min(longest);
     for record in &mut data.records {
         let samples = record.seen.times.len();
         let cuts = (0..samples).step_by(best).map(|a| a..(a + best).min(samples));
         record.seen.pieces = cuts.filter(|piece| piece.len() * 2 >= best).collect();
     }
-    best > LENGTHS[0]
+    is_smooth
 }

@@ -78,7 +78,9 @@ pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>
     let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
     let mut rows: Vec<f64> = Vec::with_capacity((time + 1) * lanes);
     for t in 0..=time {
-        rows.extend((0..lanes).map(|lane| (0.7 * t as f64 + lane as f64 + seed as f64).sin() + 0.1 * noise()));
+        rows.extend(
+            (0..lanes).map(|lane| (0.7 * t as f64 + lane as f64 + seed as f64).sin() + 0.1 * noise()),
+        );
     }
     (rows[..time * lanes].to_vec(), rows[lanes..].to_vec())
 }
