@@ -3,7 +3,7 @@
 use crate::background::{self, Line};
 use crate::error::{raised, unlocked};
 use crate::model::Model;
-use crate::numbers::{Numbers, memory};
+use crate::numbers::{Bytes, Numbers};
 use crate::source::{Data, Source, accepted};
 use augsim_data::checks::Warning;
 use augsim_session::configure::{Corrected, WantedRun, configure};
@@ -133,13 +133,16 @@ fn named(recipe: &str) -> anyhow::Result<Recipe> {
 /// Samples side by side that are turned over together: a cache line of the source.
 const BESIDE: usize = 16;
 
-/// From `[row, sample]` to `[sample, row]`.
-fn transpose(from: &[f32], samples: usize, to: &mut [f32]) {
+/// From `[row, sample]` to the bytes of `[sample, row]`.
+fn transpose(from: &[f32], samples: usize, to: &mut [u8]) {
+    const SIZE: usize = size_of::<f32>();
     let rows = from.len() / samples.max(1);
     for first in (0..samples).step_by(BESIDE) {
         for row in 0..rows {
             let beside = &from[row * samples..][first..(first + BESIDE).min(samples)];
-            beside.iter().enumerate().for_each(|(i, value)| to[(first + i) * rows + row] = *value);
+            for (i, value) in beside.iter().enumerate() {
+                value.put(&mut to[((first + i) * rows + row) * SIZE..][..SIZE]);
+            }
         }
     }
 }
@@ -215,7 +218,7 @@ impl Run {
         let (batch, time) = shape;
         let model = Arc::clone(&self.model);
         let is_brief = batch.saturating_mul(samples).saturating_mul(time) <= BRIEF;
-        let values = background::run_unless_brief(py, is_brief, move || {
+        let drawn = background::run_unless_brief(py, is_brief, move || {
             let model = match seed {
                 Some(seed) if seed != model.state().settings.seed => Arc::new(model.with_seed(seed)?),
                 _ => model,
@@ -224,23 +227,28 @@ impl Run {
             let (states, width) = (engine.columns().len(), time * engine.action_columns().len());
             forecast::check_size(batch, samples, time, states)?;
             let is_shared = actions.len() == width;
-            let each = samples * time * states;
-            let mut values = vec![0.0_f32; batch * each];
-            let drawn = |(i, out): (usize, &mut [f32])| -> anyhow::Result<()> {
+            let drawn = |i: usize| -> anyhow::Result<Vec<f32>> {
                 let from = if is_shared { 0 } else { i * width };
                 let lacking = || Usage("start and actions: not of the shape that is said".to_owned());
                 let start = start.get(i * states..(i + 1) * states).ok_or_else(lacking)?;
                 let actions = actions.get(from..from + width).ok_or_else(lacking)?;
                 let task = Task { start, actions, time, index: first.wrapping_add(i as u64) };
-                transpose(&model.forecast(task, samples)?.values, samples, out);
-                Ok(())
+                Ok(model.forecast(task, samples)?.values)
             };
             match batch == 1 || is_brief {
-                true => values.chunks_mut(each.max(1)).enumerate().try_for_each(drawn)?,
-                false => values.par_chunks_mut(each.max(1)).enumerate().try_for_each(drawn)?,
+                true => (0..batch).map(drawn).collect(),
+                false => (0..batch).into_par_iter().map(drawn).collect::<anyhow::Result<Vec<_>>>(),
             }
-            Ok(values)
         })?;
-        memory(py, &values)
+        let size = drawn.iter().map(Vec::len).sum::<usize>() * size_of::<f32>();
+        // Straight into the interpreter's memory: a copy between would cost a tenth of the forecast.
+        PyByteArray::new_with(py, size, |bytes| {
+            let each = (size / drawn.len().max(1)).max(1);
+            py.detach(|| {
+                let places = bytes.par_chunks_mut(each).zip(&drawn);
+                places.for_each(|(to, from)| transpose(from, samples, to));
+            });
+            Ok(())
+        })
     }
 }

@@ -142,6 +142,26 @@ def test_ctrl_c_stops_it(sealed):
     assert errors == "" and time.monotonic() - begun < 10
 
 
+def test_an_interrupted_search_comes_back_at_once_and_ends_soon(sealed):
+    def interrupt(step, share):
+        if step == "fitting candidate effects":
+            raise KeyboardInterrupt
+
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        augsim.discover(sealed / "model.toml", sealed / "bounces.csv", progress=interrupt)
+    assert time.monotonic() - begun < 30
+
+    def is_idle():
+        used = time.process_time()
+        time.sleep(0.2)
+        return time.process_time() - used < 0.05
+
+    # The search goes on until it next tells how far it is; nothing of it may be left.
+    while not is_idle():
+        assert time.monotonic() - begun < 60, "the search still runs"
+
+
 def test_groups_are_asked_for_by_name(sealed):
     with pytest.raises(augsim.UsageError, match="--group A: no trajectory is in this group"):
         augsim.discover(sealed / "model.toml", sealed / "bounces.csv", groups=["A"], progress=False)

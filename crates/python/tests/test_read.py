@@ -50,6 +50,9 @@ def test_missing_values_are_gaps():
         values = augsim.read(frame)["height_m"]
         assert np.isnan(values[1]) and np.isfinite(values).sum() == 5
     assert np.isnan(augsim.read(polars.DataFrame(table(height_m=[1.0, None, 0.8, 2.0, 1.9, 1.8])))["height_m"][1])
+    masked = np.ma.masked_array([1.0, 9999.0, 0.8, 2.0, 1.9, 1.8], mask=[0, 1, 0, 0, 0, 0])
+    values = augsim.read(table(height_m=masked))["height_m"]
+    assert np.isnan(values[1]) and np.isfinite(values).sum() == 5
 
 
 @pytest.mark.parametrize(

@@ -60,12 +60,14 @@ def test_memory_is_flat(run):
         gc.collect()
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
+    # A million calls of the net that planners use; the others share its memory.
+    calls = 1_000_000 if run.recipe == "Hybrid+" else 50_000
     for _ in range(2_000):
         stepper.step(state)
     before = resident()
-    for _ in range(50_000):
+    for _ in range(calls):
         stepper.step(state)
-    assert resident() - before < 1024, "kB more after 50,000 steps"
+    assert resident() - before < 1024, f"kB more after {calls} steps"
 
 
 def test_eight_threads_step_at_once(run):
@@ -94,7 +96,7 @@ def test_what_is_no_state_is_refused(run, state):
 def test_pushes_are_sampled_instead():
     data, declared = generate.pushes(6, seed=3)
     run = augsim.train(data, "hybrid-plus", declared, iterations=2, progress=False)
-    with pytest.raises(augsim.DataError, match="sample them under its actions"):
+    with pytest.raises(augsim.DataError, match="sample this one over whole trajectories"):
         run.stepper()
     push = next(iter(data))
     actions = np.column_stack([push["pusher_x_m"], push["pusher_y_m"], push["t_s"]])

@@ -9,6 +9,7 @@ import numpy as np
 from . import _augsim
 from ._errors import UsageError
 from ._model import whole
+from ._tables import numbers
 
 
 class Stepper:
@@ -46,9 +47,11 @@ class Stepper:
 
     def _take(self, state: Any) -> None:
         try:
-            # One number would fill the array.
-            if len(state) != len(self._state):
-                raise ValueError("another length")
+            # A plain array of numbers is copied as it is; assigned to numbers, complex ones would lose a part and masks would go.
+            if type(state) is not np.ndarray or state.dtype.kind not in "fiub":
+                state = numbers("state", state)
+            if state.shape != self._state.shape:
+                raise ValueError("another shape")
             self._state[:] = state
         except (TypeError, ValueError):
             names = ", ".join(self._columns)

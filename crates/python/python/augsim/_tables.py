@@ -43,7 +43,7 @@ def source(data: Any) -> _augsim.Source:
 def _column(name: str, cells: Any) -> list[str] | np.ndarray:
     cells = cells.to_numpy() if hasattr(cells, "to_numpy") else cells
     try:
-        values = np.asarray(cells)
+        values = np.asanyarray(cells)
     except ValueError as cause:
         raise DataError(f"the table's column `{name}`: rows of different lengths; give one value a row") from cause
     if values.ndim != 1:
@@ -65,7 +65,7 @@ def _label(name: str, row: int, value: Any) -> str:
 
 
 def numbers(place: str, values: Any) -> np.ndarray:
-    """One-dimensional numbers, contiguous; missing values become NaN."""
+    """Numbers of any shape, contiguous; missing values become NaN."""
     try:
         array = np.asarray(values)
     except ValueError as cause:
@@ -75,9 +75,11 @@ def numbers(place: str, values: Any) -> np.ndarray:
     elif array.dtype.kind not in "fiub":
         raise DataError(f"{place}: values of type {array.dtype}; give numbers")
     try:
-        return np.ascontiguousarray(array, dtype=np.float64)
+        array = np.ascontiguousarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as cause:
         raise DataError(f"{place}: {cause}; give numbers") from cause
+    # `asarray` gives what lies under a mask; what is masked is missing.
+    return np.where(values.mask, np.nan, array) if isinstance(values, np.ma.MaskedArray) else array
 
 
 def _is_missing(value: Any) -> bool:
