@@ -1,4 +1,4 @@
-//! What can be typed.
+//! Arguments and options of all commands.
 
 use crate::commands::export::Export;
 use crate::commands::report::ReportArgs;
@@ -128,7 +128,7 @@ pub struct Demo {
     pub out: PathBuf,
 }
 
-/// What is simulated.
+/// Scenarios that `simulate` generates without a model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SimulateScenario {
     /// Drops of the paper's law.
@@ -156,7 +156,7 @@ pub struct ModelArgs {
     pub action: ModelAction,
 }
 
-/// What to do with model files.
+/// Actions of `augsim model`.
 #[derive(Debug, Subcommand)]
 pub enum ModelAction {
     /// Write a commented model file that runs as it is.
@@ -230,7 +230,7 @@ pub struct Simulate {
     /// With MODEL: compare with an adaptive reference and print the largest deviation of each output.
     #[arg(long, requires = "which")]
     pub check: bool,
-    /// What to simulate.
+    /// Scenario to simulate.
     #[arg(long, value_enum, default_value = "ball")]
     pub scenario: SimulateScenario,
     /// Number of trajectories.
@@ -245,7 +245,7 @@ pub struct Simulate {
     /// Object that is pushed.
     #[arg(long, default_value = "rect1", value_parser = clap::builder::PossibleValuesParser::new(augsim_physics::push::OBJECTS))]
     pub object: String,
-    /// What it lies on.
+    /// Support that the object lies on.
     #[arg(long, default_value = "abs", value_parser = ["abs", "delrin", "plywood", "pu"])]
     pub surface: String,
     /// Samples of a push per second.
@@ -401,7 +401,7 @@ pub struct Predict {
     pub out: PathBuf,
 }
 
-/// What a score may see.
+/// Samples of a held-out trajectory that a scored model may see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProtocolArg {
     /// The first state only.
@@ -423,7 +423,7 @@ pub struct Evaluate {
     /// free run over all later ones.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub burn_in: u32,
-    /// What the model may see.
+    /// Samples of a held-out trajectory that the model may see.
     #[arg(long, value_enum, default_value = "forecast")]
     pub protocol: ProtocolArg,
     /// Exit with code 1 unless the error of the height, or of the position of a pushed object, is below this, in m (mean of
@@ -440,7 +440,7 @@ pub struct Data {
     pub action: DataAction,
 }
 
-/// What to do with data.
+/// Actions of `augsim data`.
 #[derive(Debug, Subcommand)]
 pub enum DataAction {
     /// Columns, units, lengths, rates, gaps, streams and ranges of a data set, and every check of suspicious data.

@@ -123,16 +123,16 @@ fn is_inside(path: &Path, folder: &Path) -> bool {
         .is_some_and(|existing| existing.starts_with(folder))
 }
 
-/// What a command is about to write into a folder.
+/// Results that a command is about to write into a folder.
 #[derive(Debug)]
 pub struct Results<'a> {
     /// The folder.
     pub folder: &'a Path,
     /// Names of the files in it, besides `run.toml` and `timing.json`.
     pub files: &'a [&'a str],
-    /// What the command reads.
+    /// Files that the command reads.
     pub inputs: &'a [&'a Path],
-    /// What decides the results.
+    /// Settings that decide the results.
     pub record: Record,
     /// Whether the results of another run may be replaced.
     pub force: bool,

@@ -56,7 +56,7 @@ struct Row {
     protocol: &'static str,
     /// Model.
     model: &'static str,
-    /// What is seen of a row.
+    /// The sensor through which the beginning is seen.
     sensor: &'static str,
     /// Rows seen.
     seen: usize,

@@ -49,7 +49,7 @@ impl Output {
         let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
     }
 
-    /// What is suspicious in the data; shown to whoever is quiet, too.
+    /// Tells suspicions about the data, even with `--quiet`.
     pub fn warn(&self, warnings: &[Warning]) {
         for warning in warnings {
             self.notice(printable(&format!("augsim: warning ({}): {}", warning.check, warning.text)));

@@ -1,4 +1,4 @@
-//! What all reproductions share: their size, the folder of their results, the command that repeats them.
+//! The frame of all reproductions: their size, the folder of their results, the command that repeats them.
 
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::exit::Usage;

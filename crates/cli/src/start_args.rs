@@ -1,4 +1,4 @@
-//! What can be typed after `augsim start`.
+//! Arguments and options of `augsim start`.
 
 use augsim_data::Renamed;
 use clap::Args as ClapArgs;

@@ -2,9 +2,10 @@
 # # Pushing a block to a goal
 #
 # A rod pushes a square block by straight pushes to a goal pose. Each push is chosen by model-predictive control: of many candidates,
-# and as many near the best of these, the one whose forecast ends nearest to the goal is made, then the block is looked at again. The world has inertia, friction summed
-# over the footprint, another contact friction than declared, and for every push another gradient of the friction across the table;
-# none of it is declared. The planner forecasts with the calibrated analytical model, or with Hybrid+ on top of the declared one.
+# and as many near the best of these, the one whose forecast ends nearest to the goal is made, then the block is looked at again. The
+# world is the virtual laboratory: a friction map of its own for every push, friction that depends on the direction, summed over the
+# footprint, another contact friction than declared, and inertia; none of it is declared. The planner forecasts with the calibrated
+# analytical model, or with Hybrid+ on top of the declared one.
 
 # %%
 import os
@@ -12,6 +13,7 @@ import os
 import numpy as np
 
 import augsim
+from augsim import generate
 
 QUICK = bool(os.environ.get("AUGSIM_EXAMPLES_QUICK"))
 TRAIN, ITERATIONS, GOALS, CANDIDATES, SAMPLES = (60, 60, 2, 20, 2) if QUICK else (800, 3000, 100, 100, 8)
@@ -20,6 +22,9 @@ PUSHES, REACHED = 6, 0.005
 #: Half a side of the block and the rod's radius, m; weight of a radian in metres.
 HALF, ROD, RADIAN = 0.045, 0.00475, 0.045
 MOVING, RESTING, REST_S = 20, 6, 0.3
+#: Supports with their mean friction, which is known; "pu" has the most uneven map.
+SUPPORTS = {"abs": 0.14, "delrin": 0.14, "plywood": 0.26, "pu": 0.285}
+SURFACE = os.environ.get("AUGSIM_SURFACE", "pu")
 
 DECLARED = """
 scenario = "push"
@@ -27,25 +32,17 @@ object = "rect1"
 [parameters]
 contact_friction = {{ nominal = {friction}, min = 0.05, max = 1.0 }}
 c_m = {{ nominal = {c}, min = 0.01, max = 0.1 }}
-support_friction = 0.14
+support_friction = {support}
 """
-EFFECTS = """
-[[effect]]
-kind = "exact-surface"
-[[effect]]
-kind = "inertia"
-[[effect]]
-kind = "friction-gradient"
-gx_per_m = {{ nominal = {gx}, min = -5.0, max = 5.0 }}
-gy_per_m = {{ nominal = {gy}, min = -5.0, max = 5.0 }}
-"""
-declared = augsim.Model(DECLARED.format(friction=0.25, c=0.0344))
 
 
-def world_of(random):
-    """The world as it is for one push: friction 0.21 at the contact, and a gradient of the friction that nobody declares."""
-    gx, gy = np.clip(random.normal(0.0, 2.0, 2), -5.0, 5.0)
-    return augsim.Model(DECLARED.format(friction=0.21, c=0.0344) + EFFECTS.format(gx=gx, gy=gy))
+def model_of(friction, c):
+    """The analytical model with these values."""
+    return augsim.Model(DECLARED.format(friction=friction, c=c, support=SUPPORTS[SURFACE]))
+
+
+declared = model_of(0.25, 0.0344)
+world = generate.Laboratory(SURFACE, "rect1", seed=1)
 
 
 # %% [markdown]
@@ -87,6 +84,12 @@ def rod_path(pose, push):
     return times, begin + far[:, None] * direction
 
 
+def pushed_in_world(pose, push, number):
+    """True poses `[T, 3]` of the block under a push; `number` says which friction map it meets."""
+    times, rod = rod_path(pose, push)
+    return world.pushed(pose, times, rod, number)
+
+
 def pushed(model, pose, push):
     """Poses `[T, 3]` of the block under a push, by a model."""
     times, rod = rod_path(pose, push)
@@ -106,7 +109,7 @@ measured = []
 for number, push in enumerate(drawn_pushes(random, TRAIN)):
     pose = np.array([0.35, -0.03, random.uniform(-np.pi, np.pi)])
     times, rod = rod_path(pose, push)
-    poses = pushed(world_of(random), pose, push) + NOISE * random.normal(size=(len(times), 3))
+    poses = pushed_in_world(pose, push, number) + NOISE * random.normal(size=(len(times), 3))
     measured.append((pose, push, poses[-1]))
     columns = [np.full(len(times), number), times, *rod.T, *poses.T]
     for name, values in zip(table, columns):
@@ -114,7 +117,7 @@ for number, push in enumerate(drawn_pushes(random, TRAIN)):
 
 values, step = np.array([0.25, 0.0344]), np.array([1e-4, 1e-5])
 for _ in range(3):
-    shifted = [augsim.Model(DECLARED.format(friction=f, c=c)) for f, c in values + np.vstack([np.zeros(2), np.diag(step)])]
+    shifted = [model_of(f, c) for f, c in values + np.vstack([np.zeros(2), np.diag(step)])]
     ends = np.array([[pushed(m, pose, push)[-1] for pose, push, _ in measured[:200]] for m in shifted]) * [1, 1, RADIAN]
     truth = np.array([end for _, _, end in measured[:200]]) * [1, 1, RADIAN]
     slopes = ((ends[1:] - ends[0]) / step[:, None, None]).reshape(2, -1).T
@@ -122,7 +125,7 @@ for _ in range(3):
     weight = 1.0 / np.sqrt(1.0 + (off / 0.002) ** 2)
     change = np.linalg.lstsq(slopes * weight[:, None], off * weight, rcond=None)[0]
     values = np.clip(values + change, [0.06, 0.012], [0.9, 0.09])
-calibrated = augsim.Model(DECLARED.format(friction=values[0], c=values[1]))
+calibrated = model_of(*values)
 print(f"calibrated: contact friction {values[0]:.3f}, c = {1e3 * values[1]:.1f} mm")
 
 # %%
@@ -160,7 +163,6 @@ def episode(forecast, number):
     goal[:2] += random.uniform(0.04, 0.1) * np.array([np.cos(a := random.uniform(-np.pi, np.pi)), np.sin(a)])
     for turn in range(PUSHES):
         draws = np.random.default_rng([13, number, turn])
-        world = world_of(np.random.default_rng([14, number, turn]))
         noise = NOISE * np.random.default_rng([15, number, turn]).normal(size=3)
         candidates = drawn_pushes(draws, CANDIDATES)
         foreseen = cost(forecast(pose + noise, candidates), goal)
@@ -169,7 +171,8 @@ def episode(forecast, number):
         foreseen = np.r_[foreseen, cost(forecast(pose + noise, finer), goal)]
         if foreseen.min() >= cost(pose + noise, goal):
             break
-        pose = pushed(world, pose, candidates[foreseen.argmin()])[-1]
+        # Numbers beyond those of the training pushes: maps that nobody has seen, the same for every forecaster.
+        pose = pushed_in_world(pose, candidates[foreseen.argmin()], 1_000_000 + number * PUSHES + turn)[-1]
         if cost(pose, goal) < REACHED:
             break
     return cost(pose, goal)

@@ -1,15 +1,19 @@
 //! Trajectories that our generators make: for examples, and for trying things out.
 
 use crate::background;
+use crate::error::unlocked;
 use crate::model::Model;
+use crate::numbers::{Numbers, memory};
 use crate::source::Data;
 use augsim_data::Limit;
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_physics::model::ModelFile;
-use augsim_physics::push::laboratory::Protocol;
+use augsim_physics::push::Pose;
+use augsim_physics::push::laboratory::{Protocol, Recipe};
 use augsim_session::run_data::recipe;
 use augsim_session::{Subject, Usage};
 use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
 
 /// Refuses more trajectories than the limit of data sets.
 fn check(trajectories: usize) -> Result<(), Usage> {
@@ -49,4 +53,45 @@ pub fn pushes(
     })?;
     let subject = Subject::BuiltIn(Box::new(ModelFile::Push(made.declared)));
     Ok((Data::of(py, made.data)?, Model { subject, path: None }))
+}
+
+/// The virtual laboratory, for pushes that are chosen one by one.
+#[pyclass(frozen, module = "augsim._augsim")]
+pub struct Laboratory {
+    recipe: Recipe,
+    seed: u64,
+}
+
+#[pymethods]
+impl Laboratory {
+    #[new]
+    fn new(py: Python<'_>, surface: String, shape: String, seed: u64) -> PyResult<Self> {
+        let recipe = unlocked(py, || {
+            recipe(Protocol::Random, &shape, &surface, 1).map_err(|e| Usage(e.to_string()).into())
+        })?;
+        Ok(Laboratory { recipe, seed })
+    }
+
+    /// Memory of poses `[time, 3]` from a pose `[3]`, with the rod at `x` and `y` at `times`.
+    fn pushed<'py>(
+        &self,
+        py: Python<'py>,
+        start: Numbers,
+        times: Numbers,
+        x: Numbers,
+        y: Numbers,
+        index: u64,
+    ) -> PyResult<Bound<'py, PyByteArray>> {
+        let (start, times, x, y) = (start.into_vec(), times.into_vec(), x.into_vec(), y.into_vec());
+        let poses = unlocked(py, || {
+            let [px, py, angle] = start[..] else {
+                return Err(Usage("start: give x_m, y_m, theta_rad".to_owned()).into());
+            };
+            let poses =
+                self.recipe.pushed(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
+            let poses = poses.map_err(|e| anyhow::Error::from(Usage(e.to_string())))?;
+            Ok(poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect::<Vec<f64>>())
+        })?;
+        memory(py, &poses)
+    }
 }

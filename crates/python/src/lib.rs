@@ -18,7 +18,7 @@ mod _augsim {
     #[pymodule_export]
     use super::discovery::{Discovery, discover};
     #[pymodule_export]
-    use super::generated::{drops, pushes};
+    use super::generated::{Laboratory, drops, pushes};
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]

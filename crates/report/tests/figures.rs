@@ -66,7 +66,7 @@ fn all(x: &[f64], y: &[f64], name: &str) -> Vec<Figure> {
     let clouds = (0..3).map(cloud).collect();
     let scatter =
         Scatter { title: title.clone(), x: x_axis, y: y_axis.clone(), clouds, ..Scatter::default() };
-    let sample = |name: &str, i, values| Sample { name: name.into(), tone: tone(i), values };
+    let sample = |name: &str, i, values| HistogramSample { name: name.into(), tone: tone(i), values };
     let samples = vec![sample(name, 0, y.to_vec()), sample("other", 1, shifted(1.0))];
     let quantiles =
         QuantileSeries { name: title.clone(), tone: tone(0), normal: y.to_vec(), sample: shifted(0.1) };

@@ -16,7 +16,7 @@ pub struct Circumstances {
     pub seed: u64,
     /// The model file and the data.
     pub sources: Vec<DataSource>,
-    /// What to type to repeat it; empty where nothing on disk would.
+    /// The command line that repeats it; empty where no file on disk would.
     pub reproduce: String,
     /// Runs of the models and laws, for systems of equations.
     pub pictures: Pictures,
@@ -41,7 +41,7 @@ impl Circumstances {
     }
 }
 
-/// What data are called on a page: their file, or the folder of a file that is called as any (`data.csv`).
+/// The name of data on a page: that of their file, or of its folder where the file has a name like any other (`data.csv`).
 fn name_of(path: &Path) -> String {
     let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let file = text(path.file_name());

@@ -26,7 +26,7 @@ pub enum Corrected {
     PybulletBall,
 }
 
-/// What a user wants of a training run.
+/// Wishes of a user about a training run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WantedRun {
     /// Net.

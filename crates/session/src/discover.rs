@@ -7,7 +7,7 @@ use augsim_discovery::{Discovery, Options, Progress, discover_push};
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
 
-/// What a user wants of a discovery.
+/// Wishes of a user about a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     /// Only trajectories of these groups; all where there is none.

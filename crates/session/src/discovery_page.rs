@@ -22,7 +22,7 @@ type Declared = (String, f64, bool);
 struct Shown {
     /// The kind of system.
     scenario: String,
-    /// What is forecast.
+    /// The quantity that is forecast.
     quantity: String,
     /// The declared parameters.
     declared: Vec<Declared>,
@@ -368,7 +368,7 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
     }
 }
 
-/// What a push's page says beside its tables.
+/// Notes below the tables of a page about pushes.
 fn push_notes(push: &augsim_discovery::PushFound) -> Vec<String> {
     let [train, test] = push.windows;
     let [a, b] = push.outlier_windows;

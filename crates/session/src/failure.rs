@@ -1,4 +1,4 @@
-//! What kind of mistake an error is: exit codes and Python's exceptions follow from it.
+//! Kinds of errors: exit codes and Python's exceptions follow from it.
 
 use crate::Usage;
 use augsim_data::push::PushError;
@@ -9,7 +9,7 @@ use augsim_trainer::{EngineError, TrainerError};
 /// The kind of a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// What was asked for makes no sense, or not together with what is on disk.
+    /// The request makes no sense, or not together with the files on disk.
     Usage,
     /// A model file is wrong.
     Model,

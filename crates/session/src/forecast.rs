@@ -6,7 +6,7 @@ use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite};
 use rayon::prelude::*;
 
-/// What is told of each column, in order.
+/// Statistics that are written of each column, in order.
 const STATISTICS: [&str; 6] = ["mean", "median", "q05", "q25", "q75", "q95"];
 
 /// Forecasts from the first state of each trajectory alone, `samples` of each: mean, median, 50 and 90 % bands of every

@@ -1,4 +1,4 @@
-//! What is given where a model or a run may be: a model file, the folder of a discovery, a trained net.
+//! An argument that may be a model or a run: a model file, the folder of a discovery, a trained net.
 
 use crate::Usage;
 use crate::residual::MODEL;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// The result in the folder of a discovery.
 const RESULT: &str = "result.json";
 
-/// What stands behind an argument that may be a model or a run.
+/// The model or run that an argument names.
 #[derive(Debug)]
 pub enum Given {
     /// The run directory of a trained net.

@@ -135,7 +135,7 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
 /// Measured trajectories to train on as a run is configured, after every check of suspicious data, with what these warn of.
 ///
 /// # Errors
-/// What cannot be right, or lacks what the engine needs.
+/// Data that cannot be right, or lack columns that the engine needs.
 pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     // A net without physics may learn any world: nothing is expected of its gravity.

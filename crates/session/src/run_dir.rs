@@ -44,7 +44,7 @@ pub enum DataSource {
     },
 }
 
-/// What `config.resolved.toml` holds: enough to repeat the run.
+/// Content of `config.resolved.toml`: enough to repeat the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Config {
     /// Iterations between checkpoints.

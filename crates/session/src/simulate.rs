@@ -23,7 +23,7 @@ pub const BRIEF: usize = 20_000;
 /// A column of numbers with its name.
 pub type Named = (String, Vec<f64>);
 
-/// What is to be simulated.
+/// Starts, times and inputs of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
     /// First value of every state, and of what is known of a whole trajectory (`spin_rad_s`), by name: one for each trajectory

@@ -1,4 +1,4 @@
-//! What was typed cannot be done.
+//! The error of a request that cannot be done.
 
 /// The command line makes no sense together with what is on disk.
 #[derive(Debug)]

@@ -25,7 +25,7 @@ pub struct Runs<'a> {
     pub resume: bool,
 }
 
-/// What a chain is made of.
+/// Data, model and nets of a chain.
 pub struct Chain<'a> {
     /// Where the trajectories come from, where rows say so.
     pub name: Option<&'static str>,

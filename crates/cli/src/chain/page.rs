@@ -37,7 +37,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     }
 }
 
-/// What the loop found in each set.
+/// The section on the effects that the loop found in each set.
 fn found(title: &str, sets: &[SetRow]) -> Section {
     let millimetres = |r: Rmse| Cell::estimate(1e3 * r.rmse, Some(r.ci95.map(|v| 1e3 * v)));
     let table = Table {

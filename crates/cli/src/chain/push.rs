@@ -14,7 +14,7 @@ pub const LABORATORY: &str = "push-laboratory";
 /// Training pushes that the loop reads: 2 to 3 CPU minutes, as fast pushes with inertia are slow to simulate.
 const LOOP_PUSHES: usize = 120;
 
-/// What came of it.
+/// Result of the chain on pushes.
 #[derive(Debug, Serialize)]
 pub struct Pushing {
     /// The discovery on training pushes.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// The set that PyBullet made.
 pub const PYBULLET: &str = "pybullet-ball";
 
-/// What the engine of the paper's experiment believes: damping that the data do not have and a restitution of 0.65. The
+/// The model that the engine of the paper's experiment has: damping that the data do not have and a restitution of 0.65. The
 /// position deviation is a tolerance: the stepping scheme differs from the exact engine by centimetres at each bounce.
 const PYBULLET_MODEL: &str = "\
 scenario = \"ball\"

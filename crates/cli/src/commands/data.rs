@@ -23,7 +23,7 @@ struct Written {
     pushes: bool,
 }
 
-/// What to convert and where to.
+/// A conversion: converter, source and destination.
 struct Conversion<'a> {
     converter: Converter,
     input: &'a Path,

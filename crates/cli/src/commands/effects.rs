@@ -27,7 +27,7 @@ struct Listed {
     place: String,
     formula: String,
     parameters: Vec<Parameter>,
-    /// What has to be in the data; empty where nothing special is needed.
+    /// Columns or events that the data must have; empty where nothing special is needed.
     #[serde(skip_serializing_if = "str::is_empty")]
     needs: &'static str,
     stands_for: Vec<String>,
@@ -48,7 +48,7 @@ pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
         Some(model) => of_model(model, args.data.as_deref())?,
         None => of_libraries(args.kind.as_deref())?,
     };
-    output.result(&list, || told(&list))?;
+    output.result(&list, || effect_list_text(&list))?;
     Ok(Outcome::Done)
 }
 
@@ -136,7 +136,7 @@ fn listed(effect: &Effect, measured: bool) -> Listed {
     }
 }
 
-fn told(list: &List) -> String {
+fn effect_list_text(list: &List) -> String {
     let count = list.effects.len();
     let effects = if count == 1 { "effect" } else { "effects" };
     let mut text = match list.model.as_str() {

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What a law is written as.
+/// Languages that a law can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LanguageArg {
     /// A LaTeX document.
@@ -26,7 +26,7 @@ pub enum LanguageArg {
 pub struct Export {
     /// Model file (TOML) of a ball or of equations, or folder of `discover`.
     pub model: PathBuf,
-    /// What the law is written as.
+    /// Language that the law is written in.
     #[arg(long = "as", value_enum)]
     pub language: LanguageArg,
     /// File to write; the text is printed without it.

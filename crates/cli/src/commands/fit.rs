@@ -27,11 +27,11 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let path = claim.write(MODEL, &text)?;
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
-    output.result(&answer, || format!("{}\ncalibrated model: {}", told(&answer), path.display()))?;
+    output.result(&answer, || format!("{}\ncalibrated model: {}", fit_text(&answer), path.display()))?;
     Ok(Outcome::Done)
 }
 
-fn told(answer: &Answer) -> String {
+fn fit_text(answer: &Answer) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     for p in answer.parameters.iter().filter(|p| !p.frozen) {

@@ -22,7 +22,7 @@ const KNOWN: [&str; 4] = ["npz", "h5", "json", "zip"];
 /// Height of the floor, m, from which the model names it: a ball's radius is less.
 const RAISED_M: f64 = 0.05;
 
-/// What was made.
+/// Files that were written, with the reading of the recording.
 #[derive(Debug, Serialize)]
 struct Begun {
     data: PathBuf,
@@ -77,7 +77,7 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
         floor_height_m: floor,
         next,
     };
-    output.result(&begun, || told(&begun, &data, &recording))?;
+    output.result(&begun, || start_text(&begun, &data, &recording))?;
     Ok(Outcome::Done)
 }
 
@@ -166,7 +166,7 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
 }
 
 /// At most ten lines.
-fn told(begun: &Begun, data: &Dataset, recording: &Recording) -> String {
+fn start_text(begun: &Begun, data: &Dataset, recording: &Recording) -> String {
     let mut lines = begun.assumed.clone();
     lines.truncate(5);
     let summary = Summary::of(data);

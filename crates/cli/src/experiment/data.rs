@@ -90,7 +90,7 @@ pub struct Data {
     pub tests: Vec<Set>,
     /// Where it comes from, for the page.
     pub origin: Vec<Origin>,
-    /// What had to be left out.
+    /// Sentences about trajectories that had to be left out.
     pub notes: Vec<String>,
 }
 

@@ -28,7 +28,7 @@ impl Figure {
     }
 }
 
-/// What stands in a column of numbers.
+/// The figure of a row that a column of a table shows.
 #[derive(Debug, Clone, Copy)]
 pub enum Value {
     /// Trajectories that the model was trained on.
@@ -66,7 +66,7 @@ impl Shown {
 /// How the scores of one kind of system are told.
 #[derive(Debug)]
 pub struct Layout {
-    /// What a forecasting model sees.
+    /// Samples that a forecasting model sees, in words.
     pub sees: &'static str,
     /// One trajectory, and many.
     pub words: [&'static str; 2],
@@ -81,7 +81,7 @@ pub struct Layout {
     pub width: usize,
     /// Columns of tables.
     pub shown: &'static [Shown],
-    /// What is to be known about tables on a page.
+    /// Notes below the tables of a page.
     pub footnotes: &'static [&'static str],
     /// Channels of a forecast that a page draws: name, unit, factor from the unit of the data.
     pub channels: &'static [(&'static str, &'static str, f64)],

@@ -43,7 +43,7 @@ use std::path::PathBuf;
 /// A finished experiment.
 #[derive(Debug)]
 pub struct Finished {
-    /// What was written.
+    /// Content of the result file that was written.
     pub result: ResultFile,
     /// The report's path.
     pub report: PathBuf,

@@ -25,15 +25,15 @@ const CLOUD_POINTS: usize = 700;
 pub struct Scored {
     /// Model.
     pub name: String,
-    /// What it could see.
+    /// Samples of a test trajectory that it could see.
     pub protocol: Protocol,
     /// Its score.
     pub score: Score,
 }
 
-/// What the page draws, beside the result.
+/// Data and nets that the page draws beside the result.
 pub struct Drawn<'a> {
-    /// What models were trained and scored on.
+    /// Data that models were trained and scored on.
     pub data: &'a Data,
     /// Nets trained on the whole set.
     pub nets: &'a [Trained],

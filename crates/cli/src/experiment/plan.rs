@@ -1,4 +1,4 @@
-//! What an experiment is asked to do.
+//! The plan of an experiment: nets, data, tables.
 
 use super::result::ResultFile;
 use augsim_report::page::KeyFigure;
@@ -14,8 +14,8 @@ pub struct NetPlan {
     pub iterations: u64,
 }
 
-/// What is run: nets are trained on one set and scored on test sets, beside the physics. All else is there where it is asked
-/// for.
+/// The plan of an experiment: nets are trained on one set and scored on test sets, beside the physics. All else is there where
+/// it is asked for.
 #[derive(Debug, Clone)]
 pub struct Experiment {
     /// Command that repeats it.
@@ -36,7 +36,7 @@ pub struct Experiment {
     pub runs: Option<PathBuf>,
     /// Whether less of everything was asked for.
     pub quick: bool,
-    /// What is said about it.
+    /// Sentences about it.
     pub words: Words,
     /// Seed.
     pub seed: u64,
@@ -44,7 +44,7 @@ pub struct Experiment {
     pub resume: bool,
 }
 
-/// What a page and the results say about an experiment.
+/// Sentences of a page and of the results about an experiment.
 #[derive(Debug, Clone)]
 pub struct Words {
     /// `ball` or `push`.
@@ -57,7 +57,7 @@ pub struct Words {
     pub summary: fn(&ResultFile) -> String,
     /// Numbers in large type.
     pub key_figures: fn(&ResultFile) -> Vec<KeyFigure>,
-    /// What a net reads.
+    /// Columns that a net reads, in words.
     pub describe: fn(Recipe) -> &'static str,
     /// Whether forecasts of a model are drawn.
     pub draws: fn(&str) -> bool,

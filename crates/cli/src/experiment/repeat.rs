@@ -34,7 +34,7 @@ pub struct Distance {
     pub sd_mm: [f64; 2],
 }
 
-/// What `result.json` says about the repeated push.
+/// Scatter of the repeated push, as `result.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeated {
     /// Where the truth comes from.

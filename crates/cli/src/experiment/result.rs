@@ -1,4 +1,4 @@
-//! What an experiment comes to.
+//! `result.json` of an experiment.
 
 use super::repeat::Repeated;
 use super::rows::{self, Row};
@@ -23,7 +23,7 @@ pub struct CurvePoint {
     pub crps_mm: f64,
 }
 
-/// What `result.json` holds. What an experiment has not is absent.
+/// Content of `result.json`; parts that an experiment has not are absent.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
     /// `augsim.reproduce/1`.

@@ -26,7 +26,7 @@ impl Numbers {
     }
 }
 
-/// What a row was measured on, where there is more than one test set.
+/// The test set of a row, where there is more than one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tested {
     /// Support.
@@ -49,9 +49,9 @@ pub struct Row {
     pub data: Option<&'static str>,
     /// Model.
     pub model: String,
-    /// What it could see.
+    /// Samples of a test trajectory that it could see.
     pub protocol: Protocol,
-    /// What it was measured on.
+    /// The test set, where there is more than one.
     #[serde(flatten)]
     pub tested: Option<Tested>,
     /// How samples became the one prediction of the next numbers.
@@ -126,7 +126,7 @@ impl Row {
         self.errors.get(name).or(self.crps.get(name)).unwrap_or(f64::NAN)
     }
 
-    /// What stands in a column of tables.
+    /// The figure that a column of a table shows.
     fn value(&self, value: Value) -> Option<f64> {
         match value {
             Value::Trained => self.tested.as_ref().map(|t| t.train_pushes as f64),
@@ -142,7 +142,7 @@ impl Row {
         second.map(|s| (self.layout.second.1, &s.1))
     }
 
-    /// What the row was measured on, in a few words; nothing where there is one test set.
+    /// The test set in a few words; nothing where there is only one.
     pub fn set(&self) -> Option<String> {
         let Tested { split, object, surface, test_pushes, .. } = self.tested.as_ref()?;
         let (data, many) = (self.data.unwrap_or_default(), self.layout.words[1]);

@@ -29,7 +29,7 @@ const TEST_EVERY: usize = 3;
 /// Iterations of the nets: there are few runs.
 const ITERATIONS: u64 = 1500;
 
-/// What came of the measured runs.
+/// Results of the runs that were trained on measured data.
 #[derive(Debug)]
 pub struct Measured {
     /// Table.

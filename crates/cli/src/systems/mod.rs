@@ -34,7 +34,7 @@ struct ResultFile {
     seed: u64,
 }
 
-/// What a set gave.
+/// Scores and findings on one set.
 #[derive(Debug, Serialize)]
 struct SetRow {
     set: &'static str,

@@ -32,11 +32,11 @@ pub struct Set {
     pub burn_in: usize,
     /// Unit of its table, and how many of it one unit of the output is.
     pub unit: (&'static str, f64),
-    /// What is scored, in words.
+    /// The score, in words.
     pub metric: &'static str,
     /// Who measured it.
     pub source: &'static str,
-    /// What others reached.
+    /// Scores that others published.
     pub published: &'static [Published],
     /// Reads its records.
     pub read: fn(&Path) -> Result<Records, DataError>,

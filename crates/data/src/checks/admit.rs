@@ -18,7 +18,7 @@ impl Accepted {
     }
 
     /// Whether `check` is accepted.
-    pub fn holds(self, check: Check) -> bool {
+    pub fn accepts(self, check: Check) -> bool {
         self.0 >> check as u32 & 1 == 1
     }
 }
@@ -52,7 +52,7 @@ pub struct Admitted {
 /// # Errors
 /// The findings that refuse the set.
 pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<Admitted, SuspiciousData> {
-    let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.holds(o.check));
+    let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.accepts(o.check));
     let (refused, warned): (Vec<Finding>, Vec<Finding>) =
         outcomes.flat_map(|o| o.findings).partition(|f| f.severity() == Severity::Refused);
     if !refused.is_empty() {

@@ -128,7 +128,7 @@ fn fit(lines: &[&str], dialect: Dialect) -> (f64, usize) {
 }
 
 /// The dialect in which most of the lines are rows of numbers; `None` where none is.
-fn told(lines: &[&str], separator: Option<char>, decimal: Option<char>) -> Option<Dialect> {
+fn dialect_of_lines(lines: &[&str], separator: Option<char>, decimal: Option<char>) -> Option<Dialect> {
     let quoted = lines.iter().any(|line| line.contains('"'));
     let separators = SEPARATORS.into_iter().filter(|s| separator.is_none_or(|wanted| wanted == *s));
     let separators = separators.chain(separator.filter(|s| !SEPARATORS.contains(s)));
@@ -174,7 +174,8 @@ pub(super) fn sheet(
     }
     // The preamble must not decide: the dialect is that of the lines after it.
     let tail = &plain[plain.len().min(PREAMBLE) / 2..];
-    let dialect = told(tail, separator, decimal).or_else(|| told(&plain, separator, decimal));
+    let dialect =
+        dialect_of_lines(tail, separator, decimal).or_else(|| dialect_of_lines(&plain, separator, decimal));
     let dialect = dialect.ok_or_else(|| {
         not("its lines are no rows of numbers; give the character between cells by --sep and the decimal mark by --decimal \
              (augsim start)")

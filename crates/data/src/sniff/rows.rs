@@ -36,7 +36,7 @@ pub(super) struct Done {
 }
 
 /// One row as numbers.
-struct Sample {
+struct SampledRow {
     line: u64,
     time: f64,
     values: Vec<f64>,
@@ -62,7 +62,7 @@ pub(super) fn drafts(
     let column = |cell: usize| headings[cell].raw.clone();
     let path = || sheet.path.clone();
     let mut order: Vec<String> = Vec::new();
-    let mut by_id: BTreeMap<String, (Option<String>, Vec<Sample>)> = BTreeMap::new();
+    let mut by_id: BTreeMap<String, (Option<String>, Vec<SampledRow>)> = BTreeMap::new();
     for row in 0..sheet.rows() {
         let (line, texts) = (sheet.lines[row], sheet.row(row));
         let read = |cell: usize| {
@@ -105,7 +105,7 @@ pub(super) fn drafts(
             let (expected, found) = (first.clone().unwrap_or_default(), group.unwrap_or_default());
             return Err(DataError::GroupChanges { path: path(), line, trajectory: id, expected, found });
         }
-        samples.push(Sample { line, time, values });
+        samples.push(SampledRow { line, time, values });
     }
     let mut out = Vec::new();
     for id in order {
@@ -149,13 +149,18 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// The samples cut where the clock starts anew, if nothing names the trajectories.
-fn parts_of(id: String, samples: Vec<Sample>, unnamed: bool, done: &mut Done) -> Vec<(String, Vec<Sample>)> {
+fn parts_of(
+    id: String,
+    samples: Vec<SampledRow>,
+    unnamed: bool,
+    done: &mut Done,
+) -> Vec<(String, Vec<SampledRow>)> {
     let back = samples.windows(2).filter(|w| w[1].time < w[0].time).count();
     if !unnamed || back == 0 || back as f64 > SHUFFLED * samples.len() as f64 {
         return vec![(id, samples)];
     }
     done.restarts = true;
-    let mut out: Vec<(String, Vec<Sample>)> = Vec::new();
+    let mut out: Vec<(String, Vec<SampledRow>)> = Vec::new();
     for sample in samples {
         let goes_on = out.last().and_then(|(_, s)| s.last()).is_some_and(|last| sample.time >= last.time);
         match out.last_mut() {

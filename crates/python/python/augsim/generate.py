@@ -3,11 +3,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from . import _augsim
 from ._data import Data
+from ._errors import UsageError
 from ._model import Model, whole
+from ._tables import numbers
 
-__all__ = ["drops", "pushes"]
+__all__ = ["Laboratory", "drops", "pushes"]
 
 
 def drops(trajectories: int, *, samples: int = 400, seed: int = 1) -> Data:
@@ -22,3 +28,23 @@ def pushes(trajectories: int, *, surface: str = "abs", shape: str = "rect1", see
     """
     data, model = _augsim.pushes(whole("trajectories", trajectories), surface, shape, whole("seed", seed))
     return Data._of(data), Model._of(model)
+
+
+class Laboratory:
+    """The virtual laboratory, for pushes that are chosen one by one: what ``pushes`` hides, it hides. ``surface`` is one of ``abs``,
+    ``delrin``, ``plywood``, ``pu``; ``shape`` is an object of the MIT set."""
+
+    def __init__(self, surface: str = "abs", shape: str = "rect1", *, seed: int = 1) -> None:
+        self._inner = _augsim.Laboratory(surface, shape, whole("seed", seed))
+
+    def pushed(self, start: Any, times: Any, rod: Any, index: int) -> np.ndarray:
+        """True poses of the object, shape ``[T, 3]`` (``x_m``, ``y_m``, ``theta_rad``), at ``times`` (s, shape ``[T]``), from ``start``, shape
+        ``[3]``, while the rod is at ``rod`` (m, shape ``[T, 2]``). ``index`` numbers the push: each has a friction map of its own."""
+        pose, seconds, places = numbers("start", start), numbers("times", times), numbers("rod", rod)
+        if pose.shape != (3,) or not np.isfinite(pose).all():
+            raise UsageError(f"start: an array of shape {pose.shape}; give x_m, y_m, theta_rad, finite")
+        if seconds.ndim != 1 or places.shape != (len(seconds), 2):
+            raise UsageError(f"rod: an array of shape {places.shape}; give [time, 2] for the times, which are [time]")
+        x, y = np.ascontiguousarray(places[:, 0]), np.ascontiguousarray(places[:, 1])
+        memory = self._inner.pushed(pose, seconds, x, y, whole("index", index))
+        return np.frombuffer(memory, dtype=np.float64).reshape(-1, 3)

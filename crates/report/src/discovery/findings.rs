@@ -89,7 +89,7 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
     blocks
 }
 
-pub(super) fn open(report: &DiscoveryReport) -> Vec<Block> {
+pub(super) fn open_questions(report: &DiscoveryReport) -> Vec<Block> {
     let mut blocks = Vec::new();
     if let Some(u) = &report.unexplained {
         let mut text = format!(

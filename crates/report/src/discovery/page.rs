@@ -29,7 +29,7 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
             Section::new("Error on held-out trajectories", error(&report.error)),
             Section::new("What was found", findings::found(report)),
             Section::new("The laws as curves", anatomy::laws(&report.laws)),
-            Section::new("What remains open", findings::open(report)),
+            Section::new("What remains open", findings::open_questions(report)),
             Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
             Section::new("Candidates", findings::candidates(report)),
             Section::new("How well the parameters are told apart", findings::correlations(report)),

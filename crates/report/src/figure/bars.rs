@@ -103,10 +103,10 @@ impl Bars {
                         }
                     }
                     @for part in &rows { (part) }
-                    @if let Some(x) = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low }) {
+                    @if let Some(x) = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low }) {
                         path class="ax" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
                     }
-                    @for reference in self.references.iter().filter(|r| scale.holds(r.value)) {
+                    @for reference in self.references.iter().filter(|r| scale.contains(r.value)) {
                         @if let Some(x) = scale.at(reference.value) {
                             path class="rf" d={ "M" (c(x)) " " (c(top - 4.0)) "V" (c(bottom)) } {}
         @let text = shorten(&reference.label, TICK, target.width * 0.45);
@@ -134,7 +134,7 @@ impl Bars {
 
 /// One bar with name, interval and its value at the right.
 fn bar_row(scale: &Scale, bar: &Bar, name: &str, middle: f64, name_width: f64, right: f64) -> Markup {
-    let base = scale.at(if scale.holds(0.0) { 0.0 } else { scale.low });
+    let base = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low });
     let tone = bar.tone.class();
     let value = bar.value.filter(|v| drawable(*v));
     html! {

@@ -10,7 +10,7 @@ use crate::plot::scale::{Scale, drawable, extent};
 
 /// A named sample.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub struct HistogramSample {
     /// Name for the legend.
     pub name: String,
     /// Colour and dash.
@@ -28,12 +28,12 @@ pub struct Histogram {
     /// Axis of the values.
     pub x: Axis,
     /// The samples.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<HistogramSample>,
 }
 
 impl Histogram {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let samples: Vec<(&Sample, Vec<f64>)> = (self.samples.iter())
+        let samples: Vec<(&HistogramSample, Vec<f64>)> = (self.samples.iter())
             .map(|s| (s, s.values.iter().copied().filter(|v| drawable(*v)).collect::<Vec<f64>>()))
             .filter(|(_, values)| !values.is_empty())
             .collect();
@@ -47,7 +47,7 @@ impl Histogram {
         ) else {
             return no_data(target, &self.title, &self.x.label);
         };
-        let key = |s: &Sample| Key { name: s.name.clone(), tone: s.tone, swatch: Swatch::Line };
+        let key = |s: &HistogramSample| Key { name: s.name.clone(), tone: s.tone, swatch: Swatch::Line };
         let keys = if samples.len() < 2 { Vec::new() } else { samples.iter().map(|(s, _)| key(s)).collect() };
         let spec = Spec { title: &self.title, x: &self.x, y: &y_axis, keys, right: 8.0, aspect: None };
         let frame = Frame::new(target, &spec, x, y);

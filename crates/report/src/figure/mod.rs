@@ -25,7 +25,7 @@ pub use axis::{Axis, Event, Reference, Scale, Tone};
 pub use bars::{Bar, BarGroup, Bars};
 pub use fan::Fan;
 pub use heatmap::Heatmap;
-pub use histogram::{Histogram, Sample};
+pub use histogram::{Histogram, HistogramSample};
 pub use line::{Band, Line, Mark, Series};
 pub use quantile::{Quantile, QuantileSeries};
 pub use scatter::{Cloud, Scatter};

@@ -185,7 +185,7 @@ impl Frame {
                     (label("mu en", plot.left - 6.0, py + 3.8, TICK, text))
                 }
             }
-            @if let Some(py) = y.at(0.0).filter(|_| y.holds(0.0) && y.low < 0.0) {
+            @if let Some(py) = y.at(0.0).filter(|_| y.contains(0.0) && y.low < 0.0) {
                 path class="ze" d={ "M" (c(plot.left)) " " (c(py)) "H" (c(plot.right)) } {}
             }
             path class="ax" d={ "M" (c(plot.left)) " " (c(plot.bottom)) "H" (c(plot.right)) } {}
@@ -210,11 +210,11 @@ impl Frame {
     pub(crate) fn guides(&self, references: &[Reference], events: &[Event]) -> (Markup, Markup) {
         let plot = self.plot;
         let shown: Vec<(f64, &Reference)> = (references.iter())
-            .filter(|r| self.y.holds(r.value))
+            .filter(|r| self.y.contains(r.value))
             .filter_map(|r| self.y.at(r.value).map(|y| (y, r)))
             .collect();
         let events: Vec<(f64, &Event)> = (events.iter())
-            .filter(|e| self.x.holds(e.at))
+            .filter(|e| self.x.contains(e.at))
             .filter_map(|e| self.x.at(e.at).map(|x| (x, e)))
             .collect();
         let marks = html! {

@@ -89,7 +89,7 @@ impl Scale {
     }
 
     /// Whether `value` lies in the range.
-    pub(crate) fn holds(&self, value: f64) -> bool {
+    pub(crate) fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 

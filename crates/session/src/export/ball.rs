@@ -8,7 +8,7 @@ use augsim_physics::model::{EffectBlock, Model};
 const PYTHON: &str = include_str!("ball.py.txt");
 const C: &str = include_str!("ball.c.txt");
 
-/// What an effect changes in a program.
+/// The place of a program that an effect changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     /// The velocity of the air.
@@ -19,7 +19,7 @@ enum Place {
     Bounce,
     /// The velocity along the ground at an impact.
     Friction,
-    /// What the sensor reports.
+    /// The reading of the sensor.
     Sight,
     /// A constant of the program, by its name there.
     Constant(&'static str),

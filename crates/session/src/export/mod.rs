@@ -6,7 +6,7 @@ mod equations;
 use crate::{Subject, Usage};
 use augsim_physics::model::ModelFile;
 
-/// What a law is written as.
+/// Languages that a law can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// A LaTeX document.

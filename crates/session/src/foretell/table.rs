@@ -3,7 +3,7 @@
 use augsim_data::{Column, DataError, Dataset, Trajectory};
 use augsim_discovery::{FORETOLD_LEVELS, Foretelling, Foretold};
 
-/// What is written of each column after its mean and before its quantiles.
+/// The place of the median among the statistics that are written of each column.
 const MEDIAN: usize = 2;
 
 /// Names of the quantiles.

@@ -51,7 +51,7 @@ pub(super) fn foretell(
     Ok(Foretelling { records, errors, squares, noise_sd, start })
 }
 
-/// What all records of a file share.
+/// Model and options that the forecasts of all records share.
 struct Run<'a> {
     model: &'a Model,
     system: &'a WrittenSystem,

@@ -1,4 +1,4 @@
-//! What a fit of a written system found, as `result.json` has it.
+//! Result of the fit of a written system, as `result.json` has it.
 
 use super::fit::{Fitted, fit, gauge_sentence};
 use super::{records, unit_text};

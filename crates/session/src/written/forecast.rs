@@ -89,7 +89,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     Ok(runs)
 }
 
-/// What a sensor of the range of an output would have read.
+/// The reading of a sensor with the range of an output.
 pub fn read_by_sensor(output: &augsim_written::model::Output, value: f64) -> f64 {
     match output.range {
         Some([low, high]) => value.clamp(low, high),

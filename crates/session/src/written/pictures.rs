@@ -1,4 +1,4 @@
-//! What a report of a system of equations shows: the first record with the runs of both models, and the laws that were found.
+//! Pictures in a report on a system of equations: the first record with the runs of both models, and the laws that were found.
 
 use super::fit::prepared;
 use super::forecast::{FreeRun, free_runs};

@@ -3,7 +3,7 @@
 use super::block::{Block, Columns, Drive};
 use super::diagnose::not_finite;
 use super::lane::Lane;
-use super::schedule::{Piece, pieces};
+use super::schedule::{SchedulePiece, pieces};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
 use crate::system::{Column, System};
 
@@ -153,7 +153,7 @@ impl<'r, const L: usize> Run<'r, L> {
             }
             return self.part(&parts);
         }
-        let of_lane = |lane: usize| -> Vec<Piece> {
+        let of_lane = |lane: usize| -> Vec<SchedulePiece> {
             let window = self.windows[lane];
             if !self.is_live(lane, interval) {
                 return Vec::new();
@@ -161,10 +161,10 @@ impl<'r, const L: usize> Run<'r, L> {
             let sample = window.first + interval;
             pieces(model, window.record, window.parameters, sample, self.options.substeps)
         };
-        let all: Vec<Vec<Piece>> = (0..L).map(of_lane).collect();
+        let all: Vec<Vec<SchedulePiece>> = (0..L).map(of_lane).collect();
         for index in 0..all.iter().map(Vec::len).max().unwrap_or(0) {
             let mut parts: [(f64, f64, usize); L] = [(0.0, 0.0, 0); L];
-            let rest = Piece::default();
+            let rest = SchedulePiece::default();
             for lane in 0..L {
                 let last = all[lane].last().map_or(0.0, |p| p.end);
                 let piece = all[lane].get(index).unwrap_or(&rest);
@@ -300,7 +300,7 @@ impl<'r, const L: usize> Run<'r, L> {
     }
 
     /// An input that jumps at a time which a fitted delay moves: S += (f before - f after) for the delay's seed.
-    fn jump(&mut self, index: usize, piece: &Piece) {
+    fn jump(&mut self, index: usize, piece: &SchedulePiece) {
         let (system, n) = (self.system, self.system.states());
         for input in &piece.jumps {
             let delay = system.model.inputs[*input].delay;

@@ -5,7 +5,7 @@ use crate::model::{Hold, Model};
 
 /// A part of a sample interval in which every input is one cubic.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Piece {
+pub(crate) struct SchedulePiece {
     pub(crate) begin: f64,
     pub(crate) end: f64,
     pub(crate) steps: usize,
@@ -23,7 +23,7 @@ pub(crate) fn pieces(
     parameters: &[f64],
     index: usize,
     substeps: usize,
-) -> Vec<Piece> {
+) -> Vec<SchedulePiece> {
     let (begin, end) = (record.times[index], record.times[index + 1]);
     let delay = |input: usize| model.inputs[input].delay.map_or(0.0, |d| parameters[d]);
     let mut cuts = vec![begin];
@@ -53,7 +53,7 @@ pub(crate) fn pieces(
             let delay = delay(input);
             signal.around(0.5 * (from + to) - delay, from - delay)
         };
-        Piece {
+        SchedulePiece {
             begin: from,
             end: to,
             steps,

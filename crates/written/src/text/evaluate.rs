@@ -31,7 +31,7 @@ impl Tree {
                     function.value(&arguments.iter().map(at).collect::<Vec<f64>>())
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
-                    at(if comparison.holds(at(left), at(right)) { then } else { otherwise })
+                    at(if comparison.is_true_of(at(left), at(right)) { then } else { otherwise })
                 }
                 Kind::Table { table, at: z } => meaning.table(*table, at(z)),
                 Kind::Slope { output } => meaning.slope(*output),

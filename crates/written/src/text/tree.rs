@@ -32,8 +32,8 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    /// Whether it holds between two numbers.
-    pub(crate) fn holds(self, left: f64, right: f64) -> bool {
+    /// Whether the comparison of two numbers is true.
+    pub(crate) fn is_true_of(self, left: f64, right: f64) -> bool {
         match self {
             Comparison::Less => left < right,
             Comparison::LessOrEqual => left <= right,

@@ -31,7 +31,7 @@ struct Scored {
     trajectories: usize,
     /// Whether these are the trajectories that the discovery held out of its own data.
     held_out: bool,
-    /// What the start of each was fitted to.
+    /// Samples that the start of each forecast was fitted to, in words.
     start: String,
     rows: Vec<Row>,
     /// Whether what was found helps; absent for a model file alone.
@@ -68,7 +68,7 @@ pub(super) fn run(
     let trajectories = last.map_or(0, |f| f.records.len());
     let start = last.map_or_else(String::new, |f| f.start.clone());
     let all = Scored { trajectories, held_out, start, rows, verdict };
-    output.result(&all, || told(&all))?;
+    output.result(&all, || model_score_text(&all))?;
     met(args, last)
 }
 
@@ -116,7 +116,7 @@ fn told_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<Str
     Some(verdict("what was found", "the calibrated model", fall, unit, scale))
 }
 
-fn told(all: &Scored) -> String {
+fn model_score_text(all: &Scored) -> String {
     let which = if all.held_out { "held-out trajectories of the discovery" } else { "trajectories" };
     let mut text = format!("forecasts of {} {which} from {}", all.trajectories, all.start);
     // Writing to a string cannot fail.

@@ -26,11 +26,11 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
     let rows = forecast::rows(&model, &runs);
     let score = Score { trajectories: runs.len(), burn_in: args.burn_in, rows };
-    output.result(&score, || told(&score))?;
+    output.result(&score, || system_score_text(&score))?;
     Ok(Outcome::Done)
 }
 
-fn told(score: &Score) -> String {
+fn system_score_text(score: &Score) -> String {
     let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
     let mut text = format!(
         "free run of {} {trajectories}, start from the first {} samples",

@@ -16,7 +16,7 @@ struct Written {
     forecast: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// What the start of each was fitted to.
+    /// Samples that the start of each forecast was fitted to, in words.
     start: String,
     errors: Vec<Error>,
     coverage50: f64,
@@ -40,7 +40,7 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     let all = foretell::foretell(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     write_dataset(&table::bands(&all)?, &args.out)?;
     let written = written(args, &all, draws);
-    output.result(&written, || told(&written))?;
+    output.result(&written, || forecast_text(&written))?;
     Ok(Outcome::Done)
 }
 
@@ -62,7 +62,7 @@ fn written(args: &Predict, all: &Foretelling, draws: usize) -> Written {
     }
 }
 
-fn told(w: &Written) -> String {
+fn forecast_text(w: &Written) -> String {
     let many = if w.trajectories == 1 { "forecast" } else { "forecasts" };
     let mut text = format!(
         "{} {many} from {}, {} draws each: {}",

@@ -16,7 +16,7 @@ struct Written {
     data: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// What the start of each was fitted to.
+    /// Samples that the start of each simulation was fitted to, in words.
     start: String,
 }
 

@@ -109,11 +109,11 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
         if args.check { model.outputs.iter().zip(&worst).map(deviation).collect() } else { Vec::new() };
     let substeps = system.options().substeps;
     let written = Written { data: out, trajectories: list.len(), samples, substeps, check };
-    output.result(&written, || told(&written))?;
+    output.result(&written, || simulation_text(&written))?;
     Ok(Outcome::Done)
 }
 
-fn told(written: &Written) -> String {
+fn simulation_text(written: &Written) -> String {
     let trajectories = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
     let steps = if written.substeps == 1 { "step" } else { "steps" };
     let mut text = format!(

@@ -115,6 +115,9 @@ pub enum LaboratoryError {
         /// Rule that the value breaks.
         rule: &'static str,
     },
+    /// A path of the rod that is none.
+    #[error("the rod's path: give as many x and y as times, finite, and times that increase")]
+    Path,
     /// A push that cannot be simulated.
     #[error("push {index}: {source}")]
     Push {
@@ -211,7 +214,7 @@ impl Recipe {
             angle: nominal.angle + scattered(self.place_sd_rad),
         };
         let inertia = plan.speed_m_s > self.inertia_above_m_s;
-        let world = if inertia { &truth.dynamic } else { &truth.quasi_static };
+        let world = truth.world(inertia);
         // However the object's place is scattered, the rod starts clear of it.
         let reach = world.object().outline.radius();
         let clearance = CUT * (2.0_f64.sqrt() * self.place_sd_m + reach * self.place_sd_rad);
@@ -234,7 +237,7 @@ impl Recipe {
             start,
             path: &rest_then_push,
             field: field.as_ref(),
-            steps: Steps { travel_m: 1e-3, inertial_s: 2e-3, ..Steps::default() },
+            steps: Truth::STEPS,
         };
         simulate(&push, &times, run).map_err(|source| LaboratoryError::Push { index, source })?;
         let mut sensor = stream("push-noise");
@@ -263,14 +266,27 @@ impl Recipe {
 }
 
 /// The true worlds, which differ by inertia, and their parameters.
-struct Truth {
+pub(super) struct Truth {
     quasi_static: World,
     dynamic: World,
     parameters: Vec<f64>,
 }
 
 impl Truth {
-    fn new(recipe: &Recipe, object: &Object) -> Self {
+    /// Steps of its simulations, twice those of the engine's default.
+    pub(super) const STEPS: Steps = Steps { travel_m: 1e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
+
+    /// The world with inertia or without.
+    pub(super) fn world(&self, has_inertia: bool) -> &World {
+        if has_inertia { &self.dynamic } else { &self.quasi_static }
+    }
+
+    /// Parameters of both worlds.
+    pub(super) fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    pub(super) fn new(recipe: &Recipe, object: &Object) -> Self {
         let sheet = &recipe.support;
         let mut quasi_static = World::new(object.clone()).with_patches(PATCHES, |_| 1.0);
         if sheet.anisotropy_ratio != 1.0 {

@@ -4,6 +4,7 @@
 //! truth is Coulomb friction integrated over the footprint with a friction map that is new for each push, anisotropic on some
 //! supports, another friction at the contact, and inertia in pushes faster than 50 mm/s. The truth record says all of it.
 
+mod follow;
 mod generate;
 mod layout;
 mod map;
