@@ -1,7 +1,7 @@
 //! Every operation of the tape with inputs that exercise it: the table behind the gradient checks.
 
 use crate::gradient::Input;
-use augsim_tensor::{GruVars, Shape, Tape, TensorError, Var};
+use augsim_tensor::{GruVars, Scalar, Shape, Tape, TensorError, Var};
 
 /// A function of some inputs recorded on a tape; its output may have any shape.
 pub type Recorded<T> = fn(&mut Tape<T>, &[Var]) -> Result<Var, TensorError>;
@@ -95,6 +95,27 @@ fn weights(v: &[Var]) -> GruVars {
     GruVars { w_ih: v[2], w_hh: v[3], b_ih: v[4], b_hh: v[5] }
 }
 
+/// Two functions of three features, sin(a) b and a b c, with their Jacobian, as somebody outside the tape computes them.
+fn outside<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError> {
+    let (time, batch) = (tape.shape(x).dims()[0], tape.shape(x).dims()[2]);
+    let at = |t: usize, k: usize, b: usize| tape.value(x)[(t * 3 + k) * batch + b].to_f64();
+    let mut values = vec![T::ZERO; time * 2 * batch];
+    let mut jacobian = vec![T::ZERO; time * 6 * batch];
+    for t in 0..time {
+        for lane in 0..batch {
+            let [a, b, c] = [0, 1, 2].map(|k| at(t, k, lane));
+            let rows = [(a.sin() * b, [a.cos() * b, a.sin(), 0.0]), (a * b * c, [b * c, a * c, a * b])];
+            for (o, (value, slopes)) in rows.into_iter().enumerate() {
+                values[(t * 2 + o) * batch + lane] = T::of(value);
+                for (i, slope) in slopes.into_iter().enumerate() {
+                    jacobian[((t * 2 + o) * 3 + i) * batch + lane] = T::of(slope);
+                }
+            }
+        }
+    }
+    tape.external(x, 2, &values, &jacobian)
+}
+
 /// All cases.
 pub fn cases() -> Vec<Case> {
     let mut all = elementwise();
@@ -122,6 +143,13 @@ fn elementwise() -> Vec<Case> {
     case!(all, "tanh", "", each(&SHAPES), |t, v| t.tanh(v[0]));
     case!(all, "sigmoid", "", each(&SHAPES), |t, v| t.sigmoid(v[0]));
     case!(all, "softplus", "", each(&SHAPES), |t, v| t.softplus(v[0]));
+    case!(
+        all,
+        "external",
+        "",
+        each(&[&[2, 3, 4], &[1, 3, 1], &[5, 3, 17], &[0, 3, 2], &[2, 3, 0]]),
+        |t, v| outside(t, v[0])
+    );
     case!(all, "squared_error", "", gaussians(2, 0), |t, v| t.squared_error(v[0], v[1]));
     case!(all, "squared_error", "with itself", gaussians(1, 0), |t, v| t.squared_error(v[0], v[0]));
     case!(all, "gaussian_nll", "", gaussians(2, 1), |t, v| t.gaussian_nll(v[0], v[1], v[2]));

@@ -14,7 +14,7 @@ use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::{Engine, Losses, Recipe, Sequences, Settings, Training, TrainingState};
 use std::process::Command;
 
-const RECIPES: [Recipe; 8] = [
+const RECIPES: [Recipe; 9] = [
     Recipe::Neural,
     Recipe::Hybrid,
     Recipe::HybridStandardised,
@@ -23,6 +23,7 @@ const RECIPES: [Recipe; 8] = [
     Recipe::RecurrentResidual,
     Recipe::MixtureResidual,
     Recipe::Ensemble,
+    Recipe::ConditionalVrnn,
 ];
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {

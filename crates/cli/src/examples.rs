@@ -23,7 +23,7 @@ examples! {
     EXPORT: "export out/discover --as python --out law.py", "export model.toml --as latex";
     EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
         "evaluate out/run --data new.csv --require-pos-m 0.1";
-    REPRODUCE: "reproduce ball --quick", "reproduce loop --data ../shared/data";
+    REPRODUCE: "reproduce ball --quick", "reproduce league --scenario push --quick", "reproduce loop --data ../shared/data";
     SWEEP: "sweep plan sweep.toml --out out/sweep", "sweep run out/sweep", "sweep collect out/sweep";
     DATA: "data inspect drops.csv", "data inspect drops.csv --model model.toml",
         "data convert mit-push pushes/ out/pushes.csv --rate-hz 100";

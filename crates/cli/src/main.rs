@@ -9,6 +9,7 @@ mod exit;
 mod experiment;
 mod filtered;
 mod interrupt;
+mod league;
 mod output;
 mod progress;
 mod record;

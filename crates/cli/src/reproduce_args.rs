@@ -17,6 +17,27 @@ pub enum Scenario {
     Systems,
     /// Drops of which the beginning is seen: every model behind the same prefixes.
     Filtered,
+    /// Every model class that `train` knows, and the baselines, under one protocol in one table.
+    League,
+}
+
+/// Scenarios of the league.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LeagueScenario {
+    /// The bouncing ball.
+    Ball,
+    /// Planar pushing.
+    Push,
+}
+
+impl LeagueScenario {
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            LeagueScenario::Ball => "ball",
+            LeagueScenario::Push => "push",
+        }
+    }
 }
 
 /// Nets of the pushing tables.
@@ -45,10 +66,11 @@ pub struct Reproduce {
     /// Ball: test drops, where they are generated.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`, `out/systems`).
+    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`, `out/systems`,
+    /// `out/filtered`, `out/league`).
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas.
+    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas; of the league, fewer of all.
     #[arg(long)]
     pub quick: bool,
     /// Iterations of each net.
@@ -60,6 +82,9 @@ pub struct Reproduce {
     /// Push: train that net on the first pushes of the training set only.
     #[arg(long, requires = "net", value_parser = clap::value_parser!(u32).range(1..))]
     pub train_size: Option<u32>,
+    /// League: this scenario alone (default: both).
+    #[arg(long = "scenario", id = "league_scenario", value_name = "SCENARIO", value_enum)]
+    pub league: Option<LeagueScenario>,
     /// Go on with what is in `--out`, which the same settings must have made.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

@@ -23,6 +23,7 @@ mod stepper;
 mod steps;
 mod tiles;
 mod training;
+mod violations;
 
 pub use difference::Difference;
 pub use engine::{Engine, EngineError, Room, SystemEngine, ThrowEngine};
@@ -39,6 +40,7 @@ pub use sequences::{Sequence, Sequences};
 pub use settings::{Correction, NetSettings, Settings};
 pub use stepper::{Next, Stepper};
 pub use training::{Losses, Training, TrainingState};
+pub use violations::{Violations, violations};
 
 /// Trajectories per batch tile: the f32 lanes of the widest vector.
 pub const TILE: usize = 16;

@@ -31,6 +31,18 @@ pub enum Recipe {
     Ensemble,
     /// Five probabilistic perceptrons that correct a physics step.
     EnsembleResidual,
+    /// The variational recurrent net of Chung et al., without condition.
+    Vrnn,
+    /// The same, conditioned on the physics' roll-out.
+    ConditionalVrnn,
+    /// A net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes.
+    PredictedParameters,
+    /// The same with an additive learned error.
+    PredictedParametersError,
+    /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), drawn; for pushes.
+    GpResidual,
+    /// The same with the mean propagated.
+    GpResidualMean,
 }
 
 /// A recipe as it is chosen and shown.
@@ -54,7 +66,7 @@ const fn entry(
 }
 
 /// Every recipe, in the order of the variants.
-static RECIPES: [Entry; 12] = [
+static RECIPES: [Entry; 18] = [
     entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"], None),
     entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"], None),
     entry(
@@ -111,6 +123,44 @@ static RECIPES: [Entry; 12] = [
         ["ensemble-residual", "PETS residual", "The same as corrections of a physics step"],
         Some(&league::ENSEMBLE_RESIDUAL),
     ),
+    entry(
+        Recipe::Vrnn,
+        ["vrnn", "VRNN", "Variational recurrent net (Chung et al. 2015) without condition"],
+        Some(&league::VRNN),
+    ),
+    entry(
+        Recipe::ConditionalVrnn,
+        ["conditional-vrnn", "CVRNN", "The same, conditioned on the physics roll-out"],
+        Some(&league::CONDITIONAL_VRNN),
+    ),
+    entry(
+        Recipe::PredictedParameters,
+        [
+            "predicted-parameters",
+            "Kloss",
+            "Net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes",
+        ],
+        Some(&league::PREDICTED_PARAMETERS),
+    ),
+    entry(
+        Recipe::PredictedParametersError,
+        ["predicted-parameters-error", "Kloss+error", "The same with an additive learned error"],
+        Some(&league::PREDICTED_PARAMETERS_ERROR),
+    ),
+    entry(
+        Recipe::GpResidual,
+        [
+            "gp-residual",
+            "GP residual",
+            "Gaussian processes for what the contact model leaves (Fazeli et al. 2017), for pushes",
+        ],
+        Some(&league::GP_RESIDUAL),
+    ),
+    entry(
+        Recipe::GpResidualMean,
+        ["gp-residual-mean", "GP res. mean", "The same with the mean propagated"],
+        Some(&league::GP_RESIDUAL_MEAN),
+    ),
 ];
 
 impl Recipe {
@@ -149,6 +199,16 @@ impl Recipe {
             Some(class) => !class.reads.physics(),
             None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
         }
+    }
+
+    /// Whether it is made for an object and a rod.
+    pub fn is_of_pushing(self) -> bool {
+        self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.pushing_only)
+    }
+
+    /// Whether it is fitted directly, in one iteration, and has no settings to try.
+    pub fn is_fitted(self) -> bool {
+        self.class().is_some_and(|class| matches!(class.kind, league::Kind::Fitted(_)))
     }
 
     /// How a class of the league is built; none for the paper's nets and ours.

@@ -127,7 +127,7 @@ impl Settings {
             (Recipe::HybridStandardised, Correction::Rollout) => {
                 Some("is for the ball only; pushes are always standardised")
             }
-            _ => self.recipe.class().and_then(|class| (class.refuses)(&self.engine)),
+            _ => self.recipe.class().and_then(|class| class.refuses(&self.engine)),
         };
         if let Some(rule) = foreign {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });

@@ -6,6 +6,7 @@ use crate::exit::{Outcome, Usage};
 use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
+use crate::league;
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
@@ -26,12 +27,17 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into()
         );
     }
+    if args.league.is_some() && args.scenario != Scenario::League {
+        let text = "--scenario: only `reproduce league` has several; leave it out".to_owned();
+        return Err(Usage(text).into());
+    }
     match args.scenario {
         Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
         Scenario::Systems => systems::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
+        Scenario::League => league::run(args, seed, force, output),
     }
 }
 

@@ -10,6 +10,7 @@ mod detach;
 mod div;
 mod elementwise;
 mod exp;
+mod external;
 mod gaussian_kl;
 mod gaussian_nll;
 mod gru_composed;
@@ -67,6 +68,7 @@ pub(crate) enum Op {
     GaussianKl { mean_q: Var, sd_q: Var, mean_p: Var, sd_p: Var },
     GaussianNll { x: Var, mean: Var, sd: Var },
     SquaredError(Var, Var),
+    External(Var),
 }
 
 /// Derives the list of names from the match that gives them, so that the compiler keeps it complete.
@@ -118,6 +120,7 @@ names! {
     Op::GaussianKl { .. } => "gaussian_kl",
     Op::GaussianNll { .. } => "gaussian_nll",
     Op::SquaredError(..) => "squared_error",
+    Op::External(..) => "external",
 }
 
 /// Propagates the gradient of `out` to the operands of the operation that made it.
@@ -154,5 +157,6 @@ pub(crate) fn vjp<T: Scalar>(tape: &mut Tape<T>, op: Op, out: Var, grad: &[T]) {
         }
         Op::GaussianNll { x, mean, sd } => gaussian_nll::vjp(tape, x, mean, sd, grad),
         Op::SquaredError(x, mean) => squared_error::vjp(tape, x, mean, grad),
+        Op::External(x) => external::vjp(tape, x, out, grad),
     }
 }

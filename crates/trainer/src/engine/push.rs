@@ -6,7 +6,8 @@ use crate::push::{ACTIONS, STATES};
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::index_of;
 use augsim_physics::push::{
-    C, Instant, Pose, Push, ROD_RADIUS, Recorded, Run, SUPPORT_FRICTION, Steps, World, simulate,
+    C, CONTACT_FRICTION, Instant, Pose, Push, ROD_RADIUS, Recorded, Run, SUPPORT_FRICTION, Steps, World,
+    simulate,
 };
 
 /// Steps of a roll-out.
@@ -31,6 +32,11 @@ impl ModelPush {
     /// Ratio of largest moment to largest force of the limit surface, m.
     pub fn c_m(&self) -> f64 {
         self.parameters[C]
+    }
+
+    /// Friction between rod and object.
+    pub fn contact_friction(&self) -> f64 {
+        self.parameters[CONTACT_FRICTION]
     }
 
     /// Radius of the rod, m.

@@ -5,7 +5,7 @@
 //! so far (m; for a push with c times the angle turned). One draw of the part that grows is held over the trajectory, since a wrong
 //! friction stays wrong; the other part is drawn at each sample.
 
-use super::{Class, Fitted, Kind, Plan, Reads, Trained, any_engine};
+use super::{Class, Fitted, Kind, Plan, Reads, Trained};
 use crate::push::calibrate::calibrate;
 use crate::score::length;
 use crate::settings::Settings;
@@ -27,7 +27,7 @@ pub(crate) static CALIBRATED: Class = Class {
     }),
     reads: Reads::Sequences,
     plan: Plan { hidden: 1, sd_floor: 0.0, learning_rate: 1.0 },
-    refuses: any_engine,
+    pushing_only: false,
 };
 
 /// Most trajectories that the parameters are fitted to, evenly spread: three parameters need no more.

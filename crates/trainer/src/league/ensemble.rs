@@ -2,7 +2,7 @@
 //! model of the motion or of what a physics step leaves. A sample stays with one member over the whole roll-out (their TS-infinity).
 
 use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, any_engine, operands, zero};
+use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, operands, zero};
 use crate::nets::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -20,7 +20,7 @@ const fn class(physics: bool) -> Class {
         kind: Kind::Ensemble,
         reads: Reads::Strides { physics, members: MEMBERS },
         plan: Plan { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
-        refuses: any_engine,
+        pushing_only: false,
     }
 }
 

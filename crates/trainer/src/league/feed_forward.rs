@@ -2,7 +2,7 @@
 //! Deterministic, fitted by squared errors.
 
 use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, any_engine, operands, zero};
+use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, operands, zero};
 use crate::nets::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -16,7 +16,7 @@ const fn class(physics: bool) -> Class {
         kind: Kind::FeedForward,
         reads: Reads::Strides { physics, members: 0 },
         plan: Plan { hidden: 32, sd_floor: 0.0, learning_rate: 3e-3 },
-        refuses: any_engine,
+        pushing_only: false,
     }
 }
 

@@ -7,15 +7,22 @@
 mod calibrated;
 mod ensemble;
 mod feed_forward;
+mod gp_residual;
+mod predicted_parameters;
 mod reads;
 mod recurrent;
+mod states;
 mod strides;
+mod vrnn;
 
 pub(crate) use calibrated::CALIBRATED;
 pub(crate) use ensemble::{ENSEMBLE, ENSEMBLE_RESIDUAL};
 pub(crate) use feed_forward::{FEED_FORWARD, FEED_FORWARD_RESIDUAL};
+pub(crate) use gp_residual::{GP_RESIDUAL, GP_RESIDUAL_MEAN};
+pub(crate) use predicted_parameters::{PREDICTED_PARAMETERS, PREDICTED_PARAMETERS_ERROR};
 pub(crate) use reads::Reads;
 pub(crate) use recurrent::{MIXTURE_RESIDUAL, RECURRENT_RESIDUAL};
+pub(crate) use vrnn::{CONDITIONAL_VRNN, VRNN};
 
 use crate::nets::{LossVars, Tile, mask_of, masked_sum};
 use crate::recipe::Recipe;
@@ -25,9 +32,11 @@ use augsim_nn::{Adam, Bound, Gaussian, Init, Params, StepDecay};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use ensemble::Ensemble;
 use feed_forward::FeedForward;
+use predicted_parameters::PredictedParameters;
 use recurrent::Recurrent;
 use std::fmt::Debug;
 use std::sync::Arc;
+use vrnn::Vrnn;
 
 /// Sizes and schedule that a class begins with.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +58,12 @@ pub(crate) enum Kind {
         components: usize,
     },
     Ensemble,
+    Vrnn {
+        conditional: bool,
+    },
+    PredictedParameters {
+        with_error: bool,
+    },
     /// Fitted directly, in one iteration.
     Fitted(fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>),
 }
@@ -59,16 +74,16 @@ pub(crate) struct Class {
     pub kind: Kind,
     pub reads: Reads,
     pub plan: Plan,
-    /// The rule that an engine breaks which the class cannot work with.
-    pub refuses: fn(&Engine) -> Option<&'static str>,
-}
-
-/// Every engine will do.
-pub(crate) fn any_engine(_: &Engine) -> Option<&'static str> {
-    None
+    /// Whether it is made for an object and a rod.
+    pub pushing_only: bool,
 }
 
 impl Class {
+    /// The rule that an engine breaks which the class cannot work with.
+    pub fn refuses(&self, engine: &Engine) -> Option<&'static str> {
+        (self.pushing_only && engine.pushing().is_none()).then_some("is for pushing only")
+    }
+
     /// The settings that a run of `recipe` begins with.
     pub fn settings(&self, recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Settings {
         let iterations = if matches!(self.kind, Kind::Fitted(_)) { 1 } else { iterations };
@@ -157,7 +172,7 @@ pub trait Fitted: Debug + Send + Sync {
 #[derive(Debug, Clone)]
 pub enum ClassNet {
     /// It learns by gradients.
-    Learned(LearnedNet, Extents),
+    Learned(Box<LearnedNet>, Extents),
     /// It is fitted directly.
     Fitted(FittedNet, Extents),
 }
@@ -199,6 +214,8 @@ learned! {
     FeedForward(FeedForward),
     Recurrent(Recurrent),
     Ensemble(Ensemble),
+    Vrnn(Vrnn),
+    PredictedParameters(PredictedParameters),
 }
 
 impl ClassNet {
@@ -215,6 +232,10 @@ impl ClassNet {
                 LearnedNet::Recurrent(Recurrent::new(settings, extents, components, params))
             }
             Kind::Ensemble => LearnedNet::Ensemble(Ensemble::new(settings, extents, params)),
+            Kind::Vrnn { conditional } => LearnedNet::Vrnn(Vrnn::new(settings, extents, conditional, params)),
+            Kind::PredictedParameters { with_error } => LearnedNet::PredictedParameters(
+                PredictedParameters::new(settings, extents, with_error, params),
+            ),
             Kind::Fitted(make) => {
                 // An engine that the class cannot work with is refused by the settings' check, before a net is made.
                 let class = make(settings).ok();
@@ -224,7 +245,7 @@ impl ClassNet {
                 return ClassNet::Fitted(FittedNet(class), extents);
             }
         };
-        ClassNet::Learned(learned, extents)
+        ClassNet::Learned(Box::new(learned), extents)
     }
 
     pub(crate) fn extents(&self) -> Extents {

@@ -1,6 +1,6 @@
 //! What the classes of the league read and give: steps of the motion, or nothing but the trajectories themselves.
 
-use super::strides;
+use super::{states, strides};
 use crate::prepared::Prepared;
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
@@ -14,6 +14,10 @@ pub(crate) enum Reads {
     /// Single steps of the motion, with `physics` as corrections of the physics' own. Each of `members` nets has a weight for each
     /// trajectory behind the features, drawn as a bootstrap draws it.
     Strides { physics: bool, members: usize },
+    /// Strides of a push outright, with the rod's way in metres behind the features, for a model of the contact.
+    Contacts,
+    /// Whole trajectories in standard units, with `physics` beside its roll-out.
+    States { physics: bool },
     /// The trajectories, which it is fitted to directly.
     Sequences,
 }
@@ -22,8 +26,8 @@ impl Reads {
     /// Whether the physics takes part.
     pub fn physics(self) -> bool {
         match self {
-            Reads::Strides { physics, .. } => physics,
-            Reads::Sequences => true,
+            Reads::Strides { physics, .. } | Reads::States { physics } => physics,
+            Reads::Contacts | Reads::Sequences => true,
         }
     }
 
@@ -31,6 +35,8 @@ impl Reads {
     pub fn width(self, settings: &Settings) -> usize {
         match self {
             Reads::Strides { physics, members } => strides::width(settings, physics) + members,
+            Reads::Contacts => strides::width(settings, false) + strides::RAW,
+            Reads::States { physics } => states::width(settings, physics),
             Reads::Sequences => 0,
         }
     }
@@ -39,6 +45,8 @@ impl Reads {
     pub fn fit(self, settings: &Settings, train: &Sequences) -> Scales {
         match self {
             Reads::Strides { physics, .. } => strides::fit(settings, physics, train),
+            Reads::Contacts => strides::fit(settings, false, train),
+            Reads::States { physics } => states::fit(settings, physics, train),
             Reads::Sequences => Scales { mean: vec![], sd: vec![], step: vec![], correction: vec![] },
         }
     }
@@ -47,6 +55,8 @@ impl Reads {
     pub fn scale_sizes(self, settings: &Settings, state: usize) -> [usize; 4] {
         match self {
             Reads::Strides { physics, .. } => strides::scale_sizes(settings, physics, state),
+            Reads::Contacts => strides::scale_sizes(settings, false, state),
+            Reads::States { physics } => states::scale_sizes(settings, physics, state),
             Reads::Sequences => [0; 4],
         }
     }
@@ -58,6 +68,8 @@ impl Reads {
                 let plain = strides::prepare(settings, physics, scales, q);
                 if members == 0 { plain } else { with_weights(plain, settings.seed, &q.id, members) }
             }
+            Reads::Contacts => strides::prepare_contacts(settings, scales, q),
+            Reads::States { physics } => states::prepare(settings, physics, scales, q),
             Reads::Sequences => Prepared { time: 1, x_width: 0, u_width: 0, x: vec![], u: vec![] },
         }
     }

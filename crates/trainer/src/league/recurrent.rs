@@ -2,7 +2,7 @@
 //! Gaussians for each step (Bishop 1994).
 
 use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, any_engine, gaussian_loss, operands, zero};
+use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, gaussian_loss, operands, zero};
 use crate::nets::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -17,7 +17,7 @@ const fn class(components: usize) -> Class {
         kind: Kind::Recurrent { components },
         reads: Reads::Strides { physics: true, members: 0 },
         plan: Plan { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
-        refuses: any_engine,
+        pushing_only: false,
     }
 }
 

@@ -29,6 +29,35 @@ const PUSH_FEATURES: [usize; 2] = [9, 6];
 pub(crate) trait Steps {
     /// The corrections `[S, lane]` for features `u [U, lane]`, in their own units, with noise drawn from `rng`.
     fn draw(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
+
+    /// Whether the rows of [`raw`] follow the features.
+    fn reads_contacts(&self) -> bool {
+        false
+    }
+}
+
+/// Width of what [`raw`] gives.
+pub(crate) const RAW: usize = 7;
+
+/// The rod's place and way in the object's frame, m, and the units of the corrections.
+fn raw(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; RAW] {
+    let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
+    let frame = StartFrame::new(pose, 0.0);
+    let ([x, y], [dx, dy]) = (frame.point([a[0], a[1]]), frame.vector([b[0] - a[0], b[1] - a[1]]));
+    let unit = &scales.correction;
+    [x, y, dx, dy, unit[0], unit[1], unit[2]].map(|v| v as f32)
+}
+
+/// Targets and conditions of a push outright, with [`raw`] behind the features.
+pub(crate) fn prepare_contacts(settings: &Settings, scales: &Scales, q: &Sequence) -> Prepared {
+    let plain = prepare(settings, false, scales, q);
+    let mut u = Vec::with_capacity(plain.time * (plain.u_width + RAW));
+    for (row, stride) in plain.u.chunks_exact(plain.u_width).zip(strides_of(&q.actions)) {
+        let pose = [0, 1, 2].map(|j| q.state(stride.first)[j]);
+        u.extend_from_slice(row);
+        u.extend(raw(scales, &pose, &stride));
+    }
+    Prepared { u_width: plain.u_width + RAW, u, ..plain }
 }
 
 /// Width of the features.
@@ -187,7 +216,8 @@ fn roll_push(
     steps: &mut dyn Steps,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
-    let width = width(settings, physics);
+    let contacts = steps.reads_contacts();
+    let width = width(settings, physics) + if contacts { RAW } else { 0 };
     let mut values = vec![0.0_f32; task.time * 3 * samples];
     let start = [task.start[0], task.start[1], task.start[2]];
     let (mut now, mut before) = (vec![start; samples], vec![[0.0; 3]; samples]);
@@ -198,7 +228,8 @@ fn roll_push(
         for lane in 0..samples {
             let (features, moved) = look(push, physics, &now[lane], &before[lane], &stride);
             physical[lane] = moved;
-            let row = standard(scales, &features);
+            let behind = contacts.then(|| raw(scales, &now[lane], &stride));
+            let row = standard(scales, &features).chain(behind.into_iter().flatten());
             u[lane..].iter_mut().step_by(samples).zip(row).for_each(|(slot, v)| *slot = v);
         }
         steps.draw(&u, rng, &mut correction);
@@ -207,7 +238,7 @@ fn roll_push(
                 physical[lane][j] + scales.correction[j] * f64::from(correction[j * samples + lane])
             });
             let next = StartFrame::new(&now[lane], 0.0).pose_back(moved);
-            for (t, share) in stride.shares() {
+            for (t, share) in stride.shares(touching_share(push, &now[lane], &stride)) {
                 for j in 0..3 {
                     let v = now[lane][j] + share * (next[j] - now[lane][j]);
                     values[(t * 3 + j) * samples + lane] = v as f32;
@@ -233,8 +264,9 @@ impl Stride<'_> {
         [self.actions[3 * t], self.actions[3 * t + 1], self.actions[3 * t + 2]]
     }
 
-    /// The samples after the first with their share of the rod's travel; of time, where the rod rests.
-    fn shares(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+    /// The samples after the first with their share of the object's motion: that of the rod's travel after the share `free` at which it
+    /// touches; of time, where the rod rests.
+    pub fn shares(&self, free: f64) -> impl Iterator<Item = (usize, f64)> + '_ {
         let travel = |t: usize| {
             let (a, b) = (self.rod(t - 1), self.rod(t));
             (b[0] - a[0]).hypot(b[1] - a[1])
@@ -248,9 +280,20 @@ impl Stride<'_> {
                 true => done / whole,
                 false => (self.rod(t)[2] - self.rod(self.first)[2]) / lapse.max(1e-9),
             };
-            (t, share)
+            (t, ((share - free) / (1.0 - free)).max(0.0))
         })
     }
+}
+
+/// Share of a stride's travel after which the rod touches the object at rest; 0 where it touches at once, or not at all.
+pub(crate) fn touching_share(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
+    let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
+    let frame = StartFrame::new(pose, 0.0);
+    let nearest = push.world().object().outline.nearest(frame.point([a[0], a[1]]));
+    let travel = frame.vector([b[0] - a[0], b[1] - a[1]]);
+    let approach = -(travel[0] * nearest.outward[0] + travel[1] * nearest.outward[1]);
+    let gap = nearest.distance - push.rod_radius_m();
+    if gap > 0.0 && gap < 0.99 * approach { gap / approach } else { 0.0 }
 }
 
 /// The strides along rod positions `[time, (x, y, t)]`: each ends where the rod has travelled [`STRIDE_M`], or with the push.

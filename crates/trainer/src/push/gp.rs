@@ -239,6 +239,45 @@ impl<const D: usize> Heteroscedastic<D> {
     }
 }
 
+/// A function with constant noise, in standard units.
+#[derive(Debug, Clone)]
+pub struct Homoscedastic<const D: usize>(Process<D>);
+
+impl<const D: usize> Homoscedastic<D> {
+    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their covariance is singular.
+    pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
+        if y.len() < 5 {
+            return None;
+        }
+        let climb = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
+        let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
+        optimise(start, inputs, y, 0.0, &vec![0.0; y.len()], climb).map(Homoscedastic)
+    }
+
+    /// Logarithms of signal, noise and length scales.
+    pub fn logarithms(&self) -> Vec<f64> {
+        let k = &self.0.kernel;
+        [&[k.signal, k.noise][..], &k.lengths].concat()
+    }
+
+    /// The process of given [`logarithms`](Self::logarithms) on its data. `None` if their covariance is singular.
+    pub fn restore(logarithms: &[f64], inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
+        let [signal, noise, lengths @ ..] = logarithms else { return None };
+        let kernel = Kernel { signal: *signal, noise: *noise, lengths: lengths.try_into().ok()? };
+        Process::new(kernel, inputs, y, 0.0, &vec![0.0; y.len()]).map(Homoscedastic)
+    }
+
+    /// Mean at `x`.
+    pub fn mean(&self, x: &[f64; D]) -> f64 {
+        self.0.mean_at(x)
+    }
+
+    /// Variance of a new datum at `x`, noise included.
+    pub fn variance(&self, x: &[f64; D]) -> f64 {
+        self.0.at(x).1 + (2.0 * self.0.kernel.noise).exp()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     //! Contract: the gradient is that of the likelihood, and a function with growing noise is found with it.

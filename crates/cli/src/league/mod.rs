@@ -1,0 +1,134 @@
+//! `reproduce league`: every model class under one protocol, in one table.
+//!
+//! Each class gets the same number of settings, tried on the last fifth of the training data; the best is trained anew on all of it, from
+//! several seeds, and scored on trajectories that nothing was chosen on.
+
+mod entrants;
+mod measures;
+mod page;
+mod result;
+mod runs;
+mod table;
+mod verdict;
+
+use crate::args::Reproduce;
+use crate::destination::{Claim, REPORT, RESULT};
+use crate::exit::Outcome;
+use crate::experiment::Sizes;
+use crate::experiment::data::{Data, Set};
+use crate::output::Output;
+use crate::record::Record;
+use crate::reproduce_args::LeagueScenario;
+use crate::reproduction::{claim, repeat};
+use augsim_session::run_dir::DataSource;
+use entrants::entrants;
+use result::{League, ResultFile};
+use runs::{Effort, Runs};
+use std::path::Path;
+
+/// Added to the seed of generated training data, so that test data are other draws.
+const TEST_SEED_OFFSET: u64 = 1_000_000;
+
+/// Runs it.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let out = args.out.clone().unwrap_or_else(|| "out/league".into());
+    let scenarios = match args.league {
+        Some(one) => vec![one],
+        None => vec![LeagueScenario::Ball, LeagueScenario::Push],
+    };
+    let named: Vec<&str> = scenarios.iter().map(|s| s.name()).collect();
+    let record = Record::new("reproduce league")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", args.iterations.map_or("default".to_owned(), |n| n.to_string()))
+        .setting("scenario", named.join(" and "));
+    let mut words = vec!["league".to_owned(), "--seed".to_owned(), seed.to_string()];
+    if let [one] = named[..] {
+        words.extend(["--scenario".to_owned(), one.to_owned()]);
+    }
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    let inputs: Vec<&Path> = args.data.iter().map(AsRef::as_ref).collect();
+    let claim = claim(&out, record, &inputs, args.resume, force)?;
+    claim.begin()?;
+    let mut leagues = Vec::new();
+    for scenario in scenarios {
+        let effort = Effort::of(scenario, args);
+        match played(scenario, effort, seed, args.resume, &claim, output)? {
+            Some(league) => leagues.push(league),
+            None => return Ok(Outcome::Interrupted),
+        }
+    }
+    let result = ResultFile { schema: "augsim.league/1", leagues, seed, command: repeat(words) };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let path = claim.write(REPORT, &page::page(&result).render())?;
+    claim.write_timing(table::Costs::of(&result))?;
+    output.result(&result, || format!("{}\nreport: {}", table::table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The league of a scenario; `None` if the user stopped it.
+fn played(
+    scenario: LeagueScenario,
+    effort: Effort,
+    seed: u64,
+    resume: bool,
+    claim: &Claim,
+    output: &Output,
+) -> anyhow::Result<Option<League>> {
+    let data = data(scenario, &effort, seed)?;
+    let runs = Runs { data: &data, effort, seed, resume, claim, output, scenario };
+    let mut rows = Vec::new();
+    for entrant in entrants(scenario) {
+        match runs.enter(entrant)? {
+            Some(more) => rows.extend(more),
+            None => return Ok(None),
+        }
+    }
+    let sets: Vec<String> = data.tests.iter().map(set_name).collect();
+    let verdicts = verdict::verdicts(&mut rows, &sets, seed);
+    Ok(Some(League {
+        scenario: scenario.name(),
+        sets,
+        training: data.train.items.len(),
+        iterations: runs.effort.iterations,
+        settings_tried: runs.effort.settings,
+        seeds: runs.effort.seeds,
+        rows: rows.into_iter().map(|r| r.row).collect(),
+        verdicts,
+    }))
+}
+
+/// Name of a test set.
+fn set_name(set: &Set) -> String {
+    match &set.on {
+        None => "test".to_owned(),
+        Some((_, _, "test")) => "test".to_owned(),
+        Some((object, surface, _)) => format!("{object} on {surface}"),
+    }
+}
+
+fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<Data> {
+    match scenario {
+        LeagueScenario::Ball => {
+            let set = |trajectories, seed| DataSource::PaperLaw { trajectories, seed };
+            let test = set(effort.test, seed.wrapping_add(TEST_SEED_OFFSET));
+            Ok(Data::drops(&set(effort.train, seed), &test)?.0)
+        }
+        LeagueScenario::Push => {
+            let plan =
+                Sizes { train: effort.train, test: effort.test, transfer: effort.transfer, ..Sizes::quick() };
+            let mut data = Data::laboratory(&plan, seed)?;
+            // In a hurry one support and the other object stand for all.
+            let kept = |set: &Set| set.on.as_ref().is_none_or(|on| on.2 != "unseen surface" || on.1 == "pu");
+            if effort.few_sets {
+                data.tests.retain(kept);
+            }
+            Ok(data)
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The page of the league: a table for each test set, and a dot plot for each column of the first.
+
+use super::measures::{Key, keys};
+use super::result::{League, ResultFile, Row as Result};
+use super::table::scenario_of;
+use augsim_report::figure::{Axis, Bar, BarGroup, Bars, Figure, Tone};
+use augsim_report::page::{
+    Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
+};
+
+/// The page.
+pub fn page(result: &ResultFile) -> Page {
+    let mut sections: Vec<Section> = result.leagues.iter().map(section).collect();
+    sections.push(Section::new("Methods", vec![Block::Methods(methods())]));
+    let code = Block::Code { caption: String::new(), text: result.command.clone() };
+    sections.push(Section::new("How to reproduce", vec![code]));
+    let firsts = result.leagues.iter().filter_map(|l| l.verdicts.first().map(|v| v.sentence.clone()));
+    Page {
+        overline: "league of model classes".to_owned(),
+        title: "Every model class under one protocol".to_owned(),
+        summary: firsts.collect::<Vec<_>>().join(" "),
+        sections,
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: Some(result.seed),
+            ..Default::default()
+        },
+        ..Default::default()
+    }
+}
+
+fn section(league: &League) -> Section {
+    let keys = keys(scenario_of(league));
+    let mut blocks = vec![Block::Prose(format!(
+        "{} training trajectories, {} iterations of every net; {} settings of each class tried on the last fifth of the training \
+         data; median of {} seeds. A forecast sees the first state and the actions, nothing else. Processor times are in \
+         `timing.json`.",
+        league.training, league.iterations, league.settings_tried, league.seeds
+    ))];
+    blocks.push(Block::List(league.verdicts.iter().map(|v| v.sentence.clone()).collect()));
+    blocks.extend(league.sets.iter().map(|set| Block::Table(table(league, set, keys))));
+    let first: Vec<&Result> = league.rows.iter().filter(|r| league.sets.first() == Some(&r.set)).collect();
+    blocks.push(Block::Grid(Grid {
+        columns: Columns::Two,
+        legend: Vec::new(),
+        figures: keys.iter().map(|key| dots(&first, key)).collect(),
+        caption: "Dots are medians over seeds, lines reach from the least to the largest; of the deciding score the bootstrap \
+                  interval over trajectories."
+            .to_owned(),
+    }));
+    let title = if league.scenario == "ball" { "The bouncing ball" } else { "Planar pushing" };
+    Section::new(title, blocks)
+}
+
+fn table(league: &League, set: &str, keys: &[Key]) -> Table {
+    let mut columns = vec![Column::text("model")];
+    columns.extend(keys.iter().map(|k| Column::number(k.title, k.unit).decimals(k.decimals).best(k.best)));
+    columns.push(Column::number("parameters", "").decimals(0));
+    columns.push(Column::number("trained on", "").decimals(0));
+    let row = |r: &Result| {
+        let mut cells = vec![Cell::text(r.model.as_str())];
+        cells.extend(keys.iter().map(|k| Cell::number(r.figures.get(k.name).map(|f| f.median))));
+        cells.extend([r.parameters, r.trained_on].map(|n| Cell::number(n.map(|n| n as f64))));
+        let aside = ["(the data)", "Exact law"].contains(&r.model.as_str());
+        Row { cells, compare: (!aside).then(|| "league".to_owned()), strong: r.model == "Hybrid+" }
+    };
+    Table {
+        caption: format!("{}: {set}.", league.scenario),
+        columns,
+        rows: league.rows.iter().filter(|r| r.set == set).map(row).collect(),
+        footnotes: vec![
+            "Bold: best of the column (of bands: nearest to the stated share). Row \u{201c}(the data)\u{201d}: what measured \
+             trajectories themselves violate, by the noise of sensors."
+                .to_owned(),
+        ],
+    }
+}
+
+/// A dot for each model that has the figure.
+fn dots(rows: &[&Result], key: &Key) -> Figure {
+    let bar = |r: &&Result| {
+        let figure = r.figures.get(key.name)?;
+        let interval = if key.name.starts_with("crps_m") { r.crps_ci95 } else { None };
+        Some(Bar {
+            name: r.model.clone(),
+            tone: if r.model == "Hybrid+" { Tone::Series(0) } else { Tone::Ink },
+            value: Some(figure.median),
+            interval: interval.filter(|_| !key.name.contains("_s")).or(Some([figure.min, figure.max])),
+        })
+    };
+    let bars: Vec<Bar> = rows.iter().filter_map(bar).collect();
+    // A model that leaves the world would hide all others on a linear axis.
+    let positive = bars.iter().all(|b| b.value.is_some_and(|v| v > 0.0));
+    let axis = if positive { Axis::log(key.title, key.unit) } else { Axis::linear(key.title, key.unit) };
+    Figure::from(Bars {
+        title: format!("{} ({})", key.title, key.unit),
+        value: axis,
+        groups: vec![BarGroup { label: String::new(), bars }],
+        references: Vec::new(),
+    })
+}
+
+fn methods() -> Vec<Method> {
+    let method = |(name, purpose, reference): &(&str, &str, &str)| Method {
+        name: (*name).to_owned(),
+        purpose: (*purpose).to_owned(),
+        reference: (*reference).to_owned(),
+    };
+    METHODS.iter().map(method).collect()
+}
+
+const METHODS: [(&str, &str, &str); 6] = [
+    (
+        "Decoupled conditional VRNN",
+        "Neural and Hybrid",
+        "Ajay, Wu, Fazeli, Bauza, Kaelbling, Tenenbaum, Rodriguez: Augmenting Physical Simulators with Stochastic Neural \
+         Networks, IROS 2018",
+    ),
+    (
+        "Variational recurrent net",
+        "VRNN and CVRNN",
+        "Chung, Kastner, Dinh, Goel, Courville, Bengio: A Recurrent Latent Variable Model for Sequential Data, NeurIPS 2015",
+    ),
+    (
+        "PETS",
+        "ensembles",
+        "Chua, Calandra, McAllister, Levine: Deep Reinforcement Learning in a Handful of Trials using Probabilistic Dynamics \
+         Models, NeurIPS 2018",
+    ),
+    ("Mixture density network", "MDN residual", "Bishop: Mixture Density Networks, Aston University 1994"),
+    (
+        "Bootstrap over trajectories",
+        "intervals and verdicts",
+        "Efron, Tibshirani: An Introduction to the Bootstrap, Chapman & Hall 1993",
+    ),
+    (
+        "Continuous ranked probability score",
+        "the deciding score",
+        "Gneiting, Raftery: Strictly Proper Scoring Rules, Prediction, and Estimation, JASA 2007",
+    ),
+];

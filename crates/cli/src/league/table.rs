@@ -1,0 +1,83 @@
+//! The league as text, and what it cost.
+
+use super::measures::keys;
+use super::result::{League, ResultFile, Row};
+use crate::reproduce_args::LeagueScenario;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// What a clock gave, by scenario and model.
+#[derive(Debug, Serialize)]
+pub struct Costs {
+    costs: BTreeMap<String, Cost>,
+}
+
+#[derive(Debug, Serialize)]
+struct Cost {
+    /// Processor time of a training, s: median over seeds.
+    cpu_s: Option<f64>,
+    /// Processor time of a simulated second of one sample.
+    microseconds_per_simulated_s: Option<f64>,
+}
+
+impl Costs {
+    /// Of the first test set of each scenario.
+    pub fn of(result: &ResultFile) -> Self {
+        let each = |league: &League| -> Vec<(String, Cost)> {
+            let first = league.rows.iter().filter(|r| league.sets.first() == Some(&r.set));
+            let cost = |r: &Row| Cost { cpu_s: r.cpu_s, microseconds_per_simulated_s: r.microseconds };
+            first.map(|r| (format!("{}: {}", league.scenario, r.model), cost(r))).collect()
+        };
+        Costs { costs: result.leagues.iter().flat_map(each).collect() }
+    }
+}
+
+/// The columns of a league.
+pub fn scenario_of(league: &League) -> LeagueScenario {
+    if league.scenario == "ball" { LeagueScenario::Ball } else { LeagueScenario::Push }
+}
+
+/// All tables and verdicts as text.
+pub fn table(result: &ResultFile) -> String {
+    let mut out = String::new();
+    for league in &result.leagues {
+        let keys = keys(scenario_of(league));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "{}: {} training trajectories, {} iterations, {} settings tried on a validation part, median of {} seeds",
+            league.scenario, league.training, league.iterations, league.settings_tried, league.seeds
+        );
+        for set in &league.sets {
+            let _ = write!(out, "\n{set}\n  {:<15}", "model");
+            for key in keys {
+                let _ = write!(out, "{:>14}", format!("{} {}", key.title, key.unit));
+            }
+            let _ = writeln!(out, "{:>12}{:>8}{:>8}{:>10}", "parameters", "train", "CPU s", "us/s");
+            for row in league.rows.iter().filter(|r| r.set == *set) {
+                let _ = write!(out, "  {:<15}", row.model);
+                for key in keys {
+                    let shown = row.figures.get(key.name).map(|f| format!("{:.*}", key.decimals, f.median));
+                    let _ = write!(out, "{:>14}", shown.unwrap_or_else(|| "-".to_owned()));
+                }
+                let count = |n: Option<usize>| n.map_or("-".to_owned(), |n| n.to_string());
+                let time = |s: Option<f64>| s.map_or("-".to_owned(), |s| format!("{s:.0}"));
+                let _ = writeln!(
+                    out,
+                    "{:>12}{:>8}{:>8}{:>10}",
+                    count(row.parameters),
+                    count(row.trained_on),
+                    time(row.cpu_s),
+                    time(row.microseconds)
+                );
+            }
+        }
+        out.push('\n');
+        for verdict in &league.verdicts {
+            let _ = writeln!(out, "{}", verdict.sentence);
+        }
+        out.push('\n');
+    }
+    out
+}

@@ -1,0 +1,101 @@
+//! What is significantly better than what: bootstrap over trajectories, every model on the same ones.
+
+use super::runs::Scored;
+use augsim_data::random_stream;
+use rand_distr::{Distribution, StandardUniform};
+use serde::Serialize;
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+/// The model that the others are compared with.
+const OURS: &str = "Hybrid+";
+/// Rows that do not compete: nobody has them to forecast with.
+const ASIDE: [&str; 2] = ["(the data)", "Exact law"];
+
+/// A sentence on a test set.
+#[derive(Debug, Serialize)]
+pub struct Verdict {
+    pub set: String,
+    /// Model with the least deciding score.
+    pub best: String,
+    /// Models that are significantly better than Hybrid+, and those that chance cannot tell from it.
+    pub better_than_ours: Vec<String>,
+    pub tied_with_ours: Vec<String>,
+    pub sentence: String,
+}
+
+/// Fills in the intervals of all rows, and says for each set how Hybrid+ stands.
+pub fn verdicts(rows: &mut [Scored], sets: &[String], seed: u64) -> Vec<Verdict> {
+    for scored in rows.iter_mut().filter(|s| s.row.model != ASIDE[0]) {
+        scored.row.crps_ci95 = Some(interval(&scored.crps, seed));
+    }
+    sets.iter().filter_map(|set| verdict(rows, set, seed)).collect()
+}
+
+fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
+    let here: Vec<&Scored> =
+        rows.iter().filter(|s| s.row.set == set && !ASIDE.contains(&s.row.model.as_str())).collect();
+    let ours = here.iter().find(|s| s.row.model == OURS)?;
+    let mean = |s: &Scored| s.crps.iter().sum::<f64>() / s.crps.len() as f64;
+    let best = here.iter().min_by(|a, b| mean(a).total_cmp(&mean(b)))?;
+    let (mut better, mut tied, mut worse) = (Vec::new(), Vec::new(), Vec::new());
+    for other in here.iter().filter(|s| s.row.model != OURS) {
+        let differences: Vec<f64> = other.crps.iter().zip(&ours.crps).map(|(a, b)| a - b).collect();
+        let [low, high] = interval(&differences, seed);
+        let list = match (low > 0.0, high < 0.0) {
+            (true, _) => &mut worse,
+            (_, true) => &mut better,
+            _ => &mut tied,
+        };
+        list.push(other.row.model.clone());
+    }
+    let listed = |names: &[String]| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+    let sentence = format!(
+        "On {set}, by CRPS: {OURS} is significantly better than {}; chance may explain its difference to {}; significantly better \
+         than {OURS} is {}. Least: {}.",
+        listed(&worse),
+        listed(&tied),
+        listed(&better),
+        best.row.model
+    );
+    Some(Verdict {
+        set: set.to_owned(),
+        best: best.row.model.clone(),
+        better_than_ours: better,
+        tied_with_ours: tied,
+        sentence,
+    })
+}
+
+/// 95 % interval of the mean: bootstrap over the values.
+fn interval(values: &[f64], seed: u64) -> [f64; 2] {
+    let n = values.len();
+    let mut rng = random_stream(seed, "league-bootstrap", 0);
+    let mut means: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let mut place = || -> usize {
+                let unit: f64 = StandardUniform.sample(&mut rng);
+                (unit * n as f64) as usize
+            };
+            (0..n).map(|_| values[place()]).sum::<f64>() / n.max(1) as f64
+        })
+        .collect();
+    means.sort_by(f64::total_cmp);
+    [0.025, 0.975].map(|q| means[(q * (DRAWS - 1) as f64) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a constant gain is significant, one that chance makes is not.
+    use super::*;
+
+    #[test]
+    fn intervals_hold_what_chance_makes() {
+        let noisy: Vec<f64> = (0..40).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let [low, high] = interval(&noisy, 1);
+        assert!(low < 0.0 && high > 0.0, "{low} {high}");
+        let gained: Vec<f64> = noisy.iter().map(|v| v + 1.0).collect();
+        assert!(interval(&gained, 1)[0] > 0.0);
+        assert_eq!(interval(&[2.0; 5], 1), [2.0, 2.0]);
+    }
+}

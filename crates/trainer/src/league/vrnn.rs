@@ -1,0 +1,220 @@
+//! The variational recurrent net, coupled as Chung et al. (NeurIPS 2015) have it, and conditioned on the physics: what the paper's
+//! decoupled net was made of.
+//!
+//! From the first state x_0, which is known, h_0 = GRU(phi_x(x_0)). At every later step
+//! - prior p(z_t) = N(mu_p, sd_p)(h_{t-1}, phi_u(u_t)),
+//! - encoder q(z_t | x_t) = N(mu_q, sd_q)(phi_x(x_t), h_{t-1}, phi_u(u_t)), in training only,
+//! - decoder p(x_t) = N(mu, sd)(phi_z(z_t), h_{t-1}),
+//! - h_t = GRU(phi_x(x_t), phi_z(z_t), phi_u(u_t); h_{t-1}).
+//!
+//! Loss: sum over t of KL(q || p) - ln p(x_t), with KL(N(m, s) || N(n, r)) = ln(r / s) + (s^2 + (m - n)^2) / (2 r^2) - 1/2 for each
+//! latent: encoder and prior see the same h, so that, unlike in the decoupled net, the divergence bounds what z carries. Without
+//! condition phi_u is left out.
+
+use super::states::Given;
+use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, operands, zero};
+use crate::nets::{LossVars, Tile, masked_sum};
+use crate::settings::Settings;
+use crate::{Samples, Task, TrainerError};
+use augsim_data::random_stream;
+use augsim_nn::inference::{GaussianRunner, GruRunner, MlpRunner};
+use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Mlp, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+use rand_distr::{Distribution, StandardNormal};
+
+/// Width of z.
+const LATENT: usize = 4;
+/// Width of the features of x, u and z.
+const FEATURES: usize = 16;
+
+const fn class(conditional: bool) -> Class {
+    Class {
+        kind: Kind::Vrnn { conditional },
+        reads: Reads::States { physics: conditional },
+        plan: Plan { hidden: 32, sd_floor: 1e-3, learning_rate: 3e-3 },
+        pushing_only: false,
+    }
+}
+
+pub(crate) static VRNN: Class = class(false);
+pub(crate) static CONDITIONAL_VRNN: Class = class(true);
+
+/// The net.
+#[derive(Debug, Clone)]
+pub struct Vrnn {
+    extents: Extents,
+    phi_x: Mlp,
+    phi_u: Option<Mlp>,
+    phi_z: Mlp,
+    prior: (Mlp, GaussianHead),
+    encoder: (Mlp, GaussianHead),
+    decoder: (Mlp, GaussianHead),
+    gru: Gru,
+    hidden: usize,
+}
+
+impl Vrnn {
+    pub fn new<T: Scalar>(
+        settings: &Settings,
+        extents: Extents,
+        conditional: bool,
+        params: &mut Params<T>,
+    ) -> Self {
+        let (h, floor) = (settings.net.hidden, settings.net.sd_floor);
+        let u = if conditional { FEATURES } else { 0 };
+        let mut part = |name: &str, inputs: usize, outputs: usize, floor: f64| {
+            let hidden = Mlp::new(params, name, &[inputs, h]);
+            (hidden, GaussianHead::new(params, name, h, outputs, floor))
+        };
+        let prior = part("prior", h + u, LATENT, 1e-3);
+        let encoder = part("enc", FEATURES + h + u, LATENT, 1e-3);
+        let decoder = part("dec", FEATURES + h, extents.state, floor);
+        Vrnn {
+            extents,
+            phi_x: Mlp::new(params, "phi_x", &[extents.state, FEATURES]),
+            phi_u: conditional.then(|| Mlp::new(params, "phi_u", &[extents.condition, FEATURES])),
+            phi_z: Mlp::new(params, "phi_z", &[LATENT, FEATURES]),
+            prior,
+            encoder,
+            decoder,
+            gru: Gru::new(params, "gru", 2 * FEATURES + u, h, 1),
+            hidden: h,
+        }
+    }
+
+    fn physics(&self) -> bool {
+        self.phi_u.is_some()
+    }
+}
+
+fn law<T: Scalar>(
+    tape: &mut Tape<T>,
+    p: &Bound,
+    (hidden, head): &(Mlp, GaussianHead),
+    seen: &[Var],
+) -> Result<Gaussian, TensorError> {
+    let seen = if let [one] = seen { *one } else { tape.concat(seen, 1)? };
+    let h = hidden.forward(tape, p, seen)?;
+    head.forward(tape, p, h)
+}
+
+impl Learned for Vrnn {
+    fn noise_rows(&self, time: usize) -> (usize, usize) {
+        (time, LATENT)
+    }
+
+    fn loss<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+    ) -> Result<LossVars, TensorError> {
+        let (x, u, mask) = operands(tape, &tile, self.extents)?;
+        let (time, lanes) = (tile.time, tile.lanes);
+        if time < 2 {
+            // The first state is known: there is nothing to learn.
+            let none = zero(tape)?;
+            return Ok(LossVars { total: none, kl: none, misfit: none });
+        }
+        let eps = tape.constant(&[time, LATENT, lanes], tile.eps)?;
+        let x_features = self.phi_x.forward(tape, p, x)?;
+        let u_features = match &self.phi_u {
+            Some(phi) => Some(phi.forward(tape, p, u)?),
+            None => None,
+        };
+        let at = |tape: &mut Tape<T>, v: Var, t: usize| tape.slice(v, 0, t, t + 1);
+        let none = tape.constant(&[1, FEATURES, lanes], &vec![T::ZERO; FEATURES * lanes])?;
+        let zero_h = tape.constant(&[self.hidden, lanes], &vec![T::ZERO; self.hidden * lanes])?;
+        let mut h = tape.reshape(zero_h, &[1, self.hidden, lanes])?;
+        // Rows 1 to time - 1 of q, p and what the decoder reads.
+        let (mut rows, mut remembered): ([Vec<Var>; 5], Vec<Var>) = Default::default();
+        for t in 0..time {
+            let fx = at(tape, x_features, t)?;
+            let fu = match u_features {
+                Some(u) => Some(at(tape, u, t)?),
+                None => None,
+            };
+            let mut fz = none;
+            if t > 0 {
+                let prior = law(tape, p, &self.prior, &[&[h][..], fu.as_slice()].concat())?;
+                let q = law(tape, p, &self.encoder, &[&[fx, h][..], fu.as_slice()].concat())?;
+                let e = at(tape, eps, t)?;
+                let noise = tape.mul(e, q.sd)?;
+                let z = tape.add(q.mean, noise)?;
+                fz = self.phi_z.forward(tape, p, z)?;
+                for (row, v) in rows.iter_mut().zip([q.mean, q.sd, prior.mean, prior.sd, fz]) {
+                    row.push(v);
+                }
+                remembered.push(h);
+            }
+            if t + 1 < time {
+                let input = tape.concat(&[&[fx, fz][..], fu.as_slice()].concat(), 1)?;
+                let before = tape.reshape(h, &[self.hidden, lanes])?;
+                h = self.gru.forward(tape, p, input, &[before])?;
+            }
+        }
+        let [q_mean, q_sd, p_mean, p_sd, fz] = rows;
+        let mut whole = |rows: &[Var]| tape.concat(rows, 0);
+        let (q_mean, q_sd) = (whole(&q_mean)?, whole(&q_sd)?);
+        let (p_mean, p_sd) = (whole(&p_mean)?, whole(&p_sd)?);
+        let (fz, remembered) = (whole(&fz)?, whole(&remembered)?);
+        let later = match mask {
+            Some(mask) => Some(tape.slice(mask, 0, 1, time)?),
+            None => None,
+        };
+        let kl = tape.gaussian_kl((q_mean, q_sd), (p_mean, p_sd))?;
+        let kl = masked_sum(tape, kl, later)?;
+        let out = law(tape, p, &self.decoder, &[fz, remembered])?;
+        let target = tape.slice(x, 0, 1, time)?;
+        let nll = tape.gaussian_nll(target, out.mean, out.sd)?;
+        let misfit = masked_sum(tape, nll, later)?;
+        Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+    }
+
+    fn forecast(
+        &self,
+        trained: Trained<'_>,
+        task: Task<'_>,
+        samples: usize,
+    ) -> Result<Samples, TrainerError> {
+        let given = Given::of(trained, self.physics(), task);
+        let params = trained.params;
+        let mlp = |mlp: &Mlp| MlpRunner::new(mlp, params, samples, 1);
+        let pair = |(h, head): &(Mlp, GaussianHead)| (mlp(h), GaussianRunner::new(*head, params, samples, 1));
+        let (mut phi_x, mut phi_z) = (mlp(&self.phi_x), mlp(&self.phi_z));
+        let mut phi_u = self.phi_u.as_ref().map(mlp);
+        let (mut prior, mut decoder) = (pair(&self.prior), pair(&self.decoder));
+        let mut gru = GruRunner::new(&self.gru, params, samples, 1);
+        let mut rng = random_stream(trained.settings.seed, "league", task.index);
+        let mut draw = |(mean, sd): (&[f32], &[f32])| -> Vec<f32> {
+            let noise = |(m, s): (&f32, &f32)| {
+                let e: f32 = StandardNormal.sample(&mut rng);
+                m + s * e
+            };
+            mean.iter().zip(sd).map(noise).collect()
+        };
+        let wide =
+            |row: &[f32]| -> Vec<f32> { row.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect() };
+        let width = given.u.len() / task.time;
+        let mut values = Vec::with_capacity(task.time * given.first.len() * samples);
+        let mut h = vec![0.0; self.hidden * samples];
+        for t in 0..task.time {
+            let fu = match &mut phi_u {
+                Some(phi) => phi.run(&wide(&given.u[t * width..(t + 1) * width]), 1).to_vec(),
+                None => Vec::new(),
+            };
+            let mut fz = vec![0.0; FEATURES * samples];
+            let x = if t == 0 {
+                wide(&given.first)
+            } else {
+                let seen = [&h[..], &fu].concat();
+                let z = draw(prior.1.run(prior.0.run(&seen, 1), 1));
+                fz = phi_z.run(&z, 1).to_vec();
+                draw(decoder.1.run(decoder.0.run(&[&fz[..], &h].concat(), 1), 1))
+            };
+            h = gru.run(&[phi_x.run(&x, 1), &fz, &fu].concat(), 1).to_vec();
+            values.extend(x);
+        }
+        Ok(given.restore(trained, task, values, samples))
+    }
+}
