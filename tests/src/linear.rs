@@ -31,16 +31,15 @@ impl Linear {
             system: "linear".into(),
             record: ["record".into(), "records".into()],
             states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Free }],
-            channels: vec![Channel {
-                column: "y_m".into(),
-                unit: "m".into(),
-                period: None,
-                sd: None,
-                sd_at_most: None,
-            }],
+            channels: vec![Channel { column: "y_m".into(), unit: "m".into(), ..Channel::default() }],
             covariates: vec![Quantity::new("x", "")],
             features: vec![Quantity::new("time", "s")],
-            measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
+            measures: vec![Measure {
+                name: "y".into(),
+                channels: vec![0],
+                unit: ("mm".into(), 1e3),
+                length: false,
+            }],
             event: Some(EventSchema {
                 words: ["step".into(), "steps".into()],
                 parameter: 0,

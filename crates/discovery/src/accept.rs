@@ -44,6 +44,12 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
         put("candidates", &estimates(&c.parameters));
         put("candidates", &[c.gain, c.penalty, c.heldout_gain.unwrap_or(0.0)]);
     }
+    d.errors.values().for_each(|t| put("errors", &table(t)));
+    put("dispersion", &[d.dispersion.unwrap_or(1.0)]);
+    for e in d.horizons.iter().flat_map(|h| h.errors.values()) {
+        let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
+        put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
+    }
     if let Some(p) = &d.push {
         put("push.rotation", &table(&p.rotation));
         put("push", &[p.dispersion]);

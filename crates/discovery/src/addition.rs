@@ -30,6 +30,17 @@ pub(crate) struct Tabulated {
     pub against: Quantity,
 }
 
+/// A declared parameter that may have a value of its own in each group.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Split {
+    /// Place in the declared vector.
+    pub index: usize,
+    /// Kind as results name it: `NAME per group`.
+    pub kind: String,
+    /// Number of groups.
+    pub groups: usize,
+}
+
 /// Something that a hypothesis adds to the declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Addition {
@@ -39,9 +50,17 @@ pub(crate) enum Addition {
     Scatter(Arc<Scattered>),
     /// A law of one feature that is not in the library.
     Table(Arc<Tabulated>),
+    /// A value for each group of a declared parameter.
+    Split(Arc<Split>),
 }
 
 impl Addition {
+    /// A value for each of `groups` groups of the declared parameter at place `index`.
+    pub fn split(system: &dyn System, index: usize, groups: usize) -> Self {
+        let kind = format!("{} per group", system.quantity(index).name);
+        Addition::Split(Arc::new(Split { index, kind, groups }))
+    }
+
     /// The effect of index `index` in a system's library.
     pub fn effect(system: &dyn System, index: usize, per: Per) -> Option<Self> {
         let effect = system.library().get(index)?.clone();
@@ -71,9 +90,10 @@ impl Addition {
 
     /// Kind as results name it.
     pub fn kind(&self) -> &str {
-        match self.listed() {
-            Some(effect) => &effect.kind,
-            None => TABLE_KIND,
+        match (self, self.listed()) {
+            (_, Some(effect)) => &effect.kind,
+            (Addition::Split(split), None) => &split.kind,
+            (_, None) => TABLE_KIND,
         }
     }
 
@@ -83,6 +103,7 @@ impl Addition {
             Addition::Effect(listed, Per::Group) => format!("{} per group", listed.effect.kind),
             Addition::Effect(listed, _) => listed.effect.kind.clone(),
             Addition::Scatter(s) => format!("{} per {}", s.effect.kind, s.word),
+            Addition::Split(split) => split.kind.clone(),
             Addition::Table(t) => format!("{} against {}", t.target.quantity.name, t.against.name),
         }
     }
@@ -92,7 +113,7 @@ impl Addition {
         match self {
             Addition::Effect(listed, _) => Some(&listed.effect),
             Addition::Scatter(s) => Some(&s.effect),
-            Addition::Table(_) => None,
+            Addition::Table(_) | Addition::Split(_) => None,
         }
     }
 
@@ -101,10 +122,11 @@ impl Addition {
         self.listed().map_or(&[], |effect| &effect.parameters)
     }
 
-    /// Number of its parameters in a system.
+    /// Number of parameters that it adds to a system.
     pub fn size(&self) -> usize {
         match self {
             Addition::Table(t) => t.table.knots,
+            Addition::Split(_) => 0,
             _ => self.parameters().len(),
         }
     }
@@ -117,11 +139,18 @@ impl Addition {
         }
     }
 
-    /// The law that it adds to a system; none for scatter.
+    /// Whether it changes the simulation even where its parameters have their nulls, so that its test needs a simulation of its
+    /// own: a switch without parameters, or a law that is singular at its null.
+    pub fn is_structural(&self) -> bool {
+        let of = |effect: &Effect| effect.parameters.is_empty() || !effect.probe.is_empty();
+        matches!(self, Addition::Effect(listed, _) if of(&listed.effect))
+    }
+
+    /// The law that it adds to a system; none for scatter and for values by group.
     pub fn law(&self) -> Option<Law> {
         match self {
             Addition::Effect(listed, _) => Some(Law::Effect(listed.index)),
-            Addition::Scatter(_) => None,
+            Addition::Scatter(_) | Addition::Split(_) => None,
             Addition::Table(t) => Some(Law::Table(t.table)),
         }
     }

@@ -1,15 +1,18 @@
 //! Is the chosen model enough? Tests for what it leaves, each family with its own level.
 
-use crate::addition::Addition;
+use crate::addition::{Addition, labels};
 use crate::candidates::laws;
 use crate::fit::{Fit, Sample};
+use crate::judged::Judged;
 use crate::linear::Square;
 use crate::periodicity;
 use crate::residuals::left;
 use crate::result::Tests;
-use crate::score::{Score, heterogeneity, scores};
-use crate::search::{Judged, Search};
-use crate::statistics::chi2_tail;
+use crate::scattered::Scattered;
+use crate::score::{differences, heterogeneity, scores};
+use crate::scored::Score;
+use crate::search::{Search, resolution};
+use crate::statistics::{chi2_tail, median};
 use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
@@ -30,6 +33,10 @@ pub(crate) struct Adequacy {
     pub scatter_gain: f64,
     /// The model has scatter, which can absorb a law that depends on a feature of the trajectory.
     pub scatters: bool,
+    /// The system has targets that laws of one feature may add to.
+    pub has_laws: bool,
+    /// The system has events.
+    pub has_events: bool,
     /// Scores of the one-feature laws.
     pub law_scores: Vec<Score>,
 }
@@ -50,9 +57,9 @@ impl Adequacy {
         Tests {
             lack_of_fit: self.lack_of_fit,
             library: self.library,
-            laws: Some(self.laws),
+            laws: self.has_laws.then_some(self.laws),
             heterogeneity: self.heterogeneity,
-            periodicity: Some(self.periodicity),
+            periodicity: self.has_events.then_some(self.periodicity),
             pass: self.ok(),
         }
     }
@@ -65,22 +72,54 @@ impl Adequacy {
 }
 
 /// Tests what a fit leaves on the training part.
-pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
+///
+/// Where the system's laws are idealisations, something smooth is always left: the misfit is then compared with the noise as a
+/// whole, p-values are corrected by the dispersion, and what of `tried` was fitted beside the model and did not pay is no
+/// longer tested by its score. Where parameters are drawn anew for each record, what is left at the `own` values of the records
+/// counts.
+pub(crate) fn adequacy(
+    search: &Search<'_>,
+    judged: &Judged,
+    tried: &[Judged],
+    own: Option<&Scattered>,
+) -> Adequacy {
     let (sample, fit) = (&search.train, &judged.fit);
+    let schema = sample.data.system.schema();
+    let resolution = resolution(sample);
+    let idealised = sample.data.is_idealised();
     let bonferroni = |list: &[Score]| {
-        let worst =
-            list.iter().filter(|s| s.rank > 0.0).map(|s| chi2_tail(s.statistic, s.rank)).fold(1.0, f64::min);
+        let worst = list.iter().filter(|s| s.rank > 0.0).map(|s| s.tail(resolution)).fold(1.0, f64::min);
         // Without a test nothing speaks against the fit.
         (worst * list.len().max(1) as f64).min(1.0)
     };
     let candidates = laws(sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);
-    let library = search.library_scores(fit);
-    let varied = heterogeneity(sample, fit);
+    let mut library = search.library_scores(fit);
+    if idealised {
+        let tried: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
+        library.retain(|s| {
+            let with = [judged.additions(), std::slice::from_ref(&s.addition)].concat();
+            !tried.contains(&labels(&with))
+        });
+    }
+    let misfits: Vec<[f64; 2]> = match own {
+        Some(own) => own.normals.iter().map(|n| [n.misfit, n.freedom]).collect(),
+        None => fit.misfits.clone(),
+    };
+    let excess = if idealised { excess(&misfits) } else { 0.0 };
+    // The misfit that all records share is no difference between them, nor is what the noise's variance may be off by.
+    let level = if idealised { (1.0 + excess).max(1.0) + 2.0 * NOISE_UNCERTAINTY } else { 1.0 };
+    let varied = match own {
+        Some(own) => differences(sample, &own.parts),
+        None => heterogeneity(sample, fit),
+    };
     let tested = varied.iter().filter(|(_, df)| *df > 0.0).count() as f64;
-    let heterogeneity =
-        varied.iter().filter(|(_, df)| *df > 0.0).map(|(q, df)| chi2_tail(*q, *df)).fold(1.0, f64::min)
-            * tested;
+    let heterogeneity = varied
+        .iter()
+        .filter(|(_, df)| *df > 0.0)
+        .map(|(q, df)| chi2_tail(*q / level, *df))
+        .fold(1.0, f64::min)
+        * tested;
     let scatter = fit.hypothesis.scatter.is_some();
     let scatter_gain = if !scatter && search.events_vary(fit, 0.01) {
         let mut with = fit.hypothesis.additions.clone();
@@ -90,15 +129,34 @@ pub(crate) fn adequacy(search: &Search<'_>, judged: &Judged) -> Adequacy {
         0.0
     };
     Adequacy {
-        lack_of_fit: lack_of_fit(sample, fit),
+        lack_of_fit: if idealised { too_much(&misfits, excess) } else { lack_of_fit(sample, fit) },
         library: bonferroni(&library),
         laws: bonferroni(&law_scores),
         heterogeneity: heterogeneity.min(1.0),
         periodicity: if scatter { periodicity::p_value(sample, fit) } else { 1.0 },
         scatter_gain,
         scatters: scatter,
+        has_laws: !schema.targets.is_empty(),
+        has_events: schema.event.is_some(),
         law_scores,
     }
+}
+
+/// Relative standard error of the estimated noise variance: a misfit within it is no misfit.
+const NOISE_UNCERTAINTY: f64 = 0.03;
+
+/// By how much the typical misfit of a window exceeds the noise, in units of it.
+fn excess(misfits: &[[f64; 2]]) -> f64 {
+    let mut ratios: Vec<f64> = misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
+    median(&mut ratios) - 1.0
+}
+
+/// P-value of an excess of the misfit over the noise.
+fn too_much(misfits: &[[f64; 2]], excess: f64) -> f64 {
+    let freedom: f64 = misfits.iter().map(|[_, freedom]| freedom).sum::<f64>().max(1.0);
+    let z = excess / (NOISE_UNCERTAINTY + (4.0 / freedom).sqrt());
+    // Chi-squared of z² with one degree of freedom is the two-sided tail of the normal law.
+    if z > 0.0 { chi2_tail(z * z, 1.0) } else { 1.0 }
 }
 
 /// Most that one arc and channel may add to the misfit of smooth shapes: with four terms noise passes it once in a million arcs.

@@ -1,11 +1,15 @@
 //! The loop's answer before it is put into words and numbers.
 
 use crate::adequacy::Adequacy;
+use crate::explore::Found;
 use crate::fit::Fit;
+use crate::judged::Judged;
 use crate::noise::Noise;
-use crate::result::{Anatomy, ErrorTable, Verdict};
-use crate::search::{Found, Judged, Search};
+use crate::result::{Anatomy, ErrorTable, Estimate, Horizon, Verdict, Windows};
+use crate::scattered::Scattered;
+use crate::search::Search;
 use augsim_physics::system::Declaration;
+use std::collections::BTreeMap;
 
 /// Everything that the result is made of.
 pub(crate) struct Parts<'a> {
@@ -23,6 +27,14 @@ pub(crate) struct Parts<'a> {
     pub doubt: Option<String>,
     pub severe: bool,
     pub error: ErrorTable,
+    /// Error tables of further measures.
+    pub errors: BTreeMap<String, ErrorTable>,
+    pub horizons: Vec<Horizon>,
+    pub windows: Option<Windows>,
+    /// Parameters that are drawn anew for each record.
+    pub scattered: Option<&'a Scattered>,
+    /// Their standard deviation, from all records.
+    pub drawn_sd: Option<Estimate>,
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,

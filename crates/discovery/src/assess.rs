@@ -3,7 +3,11 @@
 use crate::addition::Addition;
 use crate::calibrate::calibrate;
 use crate::candidates::Family;
+use crate::fit::Fit;
+use crate::judged::Judged;
 use crate::prepare::prepare;
+use crate::scattered::promise;
+use crate::score::scores;
 use crate::search::Search;
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
@@ -64,16 +68,29 @@ pub fn assess(
             .collect();
         search.refit(&base, &additions, &starts)
     });
-    let mut best: Option<crate::search::Judged> = None;
-    for j in fits {
+    let mut best: Option<Judged> = None;
+    for j in fits.chain(scored(&search, &base, &additions)) {
         if best.as_ref().is_none_or(|b| j.criterion < b.criterion) {
             best = Some(j);
         }
     }
     let best = best.unwrap_or_else(|| search.judge(base.clone()));
+    let drawn = system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
+    let own = if drawn { promise(&search, &best).unwrap_or([0.0, f64::INFINITY]) } else { [0.0; 2] };
     Ok(Assessment {
-        gain: 2.0 * (best.fit.ll - base.ll),
-        penalty: search.penalty_of(best.additions()),
-        rmse: forecast::rmse(&forecast::errors(&search.test, &best.fit, &best.fit.theta)),
+        gain: 2.0 * (best.fit.ll - base.ll) + own[0],
+        penalty: best.penalty + own[1],
+        rmse: forecast::first_rmse(&search.test, &best.fit),
     })
+}
+
+/// The set built up one by one, each addition from where its test puts it.
+fn scored(search: &Search<'_>, base: &Fit, additions: &[Addition]) -> Option<Judged> {
+    let mut now: Option<Judged> = None;
+    for (count, addition) in additions.iter().enumerate() {
+        let from = now.as_ref().map_or(base, |j| &j.fit);
+        let score = scores(&search.train, from, std::slice::from_ref(addition)).into_iter().next()?;
+        now = Some(search.refit(from, &additions[..=count], &[(addition.clone(), score.estimate)]));
+    }
+    now
 }

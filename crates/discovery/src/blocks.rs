@@ -74,6 +74,7 @@ fn block(record: &Record, windows: Range<usize>) -> Record {
                 .iter()
                 .map(|w| Window { samples: shifted(&w.samples), start: w.start.clone() })
                 .collect(),
+            forecasts: Vec::new(),
             pieces: pieces.collect(),
             events: seen.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
             memory_s: seen.memory_s,
@@ -81,6 +82,7 @@ fn block(record: &Record, windows: Range<usize>) -> Record {
             under_way: seen.under_way || first > 0,
         },
         weight: record.weight.iter().map(part).collect(),
+        tolerated: record.tolerated,
     }
 }
 
@@ -101,6 +103,7 @@ mod tests {
                 ..Seen::default()
             },
             weight: vec![vec![1.0; samples]],
+            tolerated: false,
         }
     }
 

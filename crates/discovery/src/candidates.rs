@@ -18,7 +18,8 @@ pub(crate) enum Family {
     Grammar,
 }
 
-/// Effects of a family that these data can speak about; with several groups each in two variants. Scatter is tried by another
+/// Effects of a family that these data can speak about; with several groups each in two variants, and values by group of
+/// declared parameters. Scatter is tried by another
 /// rule.
 pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.seen());
@@ -28,9 +29,14 @@ pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
     let list = (0..system.library().len()).filter(wanted);
     for index in list.filter(|&i| system.possible(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
-        if grouped && system.library()[index].joins.is_none() {
+        if grouped && system.by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
         }
+    }
+    if grouped {
+        let declared = system.parameters().iter().take(system.declared()).enumerate();
+        let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
+        out.extend(single.map(|(index, _)| Addition::split(system, index, data.groups.len())));
     }
     out
 }

@@ -161,7 +161,7 @@ mod tests {
             times,
             ..Seen::default()
         };
-        Record { seen, weight: vec![weight] }
+        Record { seen, weight: vec![weight], tolerated: false }
     }
 
     #[test]

@@ -10,11 +10,14 @@ use crate::candidates::Family;
 use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
-use crate::fit::{fit, merged};
-use crate::folds::{FOLDS, open};
+use crate::fit::{Fit, fit, merged};
+use crate::folds::{FOLDS, again, open};
+use crate::judged::Judged;
+use crate::outliers;
 use crate::prepare::{Prepared, split};
+use crate::record::Measured;
 use crate::result::ErrorTable;
-use crate::search::{Judged, Search};
+use crate::search::Search;
 use rayon::prelude::*;
 
 /// Fewest trajectories a fold.
@@ -27,18 +30,35 @@ pub(crate) struct Crossed {
     pub found: Vec<Vec<String>>,
 }
 
-/// Whether one split leaves the gain of an answer open: an effect was added that can lower a forecast's error (a scatter alone
-/// cannot; tables are not looked for in folds), there is error to remove, and the interval includes no change.
-pub(crate) fn worth_crossing(best: &Judged, error: &ErrorTable) -> bool {
-    let lawful = best.additions().iter().any(|a| matches!(a, Addition::Effect(..)));
-    lawful && open(error)
+/// Records below which one split says little about what another would find; those that are enough for folds.
+const FEW: usize = 20;
+const ENOUGH: usize = 10;
+
+/// Whether one split leaves an answer open: an effect was added that can lower a forecast's error (a scatter alone cannot;
+/// tables are not looked for in folds), and there is error to remove and the interval includes no change. Where the laws of
+/// the system are idealisations an answer from few records is open whatever its interval.
+pub(crate) fn worth_crossing(data: &Measured, best: &Judged, error: &ErrorTable) -> bool {
+    let lawful = best.additions().iter().any(|a| matches!(a, Addition::Effect(..) | Addition::Split(_)));
+    lawful && (open(error) || data.is_idealised() && data.records.len() < FEW)
+}
+
+impl Crossed {
+    /// Those of some additions that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them,
+    /// where that leaves none.
+    pub fn stable(&self, additions: &[Addition]) -> Vec<Addition> {
+        let found =
+            |a: &&Addition| 2 * again(&self.found, &kinds(std::slice::from_ref(*a))[0]) >= self.found.len();
+        let stable: Vec<Addition> = additions.iter().filter(found).cloned().collect();
+        if stable.is_empty() { additions.to_vec() } else { stable }
+    }
 }
 
 /// Repeats the loop without each fold in turn and forecasts the fold; `None` where there are too few trajectories, or the time is
 /// over.
 pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) -> Option<Crossed> {
     let data = &prepared.data;
-    if data.records.len() < FOLDS * FEWEST {
+    let fewest = if data.is_idealised() { ENOUGH } else { FOLDS * FEWEST };
+    if data.records.len() < fewest {
         return None;
     }
     let folds = deal::folds(&data.group_of(), FOLDS, options.seed);
@@ -57,7 +77,8 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
                 let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
                 fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
             });
-            let lists = Lists::of(&prepared.sample(fold), [&base, &best], options.seed);
+            let limit = forecast_limit(data, &decided.best.fit);
+            let lists = Lists::of(&prepared.sample(fold), [&base, &best], limit, options.seed);
             Some((lists, kinds(decided.best.additions())))
         })
         .collect::<Option<_>>()?;
@@ -67,4 +88,9 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
         out.found.push(found);
     }
     (!options.is_over()).then_some(out)
+}
+
+/// Misfit of a window beyond which it is not forecast; infinite where every record counts.
+pub(crate) fn forecast_limit(data: &Measured, best: &Fit) -> f64 {
+    if data.is_idealised() { outliers::limit(best) } else { f64::INFINITY }
 }

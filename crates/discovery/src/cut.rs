@@ -3,19 +3,21 @@
 use crate::Options;
 use crate::result::Discovery;
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Instant;
 
-/// The time that a search has.
+/// The time that a search has. A clone shares what the original knows of the end.
+#[derive(Clone)]
 pub(crate) struct Clock {
     options: Options,
     /// Whether the time was over before everything was tried.
-    cut: AtomicBool,
+    cut: Arc<AtomicBool>,
 }
 
 impl Clock {
     pub fn new(options: &Options) -> Self {
-        Self { options: *options, cut: AtomicBool::new(false) }
+        Self { options: *options, cut: Arc::default() }
     }
 
     /// Whether the time was over before everything was tried.

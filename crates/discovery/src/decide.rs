@@ -1,15 +1,19 @@
 //! From a fitted declared model to an answer: search, confirmation, adequacy, laws outside the library.
 
 use crate::Progress;
-use crate::addition::Addition;
+use crate::addition::{Addition, labels};
 use crate::adequacy::{Adequacy, adequacy};
+use crate::confirmation::holds;
+use crate::explore::Found;
 use crate::fit::Fit;
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
 use crate::grammar::{is_formula, nodes};
+use crate::judged::Judged;
 use crate::report::AMBIGUOUS_TOTAL;
 use crate::result::Verdict;
-use crate::search::{Found, Judged, Search};
+use crate::scattered::{Scattered, scattered, surviving_additions};
+use crate::search::Search;
 use crate::unlisted::unlisted;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
@@ -17,11 +21,6 @@ pub(crate) const MARGIN: f64 = 10.0;
 
 /// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
-
-/// Gain in the criterion on the training part that is clear evidence by itself, and the loss on the held-out part, as a share
-/// of it, that is tolerated then.
-const CLEAR: f64 = 25.0;
-const TOLERATED: f64 = 0.1;
 
 /// The answer of one split.
 pub(crate) struct Decided {
@@ -34,6 +33,8 @@ pub(crate) struct Decided {
     pub verdict: Verdict,
     /// So much is left that the best is no explanation.
     pub severe: bool,
+    /// Parameters that are drawn anew for each record.
+    pub scattered: Option<Scattered>,
     /// The time was over before everything was tried.
     pub was_cut: bool,
 }
@@ -51,10 +52,8 @@ pub(crate) fn decide(
     let mut found = search.run(base, known, progress);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned()?;
-    let mut best = confirmed(&found, &base);
-    let forecast_of = |search: &Search<'_>, j: &Judged| {
-        forecast::rmse(&forecast::errors(&search.train, &j.fit, &j.fit.theta))
-    };
+    let mut best = confirmed(search, &found, &base);
+    let forecast_of = |search: &Search<'_>, j: &Judged| forecast::first_rmse(&search.train, &j.fit);
     if best.fit.hypothesis.scatter.is_some()
         && !search.clock.is_over()
         && forecast_of(search, &best) > 0.95 * forecast_of(search, &base)
@@ -62,16 +61,34 @@ pub(crate) fn decide(
         // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
         search.scatter = false;
         let other = search.run(base.fit.clone(), &[], progress);
-        let lawful = confirmed(&other, &base);
+        let lawful = confirmed(search, &other, &base);
         if forecast_of(search, &lawful) < LAWFUL * forecast_of(search, &best) {
             (found, best) = (other, lawful);
         }
     }
 
+    if let Some(surviving) = surviving_additions(search, &best) {
+        best = without_chance(search, &mut found, &base, &best, &surviving);
+    }
+    Some(settle(search, found, base, best, tables, progress))
+}
+
+/// The answer of a search whose best hypothesis is `best`: what that leaves, laws outside the library, verdict.
+pub(crate) fn settle(
+    search: &Search<'_>,
+    found: Found,
+    base: Judged,
+    mut best: Judged,
+    tables: bool,
+    progress: &mut dyn FnMut(Progress),
+) -> Decided {
     progress(Progress::Adequacy);
-    let mut tests = adequacy(search, &best);
+    let scattered = scattered(search, &best);
+    let mut tests = adequacy(search, &best, &found.tried, scattered.as_ref());
     let (mut verdict, mut severe) = (Verdict::NothingToAdd, false);
-    if !best.additions().is_empty() {
+    let named =
+        |best: &Judged| !best.additions().is_empty() || scattered.as_ref().is_some_and(|s| !s.declared);
+    if named(&best) {
         verdict = Verdict::Explained;
     }
     if !tests.ok() || best.additions().len() > 3 {
@@ -88,36 +105,34 @@ pub(crate) fn decide(
             if better {
                 let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Table(_)));
                 verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
-                tests = adequacy(search, &wider);
+                tests = adequacy(search, &wider, &found.tried, None);
                 best = wider;
                 severe = false;
             }
         }
         if severe {
-            verdict = if best.additions().is_empty() { Verdict::Unknown } else { Verdict::PartlyExplained };
+            verdict = if named(&best) { Verdict::PartlyExplained } else { Verdict::Unknown };
         }
     }
     let was_cut = search.clock.was_cut();
-    Some(Decided { found, base, best, tests, verdict, severe, was_cut })
+    Decided { found, base, best, tests, verdict, severe, scattered, was_cut }
 }
 
-/// Whether the held-out part confirms what the training part found: by a `gain` there, in ln likelihood, or, where the training
-/// part speaks clearly (`trained` in the criterion), by no more than chance against it (the estimate of an effect that is there
-/// is above its truth in one half of all samples, and then the other half may see a small loss).
-pub(crate) fn holds(trained: f64, gain: f64) -> bool {
-    gain > 0.0 || (trained > CLEAR && gain > -TOLERATED * trained)
-}
-
-/// The best of a search, if the held-out part confirms it.
-fn confirmed(found: &Found, base: &Judged) -> Judged {
-    let confirms = |best: &&Judged| {
-        let (Some(gain), trained) = (heldout_gain(best, base), base.criterion - best.criterion) else {
-            return false;
-        };
-        holds(trained, gain)
-    };
-    let first = found.pool.first().filter(confirms).unwrap_or(base);
-    simplest(found, first).clone()
+/// The hypothesis with the additions that survive where records scatter, if it is confirmed. What only chance speaks for is
+/// no rival either.
+fn without_chance(
+    search: &Search<'_>,
+    found: &mut Found,
+    base: &Judged,
+    best: &Judged,
+    surviving: &[Addition],
+) -> Judged {
+    let chance: Vec<&Addition> = best.additions().iter().filter(|a| !surviving.contains(a)).collect();
+    let lawful = |j: &Judged| !j.additions().iter().any(|a| chance.contains(&a));
+    found.pool.retain(lawful);
+    found.tried.retain(lawful);
+    let less = place_of(search, found, best, surviving);
+    if is_confirmed(&less, base) { less } else { base.clone() }
 }
 
 /// The set with the shortest formulas among those that are as good as `best`.
@@ -132,9 +147,55 @@ fn simplest<'f>(found: &'f Found, best: &'f Judged) -> &'f Judged {
     as_good.min_by_key(|j| nodes(j)).unwrap_or(best)
 }
 
-/// Gain in ln likelihood on the held-out part.
+/// The hypothesis with some of the additions of another, judged on both parts; fitted if it was not tried.
+pub(crate) fn place_of(
+    search: &Search<'_>,
+    found: &mut Found,
+    from: &Judged,
+    additions: &[Addition],
+) -> Judged {
+    let key = labels(additions);
+    if let Some(judged) = found.pool.iter().find(|j| labels(j.additions()) == key) {
+        return judged.clone();
+    }
+    let tried = found.tried.iter().find(|j| labels(j.additions()) == key).cloned();
+    let mut judged = tried.unwrap_or_else(|| search.refit(&from.fit, additions, &[]));
+    judged.heldout_ll = Some(search.heldout(&judged.fit).ll);
+    found.pool.push(judged.clone());
+    judged
+}
+
+/// Whether a hypothesis pays its penalty on the training part, is away from its nulls, and holds on the other part.
+fn is_confirmed(judged: &Judged, base: &Judged) -> bool {
+    let trained = (base.criterion - judged.criterion) / judged.unit;
+    judged.additions().is_empty()
+        || (trained > 0.0
+            && heldout_gain(judged, base).is_some_and(|gain| holds(trained, gain))
+            && judged.fit.is_clear())
+}
+
+/// The best on both parts together, if it is confirmed. Where the laws of the system are idealisations: the best of all that
+/// are, in its simplest form that is as good. (For exact laws Wald's test is no further evidence and costs drag beside a law
+/// that stands for it: the best total decides.)
+fn confirmed(search: &Search<'_>, found: &Found, base: &Judged) -> Judged {
+    if !search.train.data.is_idealised() {
+        let trained = |best: &Judged| base.criterion - best.criterion;
+        let confirms =
+            |best: &&Judged| heldout_gain(best, base).is_some_and(|gain| holds(trained(best), gain));
+        return simplest(found, found.pool.first().filter(confirms).unwrap_or(base)).clone();
+    }
+    let best = found.pool.iter().find(|j| is_confirmed(j, base)).unwrap_or(base);
+    let (simple, fewer) = search.simplified(best.additions());
+    let key = labels(&simple);
+    let less = found.pool.iter().find(|j| !fewer.is_empty() && labels(j.additions()) == key);
+    let as_good =
+        |j: &&Judged| is_confirmed(j, base) && j.total() < best.total() + search.beyond(&fewer, best.unit);
+    less.filter(as_good).unwrap_or(best).clone()
+}
+
+/// Gain in ln likelihood on the held-out part, in units of the dispersion.
 pub(crate) fn heldout_gain(best: &Judged, base: &Judged) -> Option<f64> {
-    best.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b).filter(|g| g.is_finite())
+    best.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / best.unit).filter(|g| g.is_finite())
 }
 
 /// Looks for tables from the base and from the best library model.

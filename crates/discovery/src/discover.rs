@@ -4,19 +4,22 @@ use crate::anatomy::anatomy;
 use crate::answer::Parts;
 use crate::calibrate::calibrate;
 use crate::candidates::Family;
-use crate::crossed::{crossed, worth_crossing};
+use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
-use crate::decide::{Decided, heldout_gain};
+use crate::decide::{Decided, heldout_gain, place_of, settle};
 use crate::doubt::{after_search, before_search, unsearched};
-use crate::error_table::{Lists, measured_in};
+use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{fit, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
 use crate::free_runs::fit_whole;
+use crate::judged::Judged;
+use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
-use crate::result::{Discovery, ErrorTable, FreeRun};
-use crate::search::{Judged, Search};
+use crate::result::{Discovery, ErrorTable, FreeRun, Windows};
+use crate::scattered;
+use crate::search::Search;
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -66,44 +69,70 @@ pub fn discover(
     let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
     let search = Search::new(train, test, family, options);
     let Prepared { data: measured, noise, .. } = &prepared;
-    let Decided { mut found, base, best, mut tests, mut verdict, mut severe, was_cut } = decided;
-    let [(base, long_base), (mut best, mut long_best)] =
-        [base, best].map(|j| match search.over_whole_recordings(&j) {
-            Some(better) => (better, true),
-            None => (j, false),
-        });
-
-    progress(Progress::Errors);
-    let gain = heldout_gain(&best, &base).unwrap_or(0.0);
-    let (unit, _) = measured_in(measured.system.schema());
-    let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
-    let mut error = lists.table(&unit, options.seed, gain);
-    let mut errors = lists.by_trajectory();
-    let mut crossed = if worth_crossing(&best, &error) && !was_cut {
-        progress(Progress::Folds);
-        crossed(&prepared, family, options)
-    } else {
-        None
-    };
-    if let Some(c) = &crossed {
-        error = ErrorTable { folds: Some(c.found.len()), ..c.lists.table(&unit, options.seed, gain) };
-    }
-    if doubt.is_none() {
-        doubt = after_search(&best, verdict, &error, measured.system.schema().decides());
-        if doubt.is_some() {
-            let plain = unsearched(&search, base.fit.clone());
-            (best, tests, verdict, severe) = (plain.best, plain.tests, plain.verdict, false);
-            found.pool.retain(|j| j.additions().is_empty());
-            let lists = Lists::of(&search.test, [&base.fit, &best.fit], options.seed);
-            (error, errors) = (lists.table(&unit, options.seed, 0.0), lists.by_trajectory());
-            crossed = None;
-            long_best = long_base;
+    let mut is_long = [false; 2];
+    for (judged, is_long) in [&mut decided.base, &mut decided.best].into_iter().zip(&mut is_long) {
+        if let Some(better) = search.over_whole_recordings(judged) {
+            (*judged, *is_long) = (better, true);
         }
     }
+    let was_cut = decided.was_cut;
+
+    progress(Progress::Errors);
+    let (schema, seed) = (measured.system.schema(), options.seed);
+    let mut limit = forecast_limit(measured, &decided.best.fit);
+    let on_split = |decided: &Decided, limit: f64| {
+        Lists::of(&search.test, [&decided.base.fit, &decided.best.fit], limit, seed)
+    };
+    let gain_of = |decided: &Decided| heldout_gain(&decided.best, &decided.base).unwrap_or(0.0);
+    let mut lists = on_split(&decided, limit);
+    // Shown, not decided on: made from the fits of the training part.
+    let mut shown = lists.clone();
+    let mut folds = Vec::new();
+    if !was_cut && worth_crossing(measured, &decided.best, &lists.first(schema, seed, gain_of(&decided))) {
+        progress(Progress::Folds);
+        if let Some(crossed) = crossed(&prepared, family, options) {
+            let stable = crossed.stable(decided.best.additions());
+            if measured.is_idealised() && stable.len() < decided.best.additions().len() {
+                let Decided { mut found, base, best, .. } = decided;
+                let best = place_of(&search, &mut found, &best, &stable);
+                decided = settle(&search, found, base, best, true, progress);
+                is_long[1] = false;
+                shown = on_split(&decided, limit);
+            }
+            (lists, folds) = (crossed.lists, crossed.found);
+        }
+    }
+    let tables = |lists: &Lists, folds: usize, gain: f64| {
+        let folds = (folds > 0).then_some(folds);
+        let mut others = lists.others(schema, seed, gain);
+        others.values_mut().for_each(|table| table.folds = folds);
+        (ErrorTable { folds, ..lists.first(schema, seed, gain) }, others)
+    };
+    let (mut error, mut errors) = tables(&lists, folds.len(), gain_of(&decided));
+    if doubt.is_none() {
+        let all: Vec<&ErrorTable> = std::iter::once(&error).chain(errors.values()).collect();
+        doubt = after_search(&decided, &all, schema.decides());
+        if doubt.is_some() {
+            let plain = unsearched(&search, decided.base.fit.clone());
+            decided.found.pool.retain(|j| j.additions().is_empty());
+            decided = Decided { found: decided.found, was_cut, ..plain };
+            limit = forecast_limit(measured, &decided.best.fit);
+            lists = on_split(&decided, limit);
+            shown = lists.clone();
+            (error, errors) = tables(&lists, 0, 0.0);
+            folds = Vec::new();
+            is_long[1] = is_long[0];
+        }
+    }
+    let Decided { found, base, best, tests, verdict, severe, scattered, .. } = decided;
     error.free_run = FreeRun::of(&*measured.system, base.free_run, best.free_run);
-    if !prepared.smooth && error.noise_floor.rmse > error.augmented.rmse {
-        // The noise was only bounded: what was reached is a lower bound.
-        error.noise_floor = error.augmented;
+    if prepared.is_bounded() {
+        // What was reached is a lower bound of the noise.
+        for table in std::iter::once(&mut error).chain(errors.values_mut()) {
+            if table.noise_floor.rmse > table.augmented.rmse {
+                table.noise_floor = table.augmented;
+            }
+        }
     }
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = prepared.sample(&everything);
@@ -113,10 +142,16 @@ pub fn discover(
         let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
         if is_long { fit_whole(&all, &windows) } else { windows }
     };
-    let (calibrated, last) = (full(&base, long_base), full(&best, long_best));
+    let (calibrated, last) = (full(&base, is_long[0]), full(&best, is_long[1]));
     let residual_anatomy = anatomy(&all, &calibrated, &last);
-    // Shown, not decided on: made from the fits of the training part.
-    let examples = || examples(&search.test, [&base.fit, &best.fit], &errors);
+    let out = if limit.is_finite() {
+        let held = [&base, &best].map(|j| search.heldout(&j.fit));
+        let parts = [[&base.fit, &best.fit], held.each_ref()];
+        parts.map(|fits| left_out(limit, fits).into_iter().filter(|out| *out).count())
+    } else {
+        [0; 2]
+    };
+    let drawn_sd = scattered.as_ref().and_then(|_| scattered::size(&all, &last));
     let discovery = report(Parts {
         model,
         search: &search,
@@ -130,10 +165,22 @@ pub fn discover(
         doubt,
         severe,
         error,
-        folds: crossed.map_or_else(Vec::new, |c| c.found),
+        errors,
+        horizons: lists.horizons(schema, seed),
+        windows: limit.is_finite().then(|| Windows {
+            fitted: [&search.train, &search.test].map(|sample| sample.excerpts().len()),
+            left_out: out,
+            rule: format!(
+                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
+                limit.sqrt()
+            ),
+        }),
+        scattered: scattered.as_ref(),
+        drawn_sd,
+        folds,
         anatomy: residual_anatomy,
     })?;
-    let examples = examples();
+    let examples = examples(&search.test, [&base.fit, &best.fit], &shown);
     let mut notes = prepared.notes.clone();
     if !data.notes().is_empty() {
         notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));

@@ -3,11 +3,12 @@
 
 use crate::adequacy::adequacy;
 use crate::decide::Decided;
+use crate::explore::Found;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
-use crate::search::{Found, Judged, Search};
+use crate::search::Search;
 use augsim_physics::model::Per;
 
 /// Share of a parameter's range within which it stands at a bound.
@@ -36,27 +37,30 @@ pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
     data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// Why the best model shows it.
-pub(crate) fn after_search(
-    best: &Judged,
-    verdict: Verdict,
-    error: &ErrorTable,
-    unit: (&str, f64),
-) -> Option<String> {
-    let h = &best.fit.hypothesis;
-    if let Some(objection) = h.system.implausible(&values(&best.fit)) {
+/// Why the best model shows it; `errors` are the tables of all measures, that which decides first, with its unit in print and
+/// how many of it are in one unit of the table.
+pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&str, f64)) -> Option<String> {
+    let fit = &decided.best.fit;
+    let h = &fit.hypothesis;
+    if let Some(objection) = h.system.implausible(&values(fit)) {
         return Some(objection.to_string());
     }
-    if let Some((name, bound)) = at_bound(h, &best.fit.theta) {
+    if let Some((name, bound)) = at_bound(h, &fit.theta) {
         return Some(format!(
             "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise \
              check units, signs and what was measured"
         ));
     }
-    let claims = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
-    let helps = error.reduction.ci95[0] > 0.0;
-    let far = error.augmented.rmse > FAR * error.noise_floor.rmse;
-    if claims && far && !helps {
+    // What is drawn anew for each record is in no forecast, and not in its floor either.
+    let claims = matches!(decided.verdict, Verdict::Explained | Verdict::PartlyExplained)
+        && decided.scattered.is_none();
+    let helps = errors.iter().any(|error| error.reduction.ci95[0] > 0.0);
+    let far = errors.iter().any(|error| error.augmented.rmse > FAR * error.noise_floor.rmse);
+    if claims
+        && far
+        && !helps
+        && let Some(error) = errors.first()
+    {
         let (unit, scale) = unit;
         return Some(format!(
             "nothing in the library makes forecasts better: {:.2} {unit} as calibrated, {:.2} {unit} with what fits best, noise \
@@ -92,8 +96,8 @@ fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
 /// The calibrated model as the answer, without a search.
 pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let base = search.judge(base);
-    let tests = adequacy(search, &base);
     let found = Found { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
+    let tests = adequacy(search, &base, &found.tried, None);
     let (verdict, best) = (Verdict::NotThisSystem, base.clone());
-    Decided { found, best, base, tests, verdict, severe: false, was_cut: false }
+    Decided { found, best, base, tests, verdict, severe: false, scattered: None, was_cut: false }
 }

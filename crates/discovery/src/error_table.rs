@@ -1,68 +1,180 @@
-//! Errors before and after as a table with intervals.
+//! Errors before and after as tables with intervals.
 
 use crate::fit::{Fit, Sample, fit_nuisance};
-use crate::forecast::{self, Errors};
+use crate::forecast::{self, Errors, Piece};
 use crate::hypothesis::Hypothesis;
-use crate::result::{ErrorTable, FreeRun, Rmse};
-use augsim_physics::system::{Schema, System};
+use crate::outliers::left_out;
+use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
+use augsim_physics::system::{Measure, Schema, System};
+use std::collections::BTreeMap;
 
-/// Forecast errors of the same trajectories: as declared, calibrated, augmented, and what noise and scatter leave.
+/// Fewest forecasts of a horizon.
+const FEWEST: usize = 3;
+
+/// Errors of the same forecasts: as declared, calibrated, augmented.
+#[derive(Clone, Debug, Default)]
+struct Forecasts {
+    /// The record of each forecast, by its number in the data.
+    records: Vec<usize>,
+    models: [Errors; 3],
+}
+
+impl Forecasts {
+    fn extend(&mut self, other: Self) {
+        self.records.extend(other.records);
+        self.models.iter_mut().zip(other.models).for_each(|(a, b)| appended(a, b));
+    }
+
+    fn row(&self, model: usize, measure: usize, scale: f64, seed: u64) -> Rmse {
+        row(&self.records, &self.models[model], measure, scale, seed)
+    }
+
+    /// Calibrated minus augmented.
+    fn reduction(&self, measure: usize, scale: f64, seed: u64) -> Rmse {
+        let [_, calibrated, augmented] = self.models.each_ref().map(|errors| &errors[measure][..]);
+        let ci95 = forecast::bootstrap(&self.records, &[calibrated, augmented], seed, |r| r[0] - r[1]);
+        let rmse = forecast::rmse(calibrated) - forecast::rmse(augmented);
+        Rmse { rmse: scale * rmse, ci95: ci95.map(|v| scale * v) }
+    }
+}
+
+/// A root mean square with its interval.
+fn row(records: &[usize], errors: &Errors, measure: usize, scale: f64, seed: u64) -> Rmse {
+    let list = &errors[measure][..];
+    let ci95 = forecast::bootstrap(records, &[list], seed, |r| r[0]);
+    Rmse { rmse: scale * forecast::rmse(list), ci95: ci95.map(|v| scale * v) }
+}
+
+/// Adds the forecasts of `more` to `errors`, measure by measure.
+fn appended(errors: &mut Errors, more: Errors) {
+    errors.resize(more.len(), Vec::new());
+    errors.iter_mut().zip(more).for_each(|(a, b)| a.extend(b));
+}
+
+/// Errors on records that the fits have not seen.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lists {
-    declared: Errors,
-    calibrated: Errors,
-    augmented: Errors,
+    heldout: usize,
+    /// What `whole` is of, on one split; folds that are added leave it.
+    pieces: Vec<Piece>,
+    whole: Forecasts,
+    /// What noise and scatter leave.
     floor: Errors,
+    /// Last samples after each horizon.
+    ends: Vec<Forecasts>,
 }
 
 impl Lists {
-    /// On `test`, which the fits (calibrated, augmented) have not seen.
-    pub fn of(test: &Sample<'_>, [base, best]: [&Fit; 2], seed: u64) -> Self {
+    /// On `test`, which the fits (calibrated, augmented) have not seen. Windows that both miss by more than `limit` are not
+    /// forecast.
+    pub fn of(test: &Sample<'_>, [base, best]: [&Fit; 2], limit: f64, seed: u64) -> Self {
         let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
         let held = fit_nuisance(test, &best.hypothesis, &best.theta, &[]);
+        let out = if limit.is_finite() {
+            left_out(limit, [&fit_nuisance(test, &base.hypothesis, &base.theta, &[]), &held])
+        } else {
+            Vec::new()
+        };
+        let ranges = test.of_records();
+        let excerpts = test.excerpts();
+        let followed = |piece: &Piece| {
+            let windows = ranges[piece.chosen].clone();
+            !windows.filter(|&w| out.get(w) == Some(&true)).any(|w| {
+                let left = &excerpts[w].window.samples;
+                left.start < piece.samples.end && piece.samples.start < left.end
+            })
+        };
+        let on = |pieces: &[Piece]| Forecasts {
+            records: pieces.iter().map(|piece| test.chosen[piece.chosen]).collect(),
+            models: [(base, &nominal), (base, &base.theta), (best, &best.theta)]
+                .map(|(fit, theta)| forecast::errors(test, pieces, fit, theta)),
+        };
+        let pieces: Vec<Piece> = forecast::whole(test).into_iter().filter(followed).collect();
+        let horizons = test.data.system.schema().horizons_s.iter();
+        let ends = horizons.map(|&horizon_s| {
+            let pieces: Vec<Piece> =
+                forecast::horizon(test, horizon_s).into_iter().filter(followed).collect();
+            on(&pieces)
+        });
         Self {
-            declared: forecast::errors(test, base, &nominal),
-            calibrated: forecast::errors(test, base, &base.theta),
-            augmented: forecast::errors(test, best, &best.theta),
-            floor: forecast::floor(test, best, &held, seed),
+            heldout: test.chosen.len(),
+            whole: on(&pieces),
+            floor: forecast::floor(test, &pieces, best, &held, seed),
+            ends: ends.collect(),
+            pieces,
         }
     }
 
-    /// Root mean square errors of each trajectory, in the order of the sample: declared, augmented.
-    pub fn by_trajectory(&self) -> Vec<[f64; 2]> {
-        let of = |errors: &Errors, i: usize| forecast::rmse(&errors[i..=i]);
-        (0..self.augmented.len()).map(|i| [of(&self.declared, i), of(&self.augmented, i)]).collect()
+    /// The pieces that were forecast on one split, with the root mean square errors of the measure that decides, in the unit of
+    /// its channels: declared, augmented.
+    pub fn by_piece(&self) -> (&[Piece], Vec<[f64; 2]>) {
+        let of = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
+        let [declared, _, augmented] = &self.whole.models;
+        let errors = (0..self.pieces.len()).map(|i| [of(declared, i), of(augmented, i)]);
+        (&self.pieces, errors.collect())
     }
 
-    /// Adds the trajectories of another fold.
+    /// Adds the records of another fold.
     pub fn extend(&mut self, other: Self) {
-        self.declared.extend(other.declared);
-        self.calibrated.extend(other.calibrated);
-        self.augmented.extend(other.augmented);
-        self.floor.extend(other.floor);
+        self.heldout += other.heldout;
+        self.whole.extend(other.whole);
+        appended(&mut self.floor, other.floor);
+        self.ends.resize(other.ends.len(), Forecasts::default());
+        self.ends.iter_mut().zip(other.ends).for_each(|(a, b)| a.extend(b));
     }
 
-    /// The table, in `unit`.
-    pub fn table(&self, unit: &str, seed: u64, heldout_gain: f64) -> ErrorTable {
-        let row =
-            |e: &Errors| Rmse { rmse: forecast::rmse(e), ci95: forecast::bootstrap(&[e], seed, |r| r[0]) };
-        let [calibrated, augmented, noise_floor] = [&self.calibrated, &self.augmented, &self.floor].map(row);
+    /// The table of the measure that decides, the first of the schema, in the unit of its channels.
+    pub fn first(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> ErrorTable {
+        self.table(0, 1.0, &measured_in(schema).0, seed, heldout_gain)
+    }
+
+    /// The tables of the other measures by name, in the units that they are shown in.
+    pub fn others(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
+        let table = |(i, measure): (usize, &Measure)| {
+            let (unit, scale) = &measure.unit;
+            (measure.name.clone(), self.table(i, *scale, unit, seed, heldout_gain))
+        };
+        schema.measures.iter().enumerate().skip(1).map(table).collect()
+    }
+
+    fn table(&self, measure: usize, scale: f64, unit: &str, seed: u64, heldout_gain: f64) -> ErrorTable {
+        let [declared, calibrated, augmented] = [0, 1, 2].map(|i| self.whole.row(i, measure, scale, seed));
+        let noise_floor = row(&self.whole.records, &self.floor, measure, scale, seed);
         ErrorTable {
             unit: unit.into(),
-            heldout_trajectories: self.declared.len(),
+            heldout_trajectories: self.heldout,
             folds: None,
-            declared: row(&self.declared),
+            declared,
             calibrated,
             augmented,
             noise_floor,
-            reduction: Rmse {
-                rmse: calibrated.rmse - augmented.rmse,
-                ci95: forecast::bootstrap(&[&self.calibrated, &self.augmented], seed, |r| r[0] - r[1]),
-            },
+            reduction: self.whole.reduction(measure, scale, seed),
             explained_share: ErrorTable::explained(calibrated.rmse, augmented.rmse, noise_floor.rmse),
             heldout_gain,
             free_run: None,
         }
+    }
+
+    /// Errors after each horizon that is shorter than the records.
+    pub fn horizons(&self, schema: &Schema, seed: u64) -> Vec<Horizon> {
+        let all = schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= FEWEST);
+        let errors = |f: &Forecasts, i: usize, measure: &Measure| {
+            let (unit, scale) = &measure.unit;
+            let [declared, calibrated, augmented] = [0, 1, 2].map(|model| f.row(model, i, *scale, seed));
+            let reduction = f.reduction(i, *scale, seed);
+            HorizonErrors { unit: unit.clone(), declared, calibrated, augmented, reduction }
+        };
+        all.map(|(&horizon_s, f)| Horizon {
+            horizon_s,
+            forecasts: f.records.len(),
+            errors: schema
+                .measures
+                .iter()
+                .enumerate()
+                .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
+                .collect(),
+        })
+        .collect()
     }
 }
 

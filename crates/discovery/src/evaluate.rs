@@ -201,6 +201,11 @@ fn robust(q: f64, m: f64) -> (f64, f64) {
     (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
 }
 
+/// The same where the weights are those of a tolerance: to agree better than it counts no more than the Gaussian cost gives.
+fn tolerant(q: f64, m: f64) -> (f64, f64) {
+    if q < m { (q - m + robust(m, m).0, 1.0) } else { robust(q, m) }
+}
+
 /// Normal equations of one trajectory: `h = J'WJ`, `g = J'Wr`, `q` the cost, priors of the offsets included; W is the weight
 /// of the trajectory.
 #[derive(Clone, Debug)]
@@ -210,6 +215,8 @@ pub(crate) struct Normal {
     pub q: f64,
     /// Sum of squares of the whitened residuals.
     pub misfit: f64,
+    /// Degrees of freedom of it.
+    pub freedom: f64,
     /// Weight of the trajectory in the fit, about 1 where the model follows it.
     pub weight: f64,
     /// Twice the inverse of the degrees of freedom of the cost: the weight falls along a step `x` by `softening (u'x) weight`,
@@ -397,8 +404,10 @@ fn whitened<D: AsMut<[f64]> + Clone>(
 fn finish(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, sums: Sums, events: Vec<Event>) -> Normal {
     let Sums { mut h, mut g, squares: misfit, terms } = sums;
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
-    let (mut q, weight) = robust(misfit, free.max(1.0));
-    let softening = 2.0 / (SCALE_FREEDOM + free.max(1.0));
+    let freedom = free.max(1.0);
+    let tolerated = at.record.tolerated;
+    let (mut q, weight) = if tolerated { tolerant(misfit, freedom) } else { robust(misfit, freedom) };
+    let softening = if tolerated && misfit < freedom { 0.0 } else { 2.0 / (SCALE_FREEDOM + freedom) };
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
     let first = lanes.fixed_nuisances();
     // What is known of a start is known of the beginning of the motion.
@@ -415,5 +424,6 @@ fn finish(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, sums: Sums, events:
         g[lane] -= precision * (point.nuisance[i] - mean);
         q += precision * (point.nuisance[i] - mean).powi(2);
     }
-    Normal { h, g, q: if q.is_finite() { q } else { f64::INFINITY }, misfit, weight, softening, events }
+    let q = if q.is_finite() { q } else { f64::INFINITY };
+    Normal { h, g, q, misfit, freedom, weight, softening, events }
 }

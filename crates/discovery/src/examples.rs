@@ -1,5 +1,6 @@
 //! Held-out records with the forecasts of the declared and of the augmented model, to be looked at.
 
+use crate::error_table::Lists;
 use crate::fit::{Fit, Sample};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
@@ -33,22 +34,26 @@ pub(crate) fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
-/// The best, the median and the worst of a held-out sample, whose `errors` are those of its records in order; the fits are the
-/// calibrated model, whose nominal values are the declared ones, and the best.
-pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], errors: &[[f64; 2]]) -> Vec<Example> {
+/// The best, the median and the worst forecast of a held-out sample, by the lists of errors on it; the fits are the calibrated
+/// model, whose nominal values are the declared ones, and the best.
+pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], lists: &Lists) -> Vec<Example> {
     let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
     let schema = test.data.system.schema();
+    let (pieces, errors) = lists.by_piece();
     let one = |(place, rank): (usize, &str)| {
-        let j = test.chosen[place];
-        let record = &test.data.records[j];
-        let declared = forecast::path(test, j, base, &nominal);
-        let augmented = forecast::path(test, j, best, &best.theta);
-        let step = stride(record.seen.times.len());
-        let shown = || (0..record.seen.times.len()).step_by(step);
+        let piece = &pieces[place];
+        let record = &test.data.records[test.chosen[piece.chosen]];
+        let declared = forecast::path(test, piece, base, &nominal);
+        let augmented = forecast::path(test, piece, best, &best.theta);
+        let (first, length) = (piece.samples.start, piece.samples.len());
+        let step = stride(length);
+        let shown = || (0..length).step_by(step);
+        let known = if first == 0 { record.seen.known } else { 1 };
         let channels = schema.channels.iter().enumerate().map(|(c, channel)| ExampleChannel {
             column: channel.column.clone(),
             unit: channel.unit.clone(),
             measured: shown()
+                .map(|k| first + k)
                 .map(|k| finite(record.seen.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
                 .collect(),
             declared: shown().map(|k| finite(declared[c][k])).collect(),
@@ -58,13 +63,13 @@ pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], errors: &[[f6
             id: record.seen.id.clone(),
             rank: rank.into(),
             rmse: errors[place],
-            times_s: shown().map(|k| record.seen.times[k]).collect(),
-            known: record.seen.known.div_ceil(step),
+            times_s: shown().map(|k| record.seen.times[first + k]).collect(),
+            known: known.div_ceil(step),
             channels: channels.collect(),
             scene: None,
         }
     };
-    ranked(errors).into_iter().map(one).collect()
+    ranked(&errors).into_iter().map(one).collect()
 }
 
 #[cfg(test)]

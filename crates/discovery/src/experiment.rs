@@ -2,8 +2,8 @@
 
 use crate::addition::{Addition, kinds};
 use crate::answer::Parts;
+use crate::judged::Judged;
 use crate::result::{Unexplained, Verdict};
-use crate::search::Judged;
 use crate::separate::separation;
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, Schema, known_separation};
@@ -47,6 +47,18 @@ pub(crate) fn next_experiment(
             "vary {} alone, over a wider range than in these data and in random order, with at least five repeats at each value",
             u.against
         );
+    }
+    if let Some(Addition::Split(_)) = parts.best.additions().first() {
+        return format!(
+            "repeat one {} of each group in the same hour, in random order: what still differs belongs to the set-up",
+            schema.record[0]
+        );
+    }
+    let drawn = parts.scattered.filter(|s| !s.declared).and(schema.drawn.as_ref());
+    if let (Some(drawn), true) = (drawn, parts.best.additions().is_empty())
+        && let Some(text) = &drawn.scatter.confirmed_by
+    {
+        return text.clone();
     }
     let mut found = parts.best.additions().iter().filter_map(|a| a.listed());
     let conditions = |most: usize| schema.conditions.iter().take(most).cloned().collect::<Vec<_>>();

@@ -1,7 +1,6 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
 use crate::cluster::{Cluster, clusters};
-use crate::covariance::{sandwich, undetermined};
 use crate::evaluate::{Lanes, Normal, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
@@ -13,6 +12,12 @@ use std::collections::BTreeMap;
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
 /// a valley whose floor is flat to the precision that matters.
 const MOST_ASSEMBLIES: usize = 60;
+/// The same where laws are idealisations, whose simulations are dear.
+const MOST_IDEALISED: usize = 25;
+/// Decrease of the cost that is small, absolute and relative.
+const SMALL: (f64, f64) = (1e-3, 1e-6);
+/// The same where laws are idealisations: gains of less than a hundredth of a standard deviation a sample are none.
+const SMALL_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
 /// A record whose cost rises by more in one step is suspected of a kink.
 const SURPRISE: f64 = 5.0;
@@ -42,40 +47,15 @@ pub(crate) struct Fit {
     pub information: Square,
     /// Gradients of records or windows.
     pub clusters: Vec<Cluster>,
+    /// Sum of squared residuals of each window, in units of the noise, and its degrees of freedom.
+    pub misfits: Vec<[f64; 2]>,
+    /// By how much the cost would fall, in the quadratic approximation, if everything moved once more: what the corners of the
+    /// cost promise and no step keeps.
+    pub promise: f64,
     /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
     pub draws: f64,
     /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
-}
-
-impl Fit {
-    /// Covariance of theta: the larger of the inverse information and the sandwich over records.
-    pub fn covariance(&self) -> Square {
-        let p = self.theta.len();
-        let mut bread = self.information.clone();
-        let mut gradients = Vec::with_capacity(self.clusters.len());
-        for cluster in &self.clusters {
-            cluster.soften(&mut bread);
-            gradients.push(cluster.gradient(p));
-        }
-        sandwich(&self.information, &bread, &gradients)
-    }
-
-    /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
-    pub fn ci95(&self) -> Vec<[f64; 2]> {
-        let c = self.covariance();
-        let open = undetermined(&self.information);
-        let bounds = self.hypothesis.bounds();
-        (0..self.theta.len())
-            .map(|i| {
-                if open[i] {
-                    return [bounds[i].0, bounds[i].1];
-                }
-                let half = 1.96 * c.at(i, i).max(0.0).sqrt();
-                [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
-            })
-            .collect()
-    }
 }
 
 /// Nuisances of the windows of several samples, in the order of all their records.
@@ -158,7 +138,13 @@ fn damp(h: &Square, damping: f64) -> Square {
 }
 
 /// Nuisances after the Gauss-Newton step that goes with a step of theta.
-fn nuisance_step(l: &Lanes, normal: &Normal, now: &[f64], theta_step: &[f64], damping: f64) -> Vec<f64> {
+pub(crate) fn nuisance_step(
+    l: &Lanes,
+    normal: &Normal,
+    now: &[f64],
+    theta_step: &[f64],
+    damping: f64,
+) -> Vec<f64> {
     let common = l.common();
     let h = damp(&normal.h, damping);
     let tail: Vec<usize> = (common..h.n).collect();
@@ -231,7 +217,9 @@ fn fit_with(
             break;
         }
     }
-    let (information, _, _) = reduce(&h, &lanes, &state.normals, 0.0);
+    let (information, mut gradient, starts) = reduce(&h, &lanes, &state.normals, 0.0);
+    information.cholesky().forward(&mut gradient);
+    let promise = starts + gradient.iter().map(|v| v * v).sum::<f64>();
     let mut ll = -0.5 * state.q;
     for (l, normal) in lanes.iter().zip(&state.normals) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -249,6 +237,8 @@ fn fit_with(
         ll,
         information,
         clusters,
+        misfits: state.normals.iter().map(|n| [n.misfit, n.freedom]).collect(),
+        promise,
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }
@@ -302,7 +292,11 @@ fn minimise(
 ) -> State {
     let bounds = h.bounds();
     let (mut lambda, mut small_steps, mut work) = (1e-3, 0, 0);
-    while work < MOST_ASSEMBLIES {
+    let (assemblies, (absolute, relative)) = match sample.data.is_idealised() {
+        true => (MOST_IDEALISED, SMALL_IDEALISED),
+        false => (MOST_ASSEMBLIES, SMALL),
+    };
+    while work < assemblies {
         let mut accepted = false;
         for _ in 0..8 {
             let step = if move_theta {
@@ -317,7 +311,7 @@ fn minimise(
                 state = trial;
                 accepted = true;
                 lambda = (lambda / 8.0).max(1e-9);
-                if decrease < 1e-3 + 1e-6 * state.q {
+                if decrease < absolute + relative * state.q {
                     small_steps += 1;
                 } else {
                     small_steps = 0;

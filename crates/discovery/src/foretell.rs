@@ -6,7 +6,7 @@
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Sample, assembled};
-use crate::forecast::{self, Begun, Errors, begun, rmse};
+use crate::forecast::{self, Begun, Error, begun, rmse};
 use crate::foretold::{Draws, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
@@ -40,13 +40,13 @@ pub fn foretell(
     let asked = |j: &usize| options.asks_for(&data.records[*j].seen.id);
     let everything: Vec<usize> = (0..data.records.len()).filter(asked).collect();
     let sample = Sample { data: &data, chosen: &everything, correlation: noise.correlation };
-    let done: Vec<(Foretold, (f64, f64))> =
+    let done: Vec<(Foretold, Error)> =
         everything.par_iter().map(|&j| one(&sample, j, &h, &theta, &spread, &noise.sd, options)).collect();
-    let (records, errors): (Vec<Foretold>, Errors) = done.into_iter().unzip();
+    let (records, errors): (Vec<Foretold>, Vec<Error>) = done.into_iter().unzip();
     let schema = data.system.schema();
     let (unit, _) = error_table::measured_in(schema);
     let measure = schema.measures.first().map_or(String::new(), |m| m.name.clone());
-    let ci95 = forecast::bootstrap(&[&errors], options.seed, |r| r[0]);
+    let ci95 = forecast::bootstrap(&everything, &[&errors], options.seed, |r| r[0]);
     let error = ForetoldError { measure, unit, rmse: rmse(&errors), ci95 };
     let record = &schema.record[0];
     let start = match &schema.event {
@@ -80,7 +80,7 @@ fn spread(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     each.collect()
 }
 
-/// One record and the sum and number of its squared errors.
+/// One record and its error in the measure that decides.
 fn one(
     sample: &Sample<'_>,
     j: usize,
@@ -89,11 +89,12 @@ fn one(
     spread: &[f64],
     noise_sd: &[f64],
     options: &ForetellOptions,
-) -> (Foretold, (f64, f64)) {
+) -> (Foretold, Error) {
     let (data, record) = (sample.data, &sample.data.records[j]);
     let h = Hypothesis { scatter: None, ..scattered.clone() };
-    let start = begun(data, record, &h, theta, sample.correlation);
-    let whole = Window { samples: 0..record.seen.times.len(), start: Vec::new() };
+    let everything = 0..record.seen.times.len();
+    let start = begun(data, record, everything.clone(), &h, theta, sample.correlation);
+    let whole = Window { samples: everything, start: Vec::new() };
     let run = start.run(&h, theta, record);
     let (channels, samples, known) = (run.channels(), run.samples(), record.seen.known);
     let law = StartLaw::of(&start, &h, theta, sample.correlation);
@@ -137,7 +138,8 @@ fn one(
     });
     let channels = channels.collect();
     let foretold = Foretold { id: record.seen.id.clone(), times: record.seen.times.clone(), known, channels };
-    (foretold, forecast::squares(record, &run))
+    let errors = forecast::squares(data, record, &run, 0, known..samples);
+    (foretold, errors.first().copied().unwrap_or_default())
 }
 
 /// Standard deviation of the sensor at a sample: that of the sample where it was measured, that of the channel elsewhere.
@@ -158,7 +160,7 @@ struct StartLaw<'a> {
 
 impl<'a> StartLaw<'a> {
     fn of(start: &'a Begun, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
-        let Begun { known, lanes, nuisance } = start;
+        let Begun { known, lanes, nuisance, .. } = start;
         let sample = Sample { data: known, chosen: &[0], correlation };
         let (lanes_of, starts) = (std::slice::from_ref(lanes), std::slice::from_ref(nuisance));
         let normals = assembled(&sample, h, lanes_of, theta, starts);

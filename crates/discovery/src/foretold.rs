@@ -101,13 +101,15 @@ impl Foretelling {
 
 /// 95 % interval of a root mean square over records, from the sum of squares and the number of errors of each.
 pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
-    bootstrap(&[&squares.to_vec()], seed, |r| r[0])
+    let records: Vec<usize> = (0..squares.len()).collect();
+    bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
 /// By how much the root mean square error of the first list is above that of the second, with its 95 % interval over records:
 /// both are of the same records in the same order.
 pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
-    let ci95 = bootstrap(&[&before.to_vec(), &after.to_vec()], seed, |r| r[0] - r[1]);
+    let records: Vec<usize> = (0..before.len()).collect();
+    let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);
     (rmse(before) - rmse(after), ci95)
 }
 

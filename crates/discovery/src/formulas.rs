@@ -5,9 +5,10 @@ use crate::candidates::Family;
 use crate::decide::{Decided, MARGIN, decide};
 use crate::free_runs::NO_WORSE;
 use crate::grammar::is_formula;
+use crate::judged::Judged;
 use crate::prepare::{Prepared, misfit};
 use crate::result::Verdict;
-use crate::search::{Judged, Search};
+use crate::search::Search;
 use crate::{Options, Progress};
 
 /// Share of the squared misfit that a formula has to take away to be worth its name.

@@ -67,8 +67,8 @@ impl FreeRuns {
             .map(|run| {
                 let sample = Sample { data: &run.beginning, chosen: &[0], correlation: self.correlation };
                 let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
-                let out =
-                    foretold(&run.beginning.records[0], &run.judged, &h, &fit.theta, &start.nuisance[0]);
+                let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
+                let out = foretold(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
                 let squares = |c: usize| {
                     let counted = run.judged.weight[c].iter().enumerate().filter(|(_, w)| **w > 0.0);
                     counted.fold((0.0, 0.0), |(sum, count), (k, _)| {

@@ -2,8 +2,11 @@
 
 use crate::addition::Addition;
 use crate::record::Measured;
+use augsim_physics::effects::Polar;
 use augsim_physics::model::{Parameter, Per};
-use augsim_physics::system::{Addition as Added, Augmentation, Fitted, FittedValues, Law, Scatter, System};
+use augsim_physics::system::{
+    Addition as Added, Augmentation, Effect, Fitted, FittedValues, Law, Scatter, System,
+};
 use std::sync::Arc;
 
 /// A parameter that is fitted.
@@ -14,12 +17,24 @@ pub(crate) struct Free {
     pub per: Per,
     pub min: f64,
     pub max: f64,
+    /// Bounds within which fits move: a direction may turn as far as it likes.
+    pub room: (f64, f64),
     /// A size that matters: start and scale.
     pub typical: f64,
+    /// Where an added parameter changes nothing; 0 for a declared one.
+    pub null: f64,
     /// Which addition it belongs to; `None` for the declared model.
     pub addition: Option<usize>,
     /// Mean and standard deviation over trajectories, where each has its own value and the law of these is known.
     pub prior: Option<(f64, f64)>,
+}
+
+impl Free {
+    /// A parameter of the declared model, one value for all.
+    pub fn declared(index: usize, min: f64, max: f64, typical: f64) -> Self {
+        let room = (min, max);
+        Self { index, per: Per::All, min, max, room, typical, null: 0.0, addition: None, prior: None }
+    }
 }
 
 /// A system, nominal values and what is free in them. The values by group stand beside them.
@@ -34,6 +49,20 @@ pub(crate) struct Hypothesis {
     pub additions: Vec<Addition>,
     /// Number of groups in the data.
     pub groups: usize,
+}
+
+/// Turns that a fitted direction may take, rad.
+const MOST_TURN: f64 = 20.0;
+
+/// Bounds in fits of parameter `k` of an effect. An amount with a direction may pass its null: the other side is the opposite
+/// direction.
+fn room(effect: &Effect, k: usize) -> (f64, f64) {
+    let p = &effect.parameters[k];
+    match (effect.polar, k) {
+        (None, _) | (Some(Polar::Axis), 0) => (p.min, p.max),
+        (Some(Polar::Direction), 0) => (-p.max, p.max),
+        (Some(_), _) => (-MOST_TURN, MOST_TURN),
+    }
 }
 
 impl Hypothesis {
@@ -56,7 +85,9 @@ impl Hypothesis {
                 per: p.per,
                 min: p.min,
                 max: p.max,
+                room: (p.min, p.max),
                 typical: p.nominal.abs().max(1e-3),
+                null: 0.0,
                 addition: None,
                 prior: None,
             })
@@ -70,18 +101,23 @@ impl Hypothesis {
                 }
                 Addition::Effect(listed, per) => {
                     if let Some(place) = places.next() {
-                        for (index, p) in place.zip(&listed.effect.parameters) {
+                        for (k, (index, p)) in place.zip(&listed.effect.parameters).enumerate() {
                             free.push(Free {
                                 index,
                                 per: *per,
                                 min: p.min,
                                 max: p.max,
+                                room: room(&listed.effect, k),
                                 typical: p.typical,
+                                null: p.null,
                                 addition: Some(number),
                                 prior: None,
                             });
                         }
                     }
+                }
+                Addition::Split(split) => {
+                    free.iter_mut().filter(|f| f.index == split.index).for_each(|f| f.per = Per::Group)
                 }
                 Addition::Table(_) => {
                     for index in places.next().unwrap_or_default() {
@@ -91,7 +127,9 @@ impl Hypothesis {
                             per: Per::All,
                             min: knot.min,
                             max: knot.max,
+                            room: (knot.min, knot.max),
                             typical: 1.0,
+                            null: 0.0,
                             addition: Some(number),
                             prior: None,
                         });
@@ -124,8 +162,11 @@ impl Hypothesis {
         }
     }
 
-    /// Entries of theta that belong to an addition.
+    /// Entries of theta that belong to an addition; those of a declared parameter that it gives a value for each group.
     pub fn range_of(&self, addition: usize) -> std::ops::Range<usize> {
+        if let Some(Addition::Split(split)) = self.additions.get(addition) {
+            return self.entries_of(split.index).unwrap_or(0..0);
+        }
         let mut at = 0;
         let (mut first, mut last) = (usize::MAX, 0);
         for f in &self.free {
@@ -156,13 +197,13 @@ impl Hypothesis {
         self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()
     }
 
-    /// Start values of theta: nominal for the declared model, `share` of the typical size for additions.
+    /// Start values of theta: nominal for the declared model, `share` of the way from the null to the typical size for additions.
     pub fn theta_start(&self, share: f64) -> Vec<f64> {
         let mut theta = Vec::new();
         for f in &self.free {
             let value = match f.addition {
                 None => self.values[f.index],
-                Some(_) => share * f.typical,
+                Some(_) => f.null + share * (f.typical - f.null),
             };
             match self.by_group.iter().find(|(index, _)| *index == f.index) {
                 Some((_, values)) if f.per == Per::Group => {
@@ -183,9 +224,42 @@ impl Hypothesis {
         values
     }
 
-    /// Bounds of each entry of theta.
-    pub fn bounds(&self) -> Vec<(f64, f64)> {
+    /// The bounds of each entry of theta that results keep to.
+    pub fn limits(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
+    }
+
+    /// Entries of the declared parameters as another hypothesis has them: a value for all becomes that of each group, and
+    /// values by group their mean.
+    pub fn declared_from(&self, other: &Hypothesis, theta: &[f64]) -> Vec<f64> {
+        let mut out = Vec::new();
+        for f in self.free.iter().filter(|f| f.addition.is_none()) {
+            let (width, known) = (self.width(f), other.entries_of(f.index));
+            let known = known.map_or(&[][..], |place| &theta[place]);
+            match known.len() {
+                0 => out.extend(std::iter::repeat_n(self.values[f.index].clamp(f.min, f.max), width)),
+                n if n == width => out.extend(known),
+                n => out.extend(std::iter::repeat_n(known.iter().sum::<f64>() / n as f64, width)),
+            }
+        }
+        out
+    }
+
+    /// Brings directions to the values that say the same within their bounds. Whether anything changed.
+    pub fn bring_round(&self, theta: &mut [f64]) -> bool {
+        let before = theta.to_vec();
+        for (number, addition) in self.additions.iter().enumerate() {
+            let polar = addition.listed().and_then(|effect| effect.polar);
+            if let (Some(polar), [amount, angle]) = (polar, &mut theta[self.range_of(number)]) {
+                polar.bring_round(amount, angle);
+            }
+        }
+        theta != before
+    }
+
+    /// Bounds of each entry of theta in fits.
+    pub fn bounds(&self) -> Vec<(f64, f64)> {
+        self.free.iter().flat_map(|f| std::iter::repeat_n(f.room, self.width(f))).collect()
     }
 
     /// The contents of the augmented model file: the values `theta` with 95 % intervals `ci95`, and the additions.

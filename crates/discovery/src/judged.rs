@@ -13,6 +13,10 @@ pub(crate) struct Judged {
     pub fit: Fit,
     /// -2 ln likelihood on the training part plus penalties.
     pub criterion: f64,
+    /// Penalty in it.
+    pub penalty: f64,
+    /// What one unit of the gain is: the dispersion in the directions of what was added, 1 where residuals are taken for white.
+    pub unit: f64,
     /// Ln likelihood of the held-out part.
     pub heldout_ll: Option<f64>,
     /// Error of free runs on the held-out part, where windows are shorter than recordings.

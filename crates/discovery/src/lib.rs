@@ -11,6 +11,7 @@ mod calibrate;
 mod candidates;
 mod clocked;
 mod cluster;
+mod confirmation;
 mod covariance;
 mod crossed;
 mod cut;
@@ -19,11 +20,13 @@ mod decide;
 mod discover;
 mod dispersion;
 mod doubt;
+mod drawn;
 mod error;
 mod error_table;
 mod evaluate;
 mod examples;
 mod experiment;
+mod explore;
 mod fit;
 mod folds;
 mod forecast;
@@ -33,6 +36,7 @@ mod formulas;
 mod free_runs;
 mod grammar;
 mod hypothesis;
+mod inference;
 mod judged;
 mod linear;
 #[cfg(test)]
@@ -40,6 +44,7 @@ mod linear_toy;
 mod lone;
 mod noise;
 mod options;
+mod outliers;
 mod pairs;
 mod periodicity;
 mod pieces;
@@ -53,12 +58,16 @@ mod result;
 mod rough_noise;
 mod sample;
 mod scan;
+mod scattered;
 mod score;
+mod scored;
 mod search;
 mod separate;
 mod sound;
 mod spikes;
+mod spread;
 mod statistics;
+mod structural;
 mod tally;
 mod unlisted;
 
@@ -75,6 +84,6 @@ pub use options::{Options, Progress};
 pub use push::{PushScene, assess_push, discover_push, foretell_push};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,
-    FoundFormula, FreeRun, Horizon, Models, NoiseFound, PushFound, Rmse, SCHEMA, Tests, Unexplained, Verdict,
-    Work,
+    FoundFormula, FreeRun, Horizon, HorizonErrors, Models, NoiseFound, PushFound, PushHorizon, Rmse, SCHEMA,
+    Tests, Unexplained, Verdict, Windows, Work,
 };

@@ -17,7 +17,7 @@ pub(crate) fn halves(system: &dyn System, record: &Record, sd: &[f64]) -> Option
         seen.id = format!("{} ({name})", record.seen.id);
         seen.times = seen.times[range.clone()].to_vec();
         seen.values.iter_mut().for_each(|values| *values = values[range.clone()].to_vec());
-        Record { seen, weight: Vec::new() }
+        Record { seen, weight: Vec::new(), tolerated: false }
     };
     let parts = vec![part(0..cut, "first part"), part(cut..record.seen.times.len(), "second part")];
     Some((parts, record.seen.times[cut]))

@@ -30,6 +30,8 @@ const MOST_SAMPLES: usize = 8000;
 pub(crate) struct Noise {
     /// Standard deviation by channel, in the unit of each.
     pub sd: Vec<f64>,
+    /// The same as neighbouring samples show it, where the declared accuracy of the instrument is far more.
+    pub white: Vec<f64>,
     /// Correlation of neighbouring samples.
     pub correlation: f64,
     /// Standard deviation of the time stamps, s.
@@ -40,6 +42,14 @@ pub(crate) struct Noise {
     pub outliers: usize,
     /// Degrees of freedom of the estimate.
     pub freedom: f64,
+}
+
+impl Noise {
+    /// Share of the variance that fits use which is white: the least that residuals can have, at most 1.
+    pub fn white_share(&self) -> f64 {
+        let shares = self.white.iter().zip(&self.sd).map(|(white, sd)| (white / sd).powi(2));
+        (shares.sum::<f64>() / self.sd.len().max(1) as f64).min(1.0)
+    }
 }
 
 /// One arc of one channel.
@@ -327,7 +337,7 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
             r.weight.iter_mut().flatten().for_each(|w| *w /= ratio);
         }
     }
-    Noise { sd, correlation: rho, jitter_s, findings, outliers, freedom }
+    Noise { white: sd.clone(), sd, correlation: rho, jitter_s, findings, outliers, freedom }
 }
 
 /// Arcs without those whose misfit is far beyond that of the others: there was a hand in the way, or an event in the arc.

@@ -6,7 +6,8 @@
 use crate::addition::Addition;
 use crate::fit::{Fit, Sample};
 use crate::linear::{Square, eliminate};
-use crate::score::{Joint, OBSERVABLE, RANK_CUT, Score, joint, unit};
+use crate::score::{Joint, OBSERVABLE, RANK_CUT, joint, unit};
+use crate::scored::Score;
 
 /// Parameters of all candidates whose pairs are looked at.
 const WIDTH: usize = 32;

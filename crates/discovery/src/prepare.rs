@@ -9,7 +9,7 @@ use crate::noise::{Noise, estimate};
 use crate::pieces;
 use crate::record::Measured;
 use crate::residuals::left;
-use crate::rough_noise::rough_noise;
+use crate::rough_noise::{between_neighbours, rough_noise};
 use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
@@ -36,10 +36,15 @@ impl Prepared {
         Sample { data: &self.data, chosen, correlation: self.noise.correlation }
     }
 
+    /// Whether the noise is only bounded from above, by what polynomials leave that do not follow the motion.
+    pub fn is_bounded(&self) -> bool {
+        !self.smooth && !self.data.is_idealised()
+    }
+
     /// The same with less noise, where a fit of the training part shows that the estimate was too high: samples too few for
     /// polynomials to follow the motion only bound it from above, by the misfit of a model that lacks something.
     pub fn quieter(&mut self, fit: &Fit) -> bool {
-        if self.smooth {
+        if !self.is_bounded() {
             return false;
         }
         let found = misfit(&self.sample(&self.train), fit);
@@ -51,8 +56,8 @@ impl Prepared {
         if ratios.iter().all(|ratio| *ratio > TELLING) {
             return false;
         }
-        for (sd, ratio) in self.noise.sd.iter_mut().zip(&ratios) {
-            *sd *= ratio;
+        for sds in [&mut self.noise.sd, &mut self.noise.white] {
+            sds.iter_mut().zip(&ratios).for_each(|(sd, ratio)| *sd *= ratio);
         }
         for record in &mut self.data.records {
             for (weights, ratio) in record.weight.iter_mut().zip(&ratios) {
@@ -152,14 +157,20 @@ pub(crate) fn ready(
         data.system = settled;
     }
     let system = data.system.clone();
-    let smooth = pieces::find(&mut data);
+    let smooth = !data.is_idealised() && pieces::find(&mut data);
     (data.records, data.recordings) = divided(std::mem::take(&mut data.records));
+    if data.is_idealised() {
+        // A run that drifts as its laws are wrong says nothing of what was added.
+        data.recordings.clear();
+    }
     let found = data.records.len();
     if found < fewest {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
-    let mut noise = estimate(&mut data, smooth);
+    let mut noise =
+        if data.is_idealised() { between_neighbours(&mut data) } else { estimate(&mut data, smooth) };
+    data.white_share = noise.white_share();
     if is_fitted && let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
         let (data, model) = (data.name, model.file().into());
         return Err(DiscoveryError::Objection { data, model, objection });
@@ -200,8 +211,8 @@ fn shorten(data: &Measured, chosen: &mut Vec<usize>, most: usize) {
 
 /// Deals the trajectories `among` out to training and test.
 pub(crate) fn split(data: &Measured, among: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
-    // Few trajectories: the half that is held out says more than three or four would.
-    let few = (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
+    // Few trajectories: the half that is held out says more than three or four would. Records of many windows say enough.
+    let few = !data.is_idealised() && (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
     let share = if few { options.train_share.min(0.5) } else { options.train_share };
     deal::split(&data.group_of(), among, share, options.seed)
 }

@@ -13,6 +13,8 @@ pub(crate) struct Record {
     pub seen: Seen,
     /// `weight[channel][sample]` = 1/σ, in the unit of the channel; 0 where not measured or masked.
     pub weight: Vec<Vec<f64>>,
+    /// The weights are those of a tolerance: a misfit below it weighs no more than one at it.
+    pub tolerated: bool,
 }
 
 /// A window of a record: what is simulated from a start of its own.
@@ -41,6 +43,8 @@ pub(crate) struct Measured {
     pub groups: Vec<String>,
     /// Session time that the clocks of the records count from, s, where every record has one.
     pub clock_reference_s: Option<f64>,
+    /// Share of the noise's variance that was seen between neighbouring samples: the least that residuals can have.
+    pub white_share: f64,
     /// Work done on these records and their copies.
     pub tally: Arc<Tally>,
 }
@@ -58,8 +62,10 @@ impl Measured {
             columns.map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()
         };
         let channels = places(&mut schema.channels.iter().map(|c| &c.column))?;
-        let inputs = schema.inputs.iter().map(|input| places(&mut input.columns.iter()));
-        let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
+        let flag = |fresh: &Option<String>| fresh.as_deref().and_then(|name| data.column_index(name).ok());
+        let flags: Vec<Option<usize>> = schema.channels.iter().map(|c| flag(&c.fresh)).collect();
+        let inputs = schema.inputs.iter().map(|i| Ok((places(&mut i.columns.iter())?, flag(&i.fresh))));
+        let inputs = inputs.collect::<Result<Vec<_>, DiscoveryError>>()?;
         for (channel, &i) in schema.channels.iter().zip(&channels) {
             let mut seen =
                 data.trajectories().iter().flat_map(|t| t.column(i)).copied().filter(|v| v.is_finite());
@@ -79,7 +85,7 @@ impl Measured {
                 let i = data.column_index(column).ok()?;
                 t.column(i).iter().copied().find(|v| v.is_finite())
             };
-            let (times, mut values) = measured(t, &channels);
+            let (times, mut values) = measured(t, &channels, &flags);
             for (channel, values) in schema.channels.iter().zip(&mut values) {
                 channel.period.into_iter().for_each(|period| unwrap(values, period));
             }
@@ -89,7 +95,7 @@ impl Measured {
                 group: group.unwrap_or(0),
                 times,
                 values,
-                inputs: inputs.iter().map(|columns| stream(t, columns)).collect(),
+                inputs: inputs.iter().map(|(columns, fresh)| stream(t, columns, *fresh)).collect(),
                 covariates: system.covariates(&constant),
                 ..Seen::default()
             });
@@ -106,9 +112,15 @@ impl Measured {
         if let (Some(clock), Some(reference)) = (schema.clock, clock_reference_s) {
             records.iter_mut().for_each(|r| r.covariates[clock] -= reference);
         }
-        let records = records.into_iter().map(|seen| Record { seen, weight: Vec::new() }).collect();
+        let records =
+            records.into_iter().map(|seen| Record { seen, weight: Vec::new(), tolerated: false }).collect();
         let (recordings, tally) = (Vec::new(), Arc::default());
-        Ok(Self { name, system, records, recordings, groups, clock_reference_s, tally })
+        Ok(Self { name, system, records, recordings, groups, clock_reference_s, white_share: 1.0, tally })
+    }
+
+    /// Whether the system's laws are idealisations, so that something smooth is always left.
+    pub fn is_idealised(&self) -> bool {
+        (0..self.system.schema().channels.len()).any(|channel| self.system.resolution(channel) > 0.0)
     }
 
     /// The number of each record's group.
@@ -128,6 +140,7 @@ impl Measured {
             groups: self.groups.clone(),
             records,
             recordings: Vec::new(),
+            white_share: self.white_share,
             tally: self.tally.clone(),
             system: self.system.clone(),
             clock_reference_s: self.clock_reference_s,
@@ -136,12 +149,21 @@ impl Measured {
 }
 
 /// Times and `[channel][sample]` of the rows in which anything was measured: a row in which nothing was says nothing, and is as
-/// if it had not been written.
-fn measured(t: &Trajectory, channels: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
+/// if it had not been written. Where `flags` names a column, only rows in which it is set were measured.
+fn measured(t: &Trajectory, channels: &[usize], flags: &[Option<usize>]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let value = |k: usize, (&i, flag): (&usize, &Option<usize>)| {
+        if is_fresh(t, k, *flag) { t.column(i)[k] } else { f64::NAN }
+    };
     let rows: Vec<usize> =
-        (0..t.len()).filter(|&k| channels.iter().any(|&i| t.column(i)[k].is_finite())).collect();
-    let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
-    (at(t.time_s()), channels.iter().map(|&i| at(t.column(i))).collect())
+        (0..t.len()).filter(|&k| channels.iter().zip(flags).any(|c| value(k, c).is_finite())).collect();
+    let times = rows.iter().map(|&k| t.time_s()[k]).collect();
+    let values = channels.iter().zip(flags).map(|c| rows.iter().map(|&k| value(k, c)).collect());
+    (times, values.collect())
+}
+
+/// Whether row `k` is flagged as measured anew; without a flag every row is.
+fn is_fresh(t: &Trajectory, k: usize, flag: Option<usize>) -> bool {
+    flag.is_none_or(|f| t.column(f)[k] > 0.5)
 }
 
 /// Takes the jumps by a period out of an angle: each value goes to where it is nearest to the one measured before.
@@ -155,10 +177,10 @@ fn unwrap(values: &mut [f64], period: f64) {
     }
 }
 
-/// An input on its own clock: the rows in which all of its columns have a value.
-fn stream(t: &Trajectory, columns: &[usize]) -> Stream {
-    let rows: Vec<usize> =
-        (0..t.len()).filter(|&k| columns.iter().all(|&i| t.column(i)[k].is_finite())).collect();
+/// An input on its own clock: the rows in which all of its columns have a value that was recorded there.
+fn stream(t: &Trajectory, columns: &[usize], fresh: Option<usize>) -> Stream {
+    let complete = |k: usize| columns.iter().all(|&i| t.column(i)[k].is_finite());
+    let rows: Vec<usize> = (0..t.len()).filter(|&k| is_fresh(t, k, fresh) && complete(k)).collect();
     let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
     Stream { times: at(t.time_s()), values: columns.iter().map(|&i| at(t.column(i))).collect() }
 }

@@ -10,11 +10,11 @@ use crate::fit::Fit;
 use crate::folds::again;
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
+use crate::judged::Judged;
 use crate::remainder::unexplained;
 use crate::result::*;
-use crate::search::Judged;
 use augsim_physics::model::Per;
-use augsim_physics::system::Augmentation;
+use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
@@ -52,9 +52,15 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
     let covariance = fit.covariance();
     let mut out = BTreeMap::new();
     let mut at = 0;
+    // Values by group are those of a declared parameter.
+    let split = addition.and_then(|n| match &h.additions[n] {
+        Addition::Split(split) => Some(split.index),
+        _ => None,
+    });
     for (f, name_and_unit) in h.free.iter().zip(&all) {
         let width = h.width(f);
-        if f.addition == addition && width > 0 {
+        let wanted = split.map_or(f.addition == addition, |index| f.index == index);
+        if wanted && width > 0 {
             let (name, unit) = name_and_unit.clone();
             let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
             if f.per == Per::Group {
@@ -109,8 +115,8 @@ fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     for j in &parts.found.pool {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
-        let close =
-            j.total() - best.total() < AMBIGUOUS_TOTAL || j.criterion - best.criterion < AMBIGUOUS_TRAIN;
+        let close = j.total() - best.total() < AMBIGUOUS_TOTAL * best.unit
+            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit;
         if close
             && !superset
             && theirs.len() <= mine.len() + 1
@@ -125,6 +131,7 @@ fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
 
 fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
     let (base, best) = (parts.base, parts.best);
+    let records = &parts.search.train.data.system.schema().record[1];
     let mut out: Vec<Candidate> = Vec::new();
     let mut list: Vec<&Judged> = parts.found.tried.iter().filter(|j| !j.additions().is_empty()).collect();
     if !list.iter().any(|j| j.additions() == best.additions()) && !best.additions().is_empty() {
@@ -140,17 +147,18 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
         let pooled =
             parts.found.pool.iter().find(|p| labels(p.additions()) == labels(j.additions())).unwrap_or(j);
         let gain = 2.0 * (j.fit.ll - base.fit.ll);
-        let penalty = parts.search.penalty_of(j.additions());
-        let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| a - b);
+        // Gains in units of the dispersion.
+        let (gain, penalty) = (gain / j.unit, j.penalty / j.unit);
+        let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / j.unit);
         let chosen = labels(j.additions()) == labels(best.additions());
         let why = if chosen {
-            "chosen: best on training and held-out trajectories together".to_string()
+            format!("chosen: best on training and held-out {records} together")
         } else if gain < penalty {
             format!("gain {gain:.1} does not pay for its penalty {penalty:.1}")
         } else if heldout_gain.is_some_and(|g| g <= 0.0) {
-            "gains on the training trajectories only".to_string()
+            format!("gains on the training {records} only")
         } else {
-            let worse = j.criterion - best.criterion;
+            let worse = (j.criterion - best.criterion) / best.unit;
             let them = if best.additions().is_empty() {
                 "the calibrated model".into()
             } else {
@@ -159,7 +167,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
             if worse > 0.0 {
                 format!("fits worse than {them} by {worse:.1}")
             } else {
-                format!("worse than {them} on held-out trajectories")
+                format!("worse than {them} on held-out {records}")
             }
         };
         let mut parameters = BTreeMap::new();
@@ -205,11 +213,12 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
                 (format!("{}.{}", s.addition.kind(), p.name), e)
             })
             .collect();
+        let gain = s.dispersion.map_or(s.statistic, |d| s.statistic / d.factor);
         let penalty = parts.search.penalty(&s.addition);
         out.push(Candidate {
             kinds: label,
             parameters,
-            gain: s.statistic,
+            gain,
             penalty,
             heldout_gain: None,
             fitted: false,
@@ -217,7 +226,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
             why: if s.rank == 0.0 {
                 "cannot be seen in these data".into()
             } else {
-                format!("its test gives {:.1}: no sign of it", s.statistic)
+                format!("its test gives {gain:.1}: no sign of it")
             },
         });
     }
@@ -239,7 +248,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             Some(j) => j.fit.clone(),
             None => parts.search.refit(&best.fit, &rest, &[]).fit,
         };
-        let error = |fit: &Fit| forecast::rmse(&forecast::errors(&parts.search.test, fit, &fit.theta));
+        let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
         let lawful = matches!(a, Addition::Effect(..)) && additions.len() > 1;
         let removed = lawful.then(|| error(&without) - error(&best.fit)).filter(|x| x.is_finite());
         out.push(FoundEffect {
@@ -263,8 +272,33 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             },
         });
     }
+    if let Some((effect, share)) = drawn(parts, whole) {
+        out.iter_mut().for_each(|e| e.share *= 1.0 - share);
+        out.push(effect);
+    }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
+}
+
+/// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of
+/// what was added.
+fn drawn(parts: &Parts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
+    let (scattered, sd) = parts.scattered.filter(|s| !s.declared).zip(parts.drawn_sd.clone())?;
+    let schema = parts.search.train.data.system.schema();
+    let effect = &schema.drawn.as_ref()?.scatter;
+    let share = scattered.gain / (scattered.gain + (laws / parts.best.unit).max(0.0));
+    let name = effect.parameters.first().map_or("sd", |p| &p.name);
+    let found = FoundEffect {
+        kind: effect.kind.clone(),
+        stands_for: effect.stands_for.clone(),
+        parameters: BTreeMap::from([(name.to_string(), sd)]),
+        share,
+        folds: None,
+        formula: None,
+        removed: None,
+        per: Some(schema.record[0].clone()),
+    };
+    Some((found, share))
 }
 
 fn sentence(
@@ -287,6 +321,7 @@ fn sentence(
                 }));
                 let values = p.join(", ");
                 match &e.formula {
+                    None if values.is_empty() => e.kind.clone(),
                     None => format!("{} ({values})", e.kind),
                     Some(f) => {
                         let [low, high] = f.range;
@@ -361,8 +396,16 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
     let noise = parts.noise;
     let schema = data.system.schema();
     let (unit, decides) = measured_in(schema);
-    let decisive: Vec<f64> = decides.iter().map(|&c| noise.sd[c]).collect();
-    let model_toml = parts.model.augmented(&h.augmentation(data, &fit.theta, &fit.ci95()))?;
+    let decisive: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
+    // Noise between neighbours alone says nothing of colour and time stamps.
+    let estimated = |value: f64| (!data.is_idealised()).then_some(value);
+    let mut augmentation = h.augmentation(data, &fit.theta, &fit.ci95());
+    if let Some(sd) = &parts.drawn_sd {
+        let is_declared = parts.scattered.is_some_and(|s| s.declared);
+        (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
+        augmentation.additions.extend((!is_declared).then_some(Added::Scatter(ScatterPer::Record, sd.value)));
+    }
+    let model_toml = parts.model.augmented(&augmentation)?;
     let base = &parts.base.fit;
     let calibrated = base.hypothesis.augmentation(data, &base.theta, &base.ci95());
     let models = Models {
@@ -381,10 +424,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         noise: NoiseFound {
             sd: (decisive.iter().map(|s| s * s).sum::<f64>() / decisive.len() as f64).sqrt(),
             unit,
-            by_channel: noise.sd.clone(),
-            correlation: Some(noise.correlation),
-            jitter_s: Some(noise.jitter_s),
-            outliers: Some(noise.outliers),
+            by_channel: noise.white.clone(),
+            correlation: estimated(noise.correlation),
+            jitter_s: estimated(noise.jitter_s),
+            outliers: (!data.is_idealised()).then_some(noise.outliers),
             findings: noise.findings.iter().map(|f| f.to_string()).collect(),
         },
         alternatives,
@@ -394,7 +437,11 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         anatomy: parts.anatomy.clone(),
         tests: parts.tests.tests(),
         correlations: (axis, matrix),
+        errors: parts.errors.clone(),
+        horizons: parts.horizons.clone(),
+        windows: parts.windows.clone(),
         push: None,
+        dispersion: data.is_idealised().then(|| fit.dispersion(0..0, data.white_share).factor),
         model_toml,
         models,
         heldout: parts.search.test.records().map(|r| r.seen.id.clone()).collect(),

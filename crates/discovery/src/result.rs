@@ -117,13 +117,13 @@ pub struct NoiseFound {
     pub unit: String,
     /// Standard deviation by channel.
     pub by_channel: Vec<f64>,
-    /// Correlation of neighbouring samples; absent where it is not estimated (pushes).
+    /// Correlation of neighbouring samples; absent where it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<f64>,
-    /// Standard deviation of the time stamps, s; absent where it is not estimated (pushes).
+    /// Standard deviation of the time stamps, s; absent where it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jitter_s: Option<f64>,
-    /// Samples that were masked as outliers; absent where none are sought (pushes, whose windows are counted instead).
+    /// Samples that were masked as outliers; absent where none are sought.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<usize>,
     /// Findings by kind.
@@ -263,16 +263,53 @@ pub struct Tests {
     pub lack_of_fit: f64,
     /// Library effects not in the model.
     pub library: f64,
-    /// Laws of one feature; absent where they are not tested (pushes).
+    /// Laws of one feature; absent where the system has no targets for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laws: Option<f64>,
     /// Parameters that differ between trajectories.
     pub heterogeneity: f64,
-    /// Periodicity of the scatter; absent where it is not tested (pushes).
+    /// Periodicity of the scatter; absent where the system has no events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodicity: Option<f64>,
     /// Whether all pass.
     pub pass: bool,
+}
+
+/// Windows of the records: what is simulated from a start of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Windows {
+    /// Windows that the fits used, of the training part and of the held-out part.
+    pub fitted: [usize; 2],
+    /// Windows that no model follows and that were not forecast, of the training part and of the held-out part.
+    pub left_out: [usize; 2],
+    /// By which rule.
+    pub rule: String,
+}
+
+/// Errors of one measure after one horizon.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HorizonErrors {
+    /// Unit of the errors.
+    pub unit: String,
+    /// The model as declared.
+    pub declared: Rmse,
+    /// After calibration of the declared parameters.
+    pub calibrated: Rmse,
+    /// With the added effects.
+    pub augmented: Rmse,
+    /// Calibrated minus augmented.
+    pub reduction: Rmse,
+}
+
+/// Forecasts over one time, each from a measured state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Horizon {
+    /// The time, s.
+    pub horizon_s: f64,
+    /// How many forecasts.
+    pub forecasts: usize,
+    /// Errors at the end, by measure.
+    pub errors: BTreeMap<String, HorizonErrors>,
 }
 
 /// Windows of pushes, and errors that only pushes have.
@@ -290,12 +327,12 @@ pub struct PushFound {
     /// Error of the rotation on the same forecasts, degrees.
     pub rotation: ErrorTable,
     /// Open-loop forecasts over fixed times, from measured poses.
-    pub horizons: Vec<Horizon>,
+    pub horizons: Vec<PushHorizon>,
 }
 
 /// Open-loop forecasts over one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Horizon {
+pub struct PushHorizon {
     /// The time, s.
     pub horizon_s: f64,
     /// How many forecasts.
@@ -355,7 +392,7 @@ pub struct ExampleChannel {
 /// How much work an answer took. The counts are the same on every machine and for any number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
-    /// Simulations of one trajectory (or one window of a push) with derivatives.
+    /// Simulations of one trajectory (or one window of it) with derivatives.
     pub simulations: u64,
     /// Minimisations.
     pub fits: u64,
@@ -402,6 +439,19 @@ pub struct Discovery {
     pub tests: Tests,
     /// Correlations of the parameters of the final model: names, then the matrix row by row.
     pub correlations: (Vec<String>, Vec<Vec<f64>>),
+    /// Errors before and after of further measures, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub errors: BTreeMap<String, ErrorTable>,
+    /// Errors after fixed times, where every state is measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub horizons: Vec<Horizon>,
+    /// Windows of the records, where some may be left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub windows: Option<Windows>,
+    /// How much larger the scatter of the gradients of records (of windows, where records are few) is than white noise makes
+    /// it, in the last fit: gains are in units of it. Absent where residuals are taken for white.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dispersion: Option<f64>,
     /// Figures that only pushes have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub push: Option<PushFound>,

@@ -1,11 +1,15 @@
 //! Score tests: what a candidate would gain, without fitting it (Rao 1948).
 
 use crate::addition::Addition;
+use crate::cluster::ranges;
+use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::evaluate::{Lanes, Point, normals};
 use crate::fit::{Fit, Sample, assembled};
 use crate::linear::{Square, eliminate};
+use crate::scored::Score;
+use crate::structural::structural_score;
 use augsim_physics::model::Per;
-use augsim_physics::system::Law;
+use augsim_physics::system::{Effect, Law};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -17,34 +21,18 @@ pub(crate) const RANK_CUT: f64 = 1e-4;
 /// Information below this, in raw units of the parameter, is none.
 pub(crate) const OBSERVABLE: f64 = 1e-7;
 
-/// The score test of one candidate at a fit.
-#[derive(Clone, Debug)]
-pub(crate) struct Score {
-    pub addition: Addition,
-    /// Chi-squared statistic.
-    pub statistic: f64,
-    /// The same whatever the sign of an amount that has one.
-    pub unsigned: f64,
-    /// The point at which the test was made.
-    pub point: Vec<f64>,
-    /// Its degrees of freedom; 0 when the candidate cannot be seen in these data.
-    pub rank: f64,
-    /// One-step estimate of each parameter, from the null point at which the test was made.
-    pub estimate: Vec<f64>,
-    /// Standard deviations of the estimates.
-    pub sd: Vec<f64>,
-}
-
 /// Score tests of candidates (no scatter) at a fit, in the order given.
 pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
+    let (structural, others): (Vec<usize>, Vec<usize>) =
+        (0..candidates.len()).partition(|&i| candidates[i].is_structural());
     // What makes every simulation dearer is tested apart from what does not.
     // One place for each null point: effects with a width or a threshold have several.
     let system = &fit.hypothesis.system;
     let most = if system.side_by_side() > 1 { WIDE_BATCH } else { BATCH };
-    let tests: Vec<(usize, Vec<f64>)> = candidates
-        .iter()
-        .enumerate()
+    let tests: Vec<(usize, Vec<f64>)> = others
+        .into_iter()
+        .map(|i| (i, &candidates[i]))
         .flat_map(|(i, c)| {
             let points = match c {
                 Addition::Effect(listed, _) => system.null_points(listed.index),
@@ -76,7 +64,9 @@ pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) ->
             batch_scores(sample, fit, candidates, &batch)
         })
         .collect();
-    for (i, s) in done.into_iter().flatten() {
+    let own = structural.par_iter().map(|&i| (i, structural_score(sample, fit, &candidates[i])));
+    let own: Vec<(usize, Score)> = own.collect();
+    for (i, s) in done.into_iter().flatten().chain(own) {
         if out[i].as_ref().is_none_or(|best| s.statistic > best.statistic) {
             out[i] = Some(s);
         }
@@ -90,6 +80,8 @@ pub(crate) struct Joint<'b> {
     pub u: Vec<f64>,
     /// Of each candidate: its place in the list, the point at which it stands, and its entries.
     pub owned: Vec<(usize, &'b [f64], std::ops::Range<usize>)>,
+    /// The same window by window: information and gradient of some entries, and which these are.
+    parts: Vec<(Square, Vec<f64>, Vec<usize>)>,
 }
 
 /// The joint information of a fit and of the candidates of a batch, each at its point; `None` for candidates that cannot stand
@@ -110,11 +102,21 @@ pub(crate) fn joint<'b>(
     let mut extras: Vec<usize> = Vec::new();
     let mut columns: Vec<(usize, bool)> = Vec::new();
     let mut owned: Vec<(usize, &'b [f64], std::ops::Range<usize>)> = Vec::new();
+    // Columns of values by group: the entry of theta whose lane they share, and the first of them.
+    let mut shared: Vec<(usize, usize)> = Vec::new();
     let mut width = theta_len;
     let mut values: Vec<f64> = Vec::new();
     let first = parameters;
     for (i, point) in batch {
         let i = *i;
+        if let Addition::Split(split) = &candidates[i] {
+            if let Some(entry) = h.entries_of(split.index).filter(|entries| entries.len() == 1) {
+                shared.push((entry.start, width));
+                owned.push((i, point, width..width + groups));
+                width += groups;
+            }
+            continue;
+        }
         let Some(law) = candidates[i].law() else { continue };
         let grouped = matches!(candidates[i], Addition::Effect(_, Per::Group));
         let begin = width;
@@ -146,11 +148,20 @@ pub(crate) fn joint<'b>(
             let mut places = lanes.theta.clone();
             let group = at.record.seen.group;
             places.extend(columns.iter().map(|&(c, grouped)| if grouped { c + group } else { c }));
-            (s, u, places)
+            if shared.is_empty() {
+                return (s, u, places);
+            }
+            // Once more the lane of the declared parameter, as the group's own.
+            let mut rows: Vec<usize> = (0..places.len()).collect();
+            for (entry, first) in &shared {
+                rows.extend(lanes.theta.iter().position(|t| t == entry));
+                places.push(first + group);
+            }
+            (s.sub(&rows), rows.iter().map(|&i| u[i]).collect(), places)
         })
         .collect();
     let (mut s, mut u) = (Square::zero(width), vec![0.0; width]);
-    for (sj, uj, places) in parts {
+    for (sj, uj, places) in &parts {
         for (a, &pa) in places.iter().enumerate() {
             u[pa] += uj[a];
             for (b, &pb) in places.iter().enumerate() {
@@ -158,7 +169,40 @@ pub(crate) fn joint<'b>(
             }
         }
     }
-    Some(Joint { s, u, owned })
+    Some(Joint { s, u, owned, parts })
+}
+
+impl Joint<'_> {
+    /// Curvature and gradient of some windows in the entries `order`.
+    fn of_windows(&self, windows: std::ops::Range<usize>, order: &[usize]) -> Quadratic {
+        let mut place_of = vec![None; self.s.n];
+        order.iter().enumerate().for_each(|(i, &entry)| place_of[entry] = Some(i));
+        let (mut sc, mut uc) = (Square::zero(order.len()), vec![0.0; order.len()]);
+        for (sj, uj, places) in &self.parts[windows] {
+            let known = places.iter().enumerate().filter_map(|(a, &p)| Some((a, place_of[p]?)));
+            for (a, i) in known.clone() {
+                uc[i] += uj[a];
+                known.clone().for_each(|(b, j)| *sc.at_mut(i, j) += sj.at(a, b));
+            }
+        }
+        (sc, uc)
+    }
+
+    /// Dispersion of the clusters in the direction of the entries `range` beside those of theta.
+    fn dispersion(
+        &self,
+        range: std::ops::Range<usize>,
+        theta_len: usize,
+        clusters: &[std::ops::Range<usize>],
+        least: f64,
+    ) -> Dispersion {
+        let keep = range.len();
+        let order: Vec<usize> = range.chain(0..theta_len).collect();
+        let gradient: Vec<f64> = order.iter().map(|&i| self.u[i]).collect();
+        let each: Vec<Quadratic> =
+            clusters.iter().map(|windows| self.of_windows(windows.clone(), &order)).collect();
+        dispersion(&self.s.sub(&order), &gradient, &each, 0..keep, least)
+    }
 }
 
 fn batch_scores(
@@ -168,16 +212,23 @@ fn batch_scores(
     batch: &[&(usize, Vec<f64>)],
 ) -> Vec<(usize, Score)> {
     let theta_len = fit.hypothesis.theta_len();
-    let Some(Joint { s, u, owned }) = joint(sample, fit, candidates, batch) else { return Vec::new() };
-    owned
-        .into_iter()
+    let Some(joint) = joint(sample, fit, candidates, batch) else { return Vec::new() };
+    let clusters = if sample.data.is_idealised() { ranges(&sample.of_records()) } else { Vec::new() };
+    joint
+        .owned
+        .iter()
         .map(|(i, point, range)| {
-            let mut score = one_score(&candidates[i], &s, &u, range, theta_len);
+            let (i, range) = (*i, range.clone());
+            let mut score = one_score(&candidates[i], &joint.s, &joint.u, range.clone(), theta_len);
             score.point = point.to_vec();
+            if !clusters.is_empty() && score.rank > 0.0 {
+                let least = sample.data.white_share;
+                score.dispersion = Some(joint.dispersion(range, theta_len, &clusters, least));
+            }
             // One with a value for each group begins at the same point in all.
             let per = score.estimate.len() / point.len().max(1);
             for (k, x) in score.estimate.iter_mut().enumerate() {
-                let at = point[k / per.max(1)];
+                let at = point.get(k / per.max(1)).copied().unwrap_or(0.0);
                 if at != 0.0 {
                     *x += at;
                 }
@@ -207,8 +258,12 @@ fn one_score(
         rank: 0.0,
         estimate: vec![0.0; keep],
         sd: vec![f64::INFINITY; keep],
+        dispersion: None,
     };
-    let positive = addition.listed().is_some_and(|e| e.parameters.iter().all(|p| p.min >= 0.0));
+    // One-sided where the null is the lowest value; the opposite of an amount with a direction is another direction.
+    let at_bound = |e: &Effect| e.parameters.iter().any(|p| p.null <= p.min) && e.polar.is_none();
+    let positive = |e: &Effect| at_bound(e) && e.parameters.iter().all(|p| p.min >= 0.0);
+    let positive = addition.listed().is_some_and(positive);
     if keep == 1 {
         let information = c.at(0, 0);
         if information * unit(addition, 0, keep) < OBSERVABLE
@@ -274,7 +329,13 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
             lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
         })
         .collect();
-    let n = h.theta_len();
+    differences(sample, &parts)
+}
+
+/// Statistic and degrees of freedom of the differences between records in each entry of theta, from what each window says of
+/// it (entry, curvature, gradient).
+pub(crate) fn differences(sample: &Sample<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
+    let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     for windows in sample.of_records() {
         // What the windows of a record say of each entry, together.

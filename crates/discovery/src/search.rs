@@ -1,6 +1,7 @@
-//! Forward-backward search over sets of library effects.
+//! What a search works on: penalties, fits of sets of additions, and their judgement.
 
-use crate::addition::{Addition, labels};
+use crate::Options;
+use crate::addition::Addition;
 use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
 use crate::cut::Clock;
@@ -9,34 +10,39 @@ use crate::fit::{Fit, Sample, fit, fit_nuisance};
 use crate::free_runs::{FreeRuns, fit_whole};
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
-use crate::pairs::pairs;
-use crate::scan::scan;
-use crate::score::{Score, heterogeneity, scores};
-use crate::sound::{best_sound, is_sound};
+use crate::score::{heterogeneity, scores};
+use crate::scored::Score;
 use crate::statistics::{chi2_quantile, chi2_tail};
-use crate::{Options, Progress};
 use augsim_physics::model::Per;
-use augsim_physics::system::{ScatterPer, Start, System};
-use rayon::prelude::*;
+use augsim_physics::system::{ScatterPer, System};
 
 /// Probability of a false step.
 const ALPHA: f64 = 0.01;
-/// Hypotheses kept from level to level.
-const BEAM: usize = 3;
 /// Most effects in a hypothesis.
 pub(crate) const MOST_EFFECTS: usize = 4;
 /// Largest rough offset of the events' parameter that a fit begins with, in units of the largest scatter.
 const MOST_OF_AN_OFFSET: f64 = 0.6;
-/// Thresholds that are fitted from where a scan puts them.
-const MOST_SCANNED: usize = 3;
-/// Pairs that are fitted at once, and the statistic of a pair in that of its better half from which on it is.
-const MOST_PAIRS: usize = 3;
-const WORTH_A_PAIR: f64 = 1.1;
-/// Hypotheses within this of the best on the training part go on to the held-out part.
-const POOL: f64 = 30.0;
+/// Displacement that is no effect, in units of the noise (root mean square): no forecast would be better by it, and laws that
+/// are idealisations leave as much.
+const NO_EFFECT: f64 = 0.1;
 
-/// Additions with the values that their parameters begin at (empty: a share of the typical size).
-type Move = Vec<(Addition, Vec<f64>)>;
+/// Gain, in -2 ln likelihood, of an effect too small to be one; 0 for a system whose laws are exact.
+pub(crate) fn resolution(sample: &Sample<'_>) -> f64 {
+    let system = &*sample.data.system;
+    if !sample.data.is_idealised() {
+        return 0.0;
+    }
+    let each = sample.records().map(|record| {
+        let samples = record.seen.times.len() as f64;
+        let ratio = |(channel, weights): (usize, &Vec<f64>)| {
+            let most = weights.iter().copied().fold(0.0, f64::max);
+            system.resolution(channel) * most
+        };
+        let least = record.weight.iter().enumerate().map(ratio).fold(NO_EFFECT, f64::max);
+        samples * least * least
+    });
+    each.sum()
+}
 
 /// A search: its two samples, its library, and how many tests that amounts to.
 pub(crate) struct Search<'a> {
@@ -44,11 +50,11 @@ pub(crate) struct Search<'a> {
     pub test: Sample<'a>,
     pub library: Vec<Addition>,
     /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
-    tests: usize,
+    pub tests: usize,
     /// Whether the parameter of the events may scatter.
     pub scatter: bool,
     /// Free runs over the held-out part.
-    free_runs: Option<FreeRuns>,
+    pub free_runs: Option<FreeRuns>,
     /// The time that is left.
     pub clock: Clock,
 }
@@ -72,16 +78,6 @@ fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
     out
 }
 
-/// The end of a search.
-pub(crate) struct Found {
-    /// Judged on both parts, best total first; the base among them.
-    pub pool: Vec<Judged>,
-    /// Everything that was fitted, by increasing criterion.
-    pub tried: Vec<Judged>,
-    /// Scores of all library effects at the base fit.
-    pub base_scores: Vec<Score>,
-}
-
 impl<'a> Search<'a> {
     pub fn new(train: Sample<'a>, test: Sample<'a>, family: Family, options: &Options) -> Self {
         let library = library(train.data, family);
@@ -97,34 +93,40 @@ impl<'a> Search<'a> {
         Self { train, test, library, tests, scatter: true, free_runs, clock }
     }
 
-    fn system(&self) -> &dyn System {
+    pub fn system(&self) -> &dyn System {
         &*self.train.data.system
     }
 
     /// Index of the parameter of the events, where the system has events.
-    fn event_parameter(&self) -> Option<usize> {
+    pub fn event_parameter(&self) -> Option<usize> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
+    }
+
+    /// What the gain by so many parameters under chance alone exceeds with probability [`ALPHA`] over the library.
+    pub fn quantile(&self, size: f64) -> f64 {
+        chi2_quantile(ALPHA / (self.tests.max(1) as f64 + 2.0), size)
     }
 
     /// Gain in -2 ln likelihood by an addition that chance alone exceeds with probability [`ALPHA`] over the library, where
     /// residuals are white.
     pub fn penalty(&self, addition: &Addition) -> f64 {
-        let m = self.tests.max(1) as f64 + 2.0;
         match addition {
             Addition::Table(t) => chi2_quantile(ALPHA / 24.0, t.table.knots as f64) + 4.0,
-            _ => chi2_quantile(ALPHA / m, self.size(addition)),
+            _ => self.quantile(self.size(addition)),
         }
     }
 
     /// Degrees of freedom of an addition.
-    fn size(&self, addition: &Addition) -> f64 {
+    pub fn size(&self, addition: &Addition) -> f64 {
         match addition {
             Addition::Table(t) => t.table.knots as f64,
             Addition::Scatter(_) => 1.0,
             Addition::Effect(listed, per) => {
                 let n = listed.effect.parameters.len() as f64;
-                if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n }
+                // A switch without parameters is one choice.
+                if *per == Per::Group { n * self.train.data.groups.len() as f64 } else { n.max(1.0) }
             }
+            Addition::Split(split) => (split.groups.max(2) - 1) as f64,
         }
     }
 
@@ -133,37 +135,61 @@ impl<'a> Search<'a> {
         additions.iter().map(|a| self.penalty(a)).sum()
     }
 
+    /// Gain of an effect that moves the channels by no more than the system's laws are good to: none that is found is below it.
+    pub fn resolution(&self) -> f64 {
+        resolution(&self.train)
+    }
+
     /// Judges a fit on the training part.
+    ///
+    /// Where the system's laws are idealisations the penalty of each addition is in units of the dispersion in its own
+    /// direction (Takeuchi's criterion with another weight; Varin and Vidoni 2005 for composite likelihoods): the level then
+    /// stays where every model misses something. Elsewhere it is the plain quantile: by dispersion the first of two effects
+    /// that are both needed no longer pays.
     pub fn judge(&self, fit: Fit) -> Judged {
-        // Penalties in units of the dispersion of the records' gradients would keep the level where every model misses
-        // something; but then the first of two effects that are both needed no longer pays.
-        let penalty = self.penalty_of(&fit.hypothesis.additions);
+        let additions = &fit.hypothesis.additions;
+        let (mut penalty, mut unit) = (self.penalty_of(additions), 1.0);
+        if self.train.data.is_idealised() {
+            let least = self.train.data.white_share;
+            let own = |(number, addition): (usize, &Addition)| {
+                let own = fit.dispersion(fit.hypothesis.range_of(number), least);
+                (own.factor, own.factor * own.widened(self.penalty(addition), self.size(addition)))
+            };
+            let each: Vec<(f64, f64)> = additions.iter().enumerate().map(own).collect();
+            penalty = each.iter().map(|(_, penalty)| penalty + self.resolution()).sum();
+            unit = match each.len() {
+                0 => fit.dispersion(0..0, least).factor,
+                n => each.iter().map(|(factor, _)| factor).sum::<f64>() / n as f64,
+            };
+        }
         let free_run = self.free_runs.as_ref().map(|runs| runs.error(&fit));
-        Judged { criterion: -2.0 * fit.ll + penalty, fit, heldout_ll: None, free_run }
+        Judged { criterion: -2.0 * fit.ll + penalty, penalty, unit, fit, heldout_ll: None, free_run }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
     pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &[(Addition, Vec<f64>)]) -> Judged {
         let h = Hypothesis::new(self.train.data, additions);
         let old = &from.hypothesis;
-        let base = old.range_of_declared();
+        let base = h.range_of_declared();
         let mut theta = h.theta_start(0.2);
         if h.scatter.map(|s| s.per) == old.scatter.map(|s| s.per) {
-            theta[..base].copy_from_slice(&from.theta[..base]);
+            theta[..base].copy_from_slice(&h.declared_from(old, &from.theta));
         } else {
             // A fit without scatter can sit far off when the scatter is large: the declared part begins anew as well.
             theta[..base].copy_from_slice(&calibration_start(&self.train, &h)[..base]);
         }
         for (number, addition) in additions.iter().enumerate() {
             let place = h.range_of(number);
+            let known = starts.iter().find(|(a, v)| a == addition && v.len() == place.len());
             if let Some(k) = old.additions.iter().position(|a| a == addition) {
                 theta[place].copy_from_slice(&from.theta[old.range_of(k)]);
-            } else if let Some((_, values)) =
-                starts.iter().find(|(a, v)| a == addition && v.len() == place.len())
-            {
+            } else if let Some((_, values)) = known {
                 let bounds = h.bounds();
+                // Values by group begin as differences from the common one.
+                let differ = matches!(addition, Addition::Split(_));
                 for (i, v) in place.zip(values) {
-                    theta[i] = v.clamp(bounds[i].0, bounds[i].1);
+                    let from = if differ { theta[i] } else { 0.0 };
+                    theta[i] = (from + v).clamp(bounds[i].0, bounds[i].1);
                 }
             }
         }
@@ -174,7 +200,12 @@ impl<'a> Search<'a> {
             new.sd = known.sd;
         }
         let nuisance = self.warm_nuisance(from, &h, &theta);
-        self.judge(fit(&self.train, &h, &theta, &nuisance))
+        let mut fitted = fit(&self.train, &h, &theta, &nuisance);
+        let mut theta = fitted.theta.clone();
+        if h.bring_round(&mut theta) {
+            fitted = fit(&self.train, &h, &theta, &fitted.nuisance);
+        }
+        self.judge(fitted)
     }
 
     /// Nuisances of a fit for another hypothesis: offsets of the events' parameter are cut, or begin at its rough values.
@@ -212,7 +243,7 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    fn plus(&self, from: &Fit, extra: &[(Addition, Vec<f64>)]) -> Judged {
+    pub fn plus(&self, from: &Fit, extra: &[(Addition, Vec<f64>)]) -> Judged {
         let mut additions = from.hypothesis.additions.clone();
         additions.extend(extra.iter().map(|(a, _)| a.clone()));
         self.refit(from, &additions, extra)
@@ -225,7 +256,7 @@ impl<'a> Search<'a> {
     }
 
     /// The two ways in which the events' parameter may scatter; none for a system without events.
-    fn scatters(&self) -> impl Iterator<Item = Addition> + '_ {
+    pub fn scatters(&self) -> impl Iterator<Item = Addition> + '_ {
         let ways = [ScatterPer::Event, ScatterPer::Record];
         ways.into_iter().filter_map(|per| Addition::scatter(self.system(), per))
     }
@@ -247,114 +278,6 @@ impl<'a> Search<'a> {
         without_aliases(scores(&self.train, fit, &list))
     }
 
-    fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Move> {
-        let mut list = self.library_scores(fit);
-        list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-        let (most, least) = if level == 1 { (9, 4.0) } else { (5, 6.0) };
-        let mut both = Vec::new();
-        if best && self.system().side_by_side() > 1 {
-            // Where many derivatives come at the price of few, pairs are foretold as well.
-            both = pairs(&self.train, fit, &list);
-            let strongest = list.first().map_or(0.0, |s| s.statistic);
-            both.retain(|p| p.statistic > strongest && p.statistic > WORTH_A_PAIR * p.alone + least);
-        }
-        let strong = list.first().map_or(0.0, |s| s.statistic);
-        let mut moves: Vec<Move> = list
-            .iter()
-            .filter(|s| s.statistic > least)
-            .take(most)
-            .map(|s| {
-                let start = match s.addition.listed().map(|effect| &effect.start) {
-                    Some(Start::At(values)) => values.clone(),
-                    Some(Start::Within(bounds)) => {
-                        s.estimate.iter().zip(bounds).map(|(v, [low, high])| v.clamp(*low, *high)).collect()
-                    }
-                    _ => s.estimate.clone(),
-                };
-                vec![(s.addition.clone(), start)]
-            })
-            .collect();
-        moves.extend(both.into_iter().take(MOST_PAIRS).map(|p| p.members));
-        if best {
-            let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
-            moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
-        }
-        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
-            moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
-        }
-        for addition in self.library.iter().filter(|_| best && strong > 9.0) {
-            let Some(join) = addition.listed().and_then(|effect| effect.joins.as_ref()) else { continue };
-            let Some(first) = Addition::of_kind(self.system(), &join.kind) else { continue };
-            if may_join(&first, &fit.hypothesis) {
-                let both =
-                    |own: &[f64]| vec![(first.clone(), join.start.clone()), (addition.clone(), own.to_vec())];
-                moves.extend(join.own.iter().map(|own| both(own)));
-            }
-        }
-        moves
-    }
-
-    /// The search on the training part and the judgement on the held-out part. It begins at the best of `base` and of `known`,
-    /// sets that another search came to.
-    pub fn run(&self, base: Fit, known: &[Judged], progress: &mut dyn FnMut(Progress)) -> Found {
-        let base_scores = self.library_scores(&base);
-        let base = self.judge(base);
-        let base_criterion = base.criterion;
-        let mut tried = vec![base];
-        tried.par_extend(known.par_iter().map(|j| self.refit(&j.fit, j.additions(), &[])));
-        tried.retain(|j| j.additions().is_empty() || j.is_finite());
-        let mut beam = self.foremost(&tried, &tried);
-        for level in 1..=MOST_EFFECTS {
-            let jobs: Vec<(usize, Move)> = beam
-                .par_iter()
-                .enumerate()
-                .map(|(i, j)| {
-                    self.moves(&j.fit, level, i == 0).into_iter().map(|m| (i, m)).collect::<Vec<_>>()
-                })
-                .flatten_iter()
-                .collect();
-            let jobs = self.without_repeats(jobs, &beam, &tried);
-            // The swaps at the end are one more level.
-            let of_all = |done: f64| 1000.0 * ((level - 1) as f64 + done) / (MOST_EFFECTS + 1) as f64;
-            let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
-            let mut fitted = self.clock.worked_off(&jobs, told, |(i, m)| self.plus(&beam[*i].fit, m));
-            fitted.retain(Judged::is_finite);
-            let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
-            tried.extend(fitted.iter().cloned());
-            let mut next = self.foremost(&fitted, &tried);
-            // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
-            let (top, gain) =
-                next.first().map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
-            next.retain(|j| j.criterion < top + POOL + 0.3 * gain);
-            let improved = next.first().is_some_and(|j| j.criterion < before);
-            if !improved {
-                break;
-            }
-            beam = next;
-        }
-        self.refine(&mut tried, progress);
-        tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-        let best = best_sound(&tried).map_or(base_criterion, |j| j.criterion);
-        let sound = tried.iter().filter(|j| j.criterion < best + POOL && is_sound(j, &tried));
-        let mut pool: Vec<Judged> = sound.take(12).cloned().collect();
-        if !pool.iter().any(|j| j.additions().is_empty()) {
-            pool.extend(tried.iter().find(|j| j.additions().is_empty()).cloned());
-        }
-        let heldout: Vec<f64> = pool.par_iter().map(|j| self.heldout(&j.fit).ll).collect();
-        for (j, ll) in pool.iter_mut().zip(heldout) {
-            j.heldout_ll = Some(ll);
-        }
-        pool.sort_by(|a, b| a.total().total_cmp(&b.total()));
-        Found { pool, tried, base_scores }
-    }
-
-    /// The foremost of `list` by criterion, those first that are no worse in free runs than their parts among `tried`.
-    fn foremost(&self, list: &[Judged], tried: &[Judged]) -> Vec<Judged> {
-        let mut list: Vec<(bool, &Judged)> = list.iter().map(|j| (!is_sound(j, tried), j)).collect();
-        list.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.criterion.total_cmp(&b.1.criterion)));
-        list.into_iter().take(BEAM).map(|(_, j)| j.clone()).collect()
-    }
-
     /// The held-out part at the parameters of a fit, nuisances fitted.
     pub fn heldout(&self, f: &Fit) -> Fit {
         fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
@@ -371,113 +294,28 @@ impl<'a> Search<'a> {
         better.then(|| Judged { heldout_ll: Some(self.heldout(&again.fit).ll), ..again })
     }
 
-    /// Whether an addition is a threshold, which fits begin at several places for.
-    fn is_scanned(&self, addition: &Addition) -> bool {
-        matches!(addition, Addition::Effect(e, _) if !self.system().scan_points(e.index).is_empty())
+    /// The simpler effect that an addition turns into where some of its parameters have their nulls.
+    pub fn contained(&self, addition: &Addition) -> Option<Addition> {
+        let kind = addition.listed()?.contains.as_ref()?;
+        self.library.iter().find(|a| a.kind() == kind && matches!(a, Addition::Effect(_, Per::All))).cloned()
     }
 
-    fn without_repeats(
-        &self,
-        jobs: Vec<(usize, Move)>,
-        beam: &[Judged],
-        tried: &[Judged],
-    ) -> Vec<(usize, Move)> {
-        let mut seen: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
-        jobs.into_iter()
-            .filter(|(i, m)| {
-                let mut all = beam[*i].additions().to_vec();
-                all.extend(m.iter().map(|(a, _)| a.clone()));
-                let mut key = labels(&all);
-                // The two starts of a pair are different attempts, and so are those of a threshold.
-                if let Some((_, start)) = m.get(1).or(m.first().filter(|(a, _)| self.is_scanned(a))) {
-                    key.push(format!("{start:?}"));
-                }
-                let fresh = !seen.contains(&key) && all.len() <= MOST_EFFECTS;
-                seen.push(key);
-                fresh
-            })
-            .collect()
+    /// A set in its simplest form: what contains a simpler effect replaced by that; and by how many parameters it is less.
+    pub fn simplified(&self, additions: &[Addition]) -> (Vec<Addition>, Vec<f64>) {
+        let mut fewer = Vec::new();
+        let simple = additions.iter().map(|a| match self.contained(a) {
+            Some(less) => {
+                fewer.push(self.size(a) - self.size(&less));
+                less
+            }
+            None => a.clone(),
+        });
+        (simple.collect(), fewer)
     }
 
-    /// Drops, swaps and adds around the best until nothing is better.
-    fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
-        for round in 0..4 {
-            if self.clock.is_over() {
-                return;
-            }
-            let Some(best) = best_sound(tried).cloned() else { return };
-            let now = best.additions().to_vec();
-            if now.is_empty() {
-                return;
-            }
-            let (mut sets, mut idle): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
-            for i in 0..now.len() {
-                let mut rest = now.clone();
-                let gone = rest.remove(i);
-                let keep: Vec<_> = rest.iter().map(|a| (a.clone(), vec![])).collect();
-                if rest.iter().any(|a| a.acts_through(&gone)) {
-                    continue;
-                }
-                if now.len() > 1 && self.free_runs.is_some() && best.is_inert(i) {
-                    idle.push(keep.clone());
-                } else if now.len() > 1 {
-                    sets.push(keep.clone());
-                }
-                // What would take its place: the best scores at the fit without it.
-                let without = if rest.is_empty() {
-                    tried.iter().find(|j| j.additions().is_empty()).cloned()
-                } else {
-                    None
-                };
-                let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
-                let mut list = self.library_scores(&without.fit);
-                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-                for s in list.into_iter().filter(|s| s.addition != gone && s.statistic > 6.0).take(4) {
-                    let mut set = keep.clone();
-                    set.push((s.addition, s.estimate));
-                    sets.push(set);
-                }
-                if matches!(gone, Addition::Scatter(_)) {
-                    for other in self.scatters().filter(|other| *other != gone) {
-                        let mut set = keep.clone();
-                        set.push((other, vec![]));
-                        sets.push(set);
-                    }
-                }
-            }
-            if now.len() < MOST_EFFECTS {
-                let mut list = self.library_scores(&best.fit);
-                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-                for s in list.into_iter().filter(|s| s.statistic > 6.0).take(3) {
-                    let mut set: Vec<_> = now.iter().map(|a| (a.clone(), vec![])).collect();
-                    set.push((s.addition, s.estimate));
-                    sets.push(set);
-                }
-            }
-            let mut seen: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
-            sets.retain(|set| {
-                let key = labels(&set.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>());
-                let fresh = !seen.contains(&key);
-                seen.push(key);
-                fresh
-            });
-            // A set without what does nothing is fitted from here even if it was fitted before, from a worse start.
-            sets.extend(idle);
-            let of_all = |done: f64| {
-                1000.0 * (MOST_EFFECTS as f64 + (round as f64 + done) / 4.0) / (MOST_EFFECTS + 1) as f64
-            };
-            let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
-            let mut fitted = self.clock.worked_off(&sets, told, |set| {
-                let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
-                self.refit(&best.fit, &additions, set)
-            });
-            fitted.retain(Judged::is_finite);
-            let without = fitted.iter().any(|j| j.free_run < best.free_run);
-            let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
-            tried.extend(fitted);
-            if !improved && !without {
-                return;
-            }
-        }
+    /// By how much, in units of the gain, a set must beat one that it contains with so many parameters less each: a further
+    /// step, tested once.
+    pub fn beyond(&self, fewer: &[f64], unit: f64) -> f64 {
+        self.resolution() + unit * fewer.iter().map(|k| chi2_quantile(ALPHA, *k)).sum::<f64>()
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn separation(sample: &Sample<'_>, noise: &[f64], a: &Fit, b: &Fit) -
 /// The remaining misfit of `other` to a record that `truth` predicts, once its start and its parameters (within what the
 /// data so far allow) have moved as near as they can.
 fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, other: &Fit) -> Option<f64> {
-    let mut record = Record { seen: design.record.clone(), weight: Vec::new() };
+    let mut record = Record { seen: design.record.clone(), weight: Vec::new(), tolerated: false };
     let planned = record.excerpts().next()?;
     let h = &truth.hypothesis;
     let lanes = Lanes::new(h, planned, &[]);

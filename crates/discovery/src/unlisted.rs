@@ -2,8 +2,9 @@
 
 use crate::addition::Addition;
 use crate::candidates::{laws, may_join};
+use crate::judged::Judged;
 use crate::score::scores;
-use crate::search::{Judged, Search};
+use crate::search::Search;
 use rayon::prelude::*;
 
 /// Most tables in one explanation.
@@ -22,6 +23,9 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
     let mut added = false;
     for _ in 0..MOST_LAWS {
         let mut candidates = laws(search.train.data, &now.fit.events);
+        if candidates.is_empty() {
+            break;
+        }
         candidates.extend(search.library.iter().cloned());
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);

@@ -19,15 +19,17 @@ fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
         system: system.into(),
         record: ["record".into(), "records".into()],
         states: (0..states).map(state).collect(),
-        channels: vec![Channel {
-            column: "y_m".into(),
-            unit: "m".into(),
-            period: None,
-            sd: None,
-            sd_at_most: None,
+        channels: vec![Channel { column: "y_m".into(), unit: "m".into(), ..Channel::default() }],
+        inputs: inputs
+            .iter()
+            .map(|&between| Input { columns: vec!["u".into()], between, fresh: None })
+            .collect(),
+        measures: vec![Measure {
+            name: "y".into(),
+            channels: vec![0],
+            unit: ("mm".into(), 1e3),
+            length: false,
         }],
-        inputs: inputs.iter().map(|&between| Input { columns: vec!["u".into()], between }).collect(),
-        measures: vec![Measure { name: "y".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
         ..Schema::default()
     }
 }

@@ -4,7 +4,7 @@ use super::fit::Fit;
 use super::forecast::{self, Counted, Squares};
 use super::hypothesis::Hypothesis;
 use super::measured::{Measured, Window};
-use crate::result::{ErrorTable, Horizon, Rmse};
+use crate::result::{ErrorTable, PushHorizon, Rmse};
 use augsim_physics::model::PushModel;
 
 /// Longest push that is forecast as a whole, m of travel; longer ones are cut by time.
@@ -129,9 +129,9 @@ impl Lists {
     }
 
     /// Errors after each horizon that is shorter than the pushes.
-    pub fn horizons(&self, seed: u64) -> Vec<Horizon> {
+    pub fn horizons(&self, seed: u64) -> Vec<PushHorizon> {
         let all = HORIZONS_S.into_iter().zip(&self.ends).filter(|(_, f)| f.windows.len() >= FEWEST);
-        all.map(|(horizon_s, f)| Horizon {
+        all.map(|(horizon_s, f)| PushHorizon {
             horizon_s,
             windows: f.windows.len(),
             position_m: [0, 1, 2].map(|i| f.row(i, |s| s.position, 1.0, seed)),

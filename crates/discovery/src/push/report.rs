@@ -8,8 +8,8 @@ use crate::DiscoveryError;
 use crate::accept::all_finite;
 use crate::folds::again;
 use crate::result::{
-    Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Horizon, Models, NoiseFound, PushFound, SCHEMA,
-    Tests, Verdict,
+    Anatomy, Discovery, ErrorTable, Estimate, FoundEffect, Models, NoiseFound, PushFound, PushHorizon,
+    SCHEMA, Tests, Verdict,
 };
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::{EffectBlock, ModelFile, Parameter, Per, PushModel};
@@ -30,7 +30,7 @@ pub(crate) struct Parts<'a> {
     pub verdict: Verdict,
     pub error: ErrorTable,
     pub rotation: ErrorTable,
-    pub horizons: Vec<Horizon>,
+    pub horizons: Vec<PushHorizon>,
     /// Kinds that each fold found, where the loop was repeated on folds.
     pub folds: Vec<Vec<String>>,
     pub anatomy: Anatomy,
@@ -241,6 +241,10 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         effects: found,
         alternatives: rivals,
         unexplained: None,
+        errors: BTreeMap::new(),
+        horizons: Vec::new(),
+        windows: None,
+        dispersion: None,
         next_experiment,
         anatomy: parts.anatomy.clone(),
         tests: parts.tests,

@@ -23,7 +23,7 @@ use super::fit::{BEND, Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Free, Hypothesis};
 use super::search::Search;
 use super::spread::{interval, most_likely};
-use crate::decide::holds;
+use crate::confirmation::holds;
 use crate::dispersion::Dispersion;
 use crate::linear::Square;
 use crate::result::Estimate;

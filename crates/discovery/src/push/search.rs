@@ -3,7 +3,7 @@
 use super::fit::{BEND, Fit, Sample, fit, fit_starts};
 use super::hypothesis::{Hypothesis, kind_per_group, probe, size_of};
 use super::score::{Score, scores};
-use crate::decide::holds;
+use crate::confirmation::holds;
 use crate::statistics::{chi2_quantile, median, quantile};
 use augsim_physics::effects::Needs;
 use augsim_physics::model::{Per, PushModel};

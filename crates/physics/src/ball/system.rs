@@ -334,9 +334,8 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
             .map(|c| Channel {
                 column: c.to_string(),
                 unit: "m".into(),
-                period: None,
                 sd: declares.position_sd_m,
-                sd_at_most: None,
+                ..Channel::default()
             })
             .collect(),
         inputs: Vec::new(),
@@ -348,7 +347,10 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
             name: "position".into(),
             channels: (0..columns.len()).collect(),
             unit: ("mm".into(), 1e3),
+            length: false,
         }],
+        horizons_s: Vec::new(),
+        drawn: None,
         event: Some(EventSchema {
             words: ["impact".into(), "impacts".into()],
             parameter: RESTITUTION,

@@ -1,10 +1,12 @@
 //! Models with what was found in them.
 
-use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per};
+use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per, PushModel};
 use crate::ball::Axes;
 use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer,
+    System,
 };
 use augsim_data::checks::Expected;
 use std::sync::Arc;
@@ -14,6 +16,10 @@ use thiserror::Error;
 enum Columns {
     #[error("no position columns; 1-D data need `height_m`, 2-D `x_m` and `z_m`, 3-D `x_m`, `y_m` and `z_m`")]
     NoPosition,
+    #[error(
+        "no column `{0}`; pushes need `pusher_x_m`, `pusher_y_m` (the rod's centre) and `x_m`, `y_m`, `theta_rad` (the object's centroid); `augsim data convert` makes them from measured sets"
+    )]
+    NoPush(String),
 }
 
 impl Fitted {
@@ -71,7 +77,7 @@ fn put_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [Eff
 fn put_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
     let scatter = effects.iter_mut().find(|b| b.scatter.is_some());
     if let (Some(sd), Some(p)) = (found.scatter_sd, scatter.and_then(|b| b.parameters.first_mut())) {
-        p.nominal = sd;
+        (p.nominal, p.ci95) = (sd, found.scatter_ci95.or(p.ci95));
     }
 }
 
@@ -106,7 +112,44 @@ impl Model {
     }
 }
 
+impl PushModel {
+    /// The model with what was found; a parameter that was fitted stands in the file.
+    fn with(&self, found: &Augmentation) -> Self {
+        let mut out = self.clone();
+        put_declared(found, &mut out.parameters, &mut out.effects);
+        let library = push::effects::all::<f64>();
+        for addition in &found.additions {
+            out.effects.extend(match addition {
+                Addition::Law(Law::Effect(i), values) => {
+                    library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
+                }
+                Addition::Law(Law::Table(_), _) => None,
+                Addition::Scatter(..) => {
+                    let kind = push::effects::SCATTER_KIND;
+                    let parameters = blank(push::effects::SCATTER_SPEC.parameters);
+                    Some(EffectBlock { scatter: Some(ScatterPer::Record), ..block(kind, parameters, &[]) })
+                }
+            });
+        }
+        put_scatter(found, &mut out.effects);
+        for p in &out.parameters {
+            if (p.ci95.is_some() || !p.groups.is_empty()) && !out.declared.contains(&p.name) {
+                out.declared.push(p.name.clone());
+            }
+        }
+        out
+    }
+}
+
 impl ModelFile {
+    /// The model as the loop takes it, whatever its scenario.
+    pub fn declaration(&self) -> &dyn Declaration {
+        match self {
+            ModelFile::Ball(model) => model,
+            ModelFile::Push(model) => model,
+        }
+    }
+
     /// The text of a model that a fit has changed, if reading it gives back the same model.
     ///
     /// # Errors
@@ -151,5 +194,31 @@ impl Declaration for Model {
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
         ModelFile::Ball(self.with(found)).readable()
+    }
+}
+
+impl Declaration for PushModel {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn expected(&self) -> Expected {
+        PushModel::expected(self)
+    }
+
+    fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
+        let system = PushModel::open(self);
+        let schema = system.schema();
+        let inputs = schema.inputs.iter().flat_map(|input| &input.columns);
+        let columns = inputs.chain(schema.channels.iter().map(|channel| &channel.column));
+        let missing: Vec<&str> = columns.map(String::as_str).filter(|column| !has(column)).collect();
+        if missing.is_empty() {
+            return Ok(Arc::new(system));
+        }
+        Err(Objection::new(Columns::NoPush(missing.join("`, `"))))
+    }
+
+    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+        ModelFile::Push(self.with(found)).readable()
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{EffectBlock, Model, Parameter, PushModel};
 use crate::ball::{Axes, Ball, Declares};
-use crate::push::Pushing;
-use crate::push::effects::index_of;
+use crate::push::effects::{SCATTER_KIND, index_of};
+use crate::push::{PushDeclares, Pushing};
 use crate::system::Scatter;
 
 impl Model {
@@ -45,7 +45,14 @@ impl PushModel {
     pub fn open(&self) -> Pushing {
         let (world, _) = self.world();
         let blocks = self.effects.iter().filter(|b| index_of(&b.kind).is_some());
-        Pushing::new(world, with_effects(&self.parameters, blocks))
+        let scatter = self.effects.iter().find(|b| b.kind == SCATTER_KIND);
+        let declares = PushDeclares {
+            kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
+            position_sd_m: self.position_sd_m,
+            angle_sd_rad: self.angle_sd_rad,
+            scatter_sd_m: scatter.and_then(|b| b.parameters.first()).map(|p| p.nominal),
+        };
+        Pushing::new(world, with_effects(&self.parameters, blocks), declares)
     }
 }
 

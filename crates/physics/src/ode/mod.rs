@@ -38,7 +38,7 @@
 //!     record: ["swing".into(), "swings".into()],
 //!     states: vec![state("angle", "rad", Begin::Measured(0)), state("speed", "rad/s", Begin::Fixed(0.0))],
 //!     channels: vec![Channel { column: "theta_rad".into(), unit: "rad".into(), ..Channel::default() }],
-//!     measures: vec![Measure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0) }],
+//!     measures: vec![Measure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0), length: false }],
 //!     ..Schema::default()
 //! };
 //! let pendulum = Ode::new(Pendulum(schema, vec![Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0)]));

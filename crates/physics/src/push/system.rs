@@ -2,17 +2,22 @@
 
 use super::effects;
 use super::engine::{Push as Pushed, Steps};
+use super::objection::{objection, too_short};
 use super::path::Recorded;
 use super::planar::Pose;
 use super::poses::simulate_poses;
+use super::possible::possible;
+use super::shown::shown_against;
+use super::windows;
 use super::world::World;
 use crate::Scalar;
+use crate::effects::Polar;
 use crate::model::Parameter;
 use crate::system::{
-    Begin, Between, Channel, Effect, Input, Law, Measure, Quantity, Schema, Seed, Simulated, SimulationError,
-    State, System, SystemError, Task, in_blocks, seeded, with_lanes,
+    Begin, Between, Channel, Drawn, Effect, Event, Input, Law, Measure, Objection, Quantity, Record, Schema,
+    Seed, Simulated, SimulationError, State, System, SystemError, Task, in_blocks, seeded, with_lanes,
 };
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
 /// Most derivatives of one simulation: more run in blocks. Two widths, because the contact solver compiles long.
@@ -30,15 +35,33 @@ pub struct Pushing {
     schema: Arc<Schema>,
     library: Arc<[Effect]>,
     world: World,
+    declares: Arc<PushDeclares>,
     parameters: Vec<Parameter>,
     laws: Vec<Law>,
 }
 
+/// What a model of pushes declares beside its parameters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PushDeclares {
+    /// Kinds of its effects, scatter among them.
+    pub kinds: Vec<String>,
+    /// Standard deviation of the position sensor, m.
+    pub position_sd_m: Option<f64>,
+    /// Standard deviation of the angle sensor, rad.
+    pub angle_sd_rad: Option<f64>,
+    /// Standard deviation of each push's own centre of pressure, m.
+    pub scatter_sd_m: Option<f64>,
+}
+
+/// Accuracy of rods, outlines and integrators, m and rad.
+const RESOLUTION: f64 = 1e-5;
+
 impl Pushing {
     /// The pushes of a declared world with these parameters, one for each place of the world's vector.
-    pub fn new(world: World, parameters: Vec<Parameter>) -> Self {
+    pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclares) -> Self {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
-        Self { schema: Arc::new(schema()), library, world, parameters, laws: Vec::new() }
+        let (schema, declares) = (Arc::new(schema(&world, &declares)), Arc::new(declares));
+        Self { schema, library, world, declares, parameters, laws: Vec::new() }
     }
 
     /// Simulates in the scalar whose lanes are the seeds of the task.
@@ -67,7 +90,8 @@ impl Pushing {
             steps: STEPS,
         };
         let mut poses = Vec::with_capacity(task.window.len());
-        simulate_poses(&push, task.times(), task.window.start > 0, &mut poses)
+        let under_way = task.window.start > 0 || task.record.under_way;
+        simulate_poses(&push, task.times(), under_way, &mut poses)
             .map_err(|e| SimulationError::Engine(Box::new(e)))?;
         out.reset(task.window.len(), 3, task.seeds.len(), 0);
         for (k, pose) in poses.iter().enumerate() {
@@ -124,22 +148,90 @@ impl System for Pushing {
             |task, out| with_lanes!(task.seeds.len(), [8; 16], S => self.run::<S>(task, out)),
         )
     }
+
+    fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
+        let Some(effect) = self.library.get(effect) else { return Vec::new() };
+        let nulls: Vec<f64> = effect.parameters.iter().map(|p| p.null).collect();
+        match (effect.polar, &nulls[..]) {
+            // A direction means nothing where its amount vanishes: half a turn of the term, in four steps.
+            (Some(Polar::Axis), &[amount, _]) => {
+                (0..4).map(|k| vec![amount, FRAC_PI_4 * f64::from(k) - FRAC_PI_4]).collect()
+            }
+            (Some(Polar::Direction), &[amount, _]) => {
+                (0..4).map(|k| vec![amount, FRAC_PI_4 * f64::from(k)]).collect()
+            }
+            _ => vec![nulls],
+        }
+    }
+
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
+        let owner = self.world.terms().iter().find(|t| (t.first..t.first + t.count).contains(&parameter));
+        match owner.and_then(|term| self.library.get(term.effect).map(|effect| (term, effect))) {
+            Some((term, effect)) => {
+                let unit = effect.parameters.get(parameter - term.first).map_or("", |q| &q.unit);
+                Quantity::new(&format!("{}.{}", effect.kind, p.name), unit)
+            }
+            None => {
+                let unit = match p.name.as_str() {
+                    "c_m" | "rod_radius_m" => "m",
+                    "mass_kg" => "kg",
+                    _ => "",
+                };
+                Quantity::new(&p.name, unit)
+            }
+        }
+    }
+
+    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
+        let rough = sd.iter().take(2).fold(0.0_f64, |a, b| a.max(*b));
+        let position_sd_m = self.declares.position_sd_m.unwrap_or(0.0).max(rough);
+        if windows::cut(record, position_sd_m) { Ok(()) } else { Err(too_short()) }
+    }
+
+    fn objection(&self, records: &[Record], _sd: &[f64]) -> Option<Objection> {
+        objection(&self.world, &self.parameters, &self.declares, records)
+    }
+
+    fn possible(&self, effect: usize, records: &[&Record]) -> bool {
+        possible(effect, &self.parameters, &self.declares, records)
+    }
+
+    /// Model files of pushing give an effect one value for all groups.
+    fn by_group(&self, _effect: usize) -> bool {
+        false
+    }
+
+    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        shown_against(record)
+    }
+
+    fn resolution(&self, _channel: usize) -> f64 {
+        RESOLUTION
+    }
 }
 
-fn schema() -> Schema {
+fn schema(world: &World, declares: &PushDeclares) -> Schema {
     let pose = [("x", "m"), ("y", "m"), ("theta", "rad")];
-    let channel = |(name, unit): (&str, &str)| Channel {
-        column: format!("{name}_{unit}"),
-        unit: unit.into(),
-        period: (unit == "rad").then_some(TAU),
-        sd: None,
-        sd_at_most: None,
+    let channel = |(name, unit): (&str, &str)| {
+        let sd = if unit == "rad" { declares.angle_sd_rad } else { declares.position_sd_m };
+        Channel {
+            column: format!("{name}_{unit}"),
+            unit: unit.into(),
+            period: (unit == "rad").then_some(TAU),
+            sd,
+            sd_at_most: None,
+            sd_at_least: sd,
+            fresh: Some("object_new".into()),
+        }
     };
     let measure = |name: &str, channels: &[usize], unit: &str, factor: f64| Measure {
         name: name.into(),
         channels: channels.to_vec(),
         unit: (unit.into(), factor),
+        length: true,
     };
+    let centre = world.terms().iter().find(|t| Some(t.effect) == effects::index_of(SCATTERS));
     Schema {
         system: "push".into(),
         record: ["push".into(), "pushes".into()],
@@ -152,16 +244,28 @@ fn schema() -> Schema {
         inputs: vec![Input {
             columns: vec!["pusher_x_m".into(), "pusher_y_m".into()],
             between: Between::Linear,
+            fresh: Some("pusher_new".into()),
         }],
         features: vec![
             Quantity::new("time", "s"),
             Quantity::new("heading", "rad"),
             Quantity::new("speed", "m/s"),
         ],
+        horizons_s: vec![0.5, 1.0, 2.0],
         measures: vec![
             measure("position", &[0, 1], "mm", 1e3),
             measure("rotation", &[2], "degrees", 180.0 / PI),
         ],
+        drawn: effects::index_of(SCATTERS).map(|through| Drawn {
+            through,
+            places: centre.map(|t| t.first..t.first + t.count),
+            scatter: Effect::from(&effects::SCATTER_SPEC),
+            declared: declares.scatter_sd_m,
+        }),
+        conditions: ["start orientations", "contact offsets", "angles", "speeds"].map(String::from).to_vec(),
         ..Schema::default()
     }
 }
+
+/// The effect whose parameters, a centre of pressure, may be drawn anew for each push.
+const SCATTERS: &str = "pressure-offset";

@@ -45,6 +45,8 @@ pub struct Augmentation {
     pub additions: Vec<Addition>,
     /// Standard deviation of the scatter, declared or added.
     pub scatter_sd: Option<f64>,
+    /// Its 95 % interval, where it is known.
+    pub scatter_ci95: Option<[f64; 2]>,
 }
 
 /// A model file that, written with what was found, does not read back as what was written.

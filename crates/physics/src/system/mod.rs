@@ -35,9 +35,9 @@ pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
 pub use quantity::Quantity;
-pub use record::{MEMORY, Record, SeenEvent, Stream, Window, spread, typical_step};
+pub use record::{MEMORY, Record, SeenEvent, Stream, Window, pieces_of, spread, typical_step};
 pub use scatter::{Scatter, ScatterPer};
-pub use schema::{Begin, Between, Channel, EventSchema, Input, Measure, Schema, State, Target};
+pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 
@@ -168,6 +168,13 @@ pub trait System: Debug + Send + Sync {
         true
     }
 
+    /// Whether a model of this system can give an effect of the library a value for each group.
+    ///
+    /// The default leaves out effects that act through another one.
+    fn by_group(&self, effect: usize) -> bool {
+        self.library().get(effect).is_some_and(|e| e.joins.is_none())
+    }
+
     /// Laws of one feature that these records can speak about; `events` are those that a simulation of each record passed.
     fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         Vec::new()
@@ -186,7 +193,10 @@ pub trait System: Debug + Send + Sync {
         Designs::default()
     }
 
-    /// Deviation of a channel, in its unit, to which the engine is accurate; smaller effects are none.
+    /// Deviation of a channel, in its unit, to which the engine and its laws are accurate; smaller effects are none.
+    ///
+    /// Where it is not 0, the laws are idealisations and something smooth is always left: gains are then measured in units of
+    /// the dispersion of what is left.
     fn resolution(&self, _channel: usize) -> f64 {
         0.0
     }

@@ -48,6 +48,8 @@ pub struct Record {
     pub covariates: Vec<f64>,
     /// Windows of fits.
     pub windows: Vec<Window>,
+    /// Sample ranges that are forecast one by one; none: the whole record.
+    pub forecasts: Vec<Range<usize>>,
     /// Sample ranges within which the motion is smooth; none where the system does not know.
     pub pieces: Vec<Range<usize>>,
     /// Events that the data show.
@@ -119,4 +121,23 @@ pub fn spread(records: &[Record], channel: usize) -> f64 {
 /// ```
 pub fn typical_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
+}
+
+/// Longest piece, in units of the time asked for: samples are one step apart, unless some are missing.
+const LONGEST: f64 = 1.2;
+
+/// Sample ranges of `duration_s`; whole ones only, none over a gap that makes it much longer.
+pub fn pieces_of(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
+    let mut pieces = Vec::new();
+    let mut first = 0;
+    for k in 1..times.len() {
+        let length = times[k] - times[first];
+        if length >= duration_s {
+            if length < LONGEST * duration_s {
+                pieces.push(first..k + 1);
+            }
+            first = k;
+        }
+    }
+    pieces
 }

@@ -3,6 +3,7 @@
 use super::effect::Effect;
 use super::quantity::Quantity;
 use super::scatter::{Scatter, ScatterPer};
+use std::ops::Range;
 
 /// How a state is at the beginning of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,11 @@ pub struct Channel {
     pub sd: Option<f64>,
     /// A standard deviation that the sensor does not exceed, where one is known before (misfit over the shortest windows).
     pub sd_at_most: Option<f64>,
+    /// Declared accuracy of the instrument: a marker's neighbouring samples agree better with each other than with the truth,
+    /// so that no estimate far below it is believed.
+    pub sd_at_least: Option<f64>,
+    /// Column that is above one half in the rows in which the channel was measured anew, where the data have it.
+    pub fresh: Option<String>,
 }
 
 /// How an input goes between its samples.
@@ -57,6 +63,8 @@ pub struct Input {
     pub columns: Vec<String>,
     /// How it goes between its samples.
     pub between: Between,
+    /// Column that is above one half in the rows in which the input was recorded anew, where the data have it.
+    pub fresh: Option<String>,
 }
 
 /// Something that a law may add to.
@@ -79,6 +87,8 @@ pub struct Measure {
     pub channels: Vec<usize>,
     /// Unit in print, and how many of it are in one unit of the channels.
     pub unit: (String, f64),
+    /// Whether the error of a sample is the length of the vector of its channels; otherwise each channel counts by itself.
+    pub length: bool,
 }
 
 /// Events that a simulation passes, such as impacts.
@@ -94,6 +104,19 @@ pub struct EventSchema {
     pub declared: Option<Scatter>,
     /// The feature that a rhythm of the surroundings would be proportional to at an event, by its place among the features.
     pub strength: Option<usize>,
+}
+
+/// Parameters of an effect that may be drawn anew for each record, about a mean that all records share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// The effect whose parameters are drawn, by its place in the library; it vanishes where they are 0.
+    pub through: usize,
+    /// Places of these parameters in the declared vector, where the model declares the effect.
+    pub places: Option<Range<usize>>,
+    /// The scatter as an effect: the name in results; its one parameter, the standard deviation, with bounds and a typical size.
+    pub scatter: Effect,
+    /// The standard deviation that the model declares.
+    pub declared: Option<f64>,
 }
 
 /// The description of a system.
@@ -117,10 +140,14 @@ pub struct Schema {
     pub features: Vec<Quantity>,
     /// Quantities that a table may add to.
     pub targets: Vec<Target>,
+    /// Times after which forecasts from a measured state are compared, s; for a system whose states are all measured.
+    pub horizons_s: Vec<f64>,
     /// Error tables; the first is the one that decides.
     pub measures: Vec<Measure>,
     /// Events, for a system that has them.
     pub event: Option<EventSchema>,
+    /// Parameters that may be drawn anew for each record, for a system that has such.
+    pub drawn: Option<Drawn>,
     /// Conditions that can be varied from record to record, in words, most telling first (`heights`, `speeds`).
     pub conditions: Vec<String>,
 }

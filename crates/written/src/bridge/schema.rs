@@ -21,16 +21,18 @@ pub(super) fn of(model: &Model) -> Schema {
         unit: text(output.unit),
         period: output.period,
         sd: output.sd,
-        sd_at_most: None,
+        ..Channel::default()
     });
     let inputs = model.inputs.iter().map(|input| Input {
         columns: vec![input.name.clone()],
         between: if input.hold == Some(Hold::Zero) { Between::Held } else { Between::Linear },
+        fresh: None,
     });
     let measures = model.outputs.iter().enumerate().map(|(index, output)| Measure {
         name: output.name.clone(),
         channels: vec![index],
         unit: (text(output.unit), 1.0),
+        length: false,
     });
     let states = model.states.iter().take(model.declared_states());
     let rate = |unit: Option<Unit>| {

@@ -27,6 +27,7 @@ static SPEC: EffectSpec = EffectSpec {
             "move the rod to another height: the pressure under the leading edge changes in proportion",
         ),
     ],
+    costly: true,
     ..EffectSpec::PLAIN
 };
 

@@ -28,6 +28,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Kind("pose-latency"),
         "push at several speeds and record the stop: a delay grows with the speed and vanishes at rest, a bend does not",
     )],
+    costly: true,
     ..EffectSpec::PLAIN
 };
 

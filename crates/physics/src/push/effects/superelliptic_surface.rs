@@ -20,6 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
     ),
+    costly: true,
     ..EffectSpec::PLAIN
 };
 

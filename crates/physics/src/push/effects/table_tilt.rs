@@ -23,6 +23,7 @@ static SPEC: EffectSpec = EffectSpec {
     probe: &[0.001, 0.0],
     amounts: Some(1),
     polar: Some(Polar::Direction),
+    costly: true,
     ..EffectSpec::PLAIN
 };
 

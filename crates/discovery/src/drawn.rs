@@ -1,0 +1,442 @@
+//! Whether some parameters are drawn anew for each record.
+//!
+//! Every record `i` gets values of its own, normal about common ones with standard deviation `sd`. At a fit, with the window
+//! starts eliminated and linear about the record's most probable values, `v` is the gradient of half the cost at the common
+//! values, `S` its curvature, in what all share (`d`) and, at the places `b`, the values that are drawn. These are integrated
+//! out (Laplace; Pinheiro and Bates 1995), what all share is profiled:
+//!
+//! ```text
+//! M = S_bb + phi / sd² I,   V = sum(v - S_.b M^-1 v_b),   T = sum(S - S_.b M^-1 S_b.)
+//! -2 ln L = (sum(c - v_b' M^-1 v_b) - V' T^-1 V) / phi + sum(ln det(I + sd² S_bb / phi))
+//! ```
+//!
+//! `sd` and its interval maximise and profile the restricted likelihood, which has `+ ln det T` as well (Harville 1977). The
+//! mean of the draws belongs to what all share, whether or not the answer has it: a constant offset is no scatter. `phi` is
+//! the level of what is no scatter: how far the windows of one record ask for different values, or what is left when each
+//! record has its own, whichever is more. A misfit that changes along the record, or that no draw removes, counts as noise.
+//!
+//! Not told apart: anything else that stays for one record and changes to the next with the same signature.
+
+use crate::addition::Addition;
+use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::fit::{Fit, Sample, assembled, fit, fit_nuisance, nuisance_step};
+use crate::hypothesis::{Free, Hypothesis};
+use crate::linear::{Square, eliminate};
+use crate::spread::{interval, most_likely};
+use crate::statistics::median;
+use augsim_physics::model::Per;
+use augsim_physics::system::Drawn;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Steps of the records' own values.
+const STEPS: usize = 4;
+/// Fewest records for training: a few that were disturbed look like the spread of a few records.
+const FEWEST: usize = 15;
+/// Fewest windows of a record, on average: one of a single window can be explained by values of its own whatever the model
+/// lacks.
+const WINDOWS: usize = 2;
+
+/// What all records share, the mean of the draws among it.
+pub(crate) struct Shared<'d> {
+    drawn: &'d Drawn,
+    hypothesis: Hypothesis,
+    theta: Vec<f64>,
+    /// Entries of theta that are drawn.
+    places: Range<usize>,
+    /// The mean of the draws is their null, not fitted.
+    centred: bool,
+}
+
+/// Where the records are.
+#[derive(Clone)]
+struct State {
+    /// What all share.
+    theta: Vec<f64>,
+    /// Each record's own values less the common ones.
+    own: Vec<Vec<f64>>,
+    nuisance: Vec<Vec<f64>>,
+    normals: Vec<Normal>,
+}
+
+/// One record, quadratic about its own values: constant, gradient at the common values, curvature.
+struct OfRecord {
+    c: f64,
+    v: Vec<f64>,
+    s: Square,
+    /// Sum of squares between windows and its degrees of freedom.
+    within: [f64; 2],
+    /// The same of the residuals at the record's own values.
+    left: [f64; 2],
+}
+
+/// -2 ln likelihood at the best of what all share, the restricted one, and the step there.
+struct Profile {
+    profiled: f64,
+    restricted: f64,
+    step: Vec<f64>,
+}
+
+/// An estimate from some records.
+pub(crate) struct Estimated {
+    pub sd: f64,
+    pub ci95: [f64; 2],
+    /// Level of what is no scatter, and the degrees of freedom that it is estimated with.
+    pub phi: f64,
+    pub freedom: f64,
+    /// -2 ln likelihood, and by how much it is less than without scatter.
+    pub value: f64,
+    pub gain: f64,
+    state: State,
+}
+
+impl Estimated {
+    /// The normal equations of all windows at the values of their records.
+    pub fn normals(&self) -> &[Normal] {
+        &self.state.normals
+    }
+}
+
+impl<'d> Shared<'d> {
+    /// The best fit of a set of additions with common values of what may be drawn; none where the records are few or short.
+    pub fn with(drawn: &'d Drawn, sample: &Sample<'_>, from: &Fit, additions: &[Addition]) -> Option<Self> {
+        let (records, windows) = (sample.chosen.len(), sample.excerpts().len());
+        let enough = records >= FEWEST && windows >= WINDOWS * records;
+        if !enough && drawn.declared.is_none() {
+            return None;
+        }
+        let through = Addition::effect(&*sample.data.system, drawn.through, Per::All)?;
+        let mut additions = additions.to_vec();
+        if drawn.places.is_none() && !additions.contains(&through) {
+            additions.push(through.clone());
+        }
+        let mut hypothesis = Hypothesis::new(sample.data, &additions);
+        let frozen: Vec<usize> = drawn.places.iter().flat_map(|places| places.clone()).collect();
+        for (k, index) in frozen.into_iter().enumerate() {
+            if hypothesis.entries_of(index).is_none() {
+                let p = &through.parameters()[k];
+                hypothesis.free.push(Free::declared(index, p.min, p.max, p.typical));
+            }
+        }
+        let places = match &drawn.places {
+            Some(declared) => {
+                let entry = |index: usize| hypothesis.entries_of(index).map(|entries| entries.start);
+                entry(declared.start)?..entry(declared.end.checked_sub(1)?)? + 1
+            }
+            None => hypothesis.range_of(additions.iter().position(|a| *a == through)?),
+        };
+        let mut theta = hypothesis.theta_start(0.0);
+        let base = hypothesis.declared_from(&from.hypothesis, &from.theta);
+        theta.iter_mut().zip(base).for_each(|(to, value)| *to = value);
+        for (number, addition) in additions.iter().enumerate() {
+            if let Some(k) = from.hypothesis.additions.iter().position(|a| a == addition) {
+                theta[hypothesis.range_of(number)].copy_from_slice(&from.theta[from.hypothesis.range_of(k)]);
+            }
+        }
+        let theta = fit(sample, &hypothesis, &theta, &from.nuisance).theta;
+        Some(Self { drawn, hypothesis, theta, places, centred: false })
+    }
+
+    /// The same with the mean of the draws at their null.
+    pub fn centre(mut self, sample: &Sample<'_>, from: &Fit) -> Self {
+        let mut held = self.hypothesis.clone();
+        let mut at = 0;
+        let places = self.places.clone();
+        let free = std::mem::take(&mut held.free);
+        for f in free {
+            let width = self.hypothesis.width(&f);
+            if places.contains(&at) {
+                held.values[f.index] = f.null;
+                self.theta[at] = f.null;
+            } else {
+                held.free.push(f);
+            }
+            at += width;
+        }
+        let rest: Vec<usize> = (0..self.theta.len()).filter(|i| !places.contains(i)).collect();
+        let theta: Vec<f64> = rest.iter().map(|&i| self.theta[i]).collect();
+        let fitted = fit(sample, &held, &theta, &from.nuisance).theta;
+        rest.iter().zip(fitted).for_each(|(&i, value)| self.theta[i] = value);
+        self.centred = true;
+        self
+    }
+
+    fn lanes(&self, sample: &Sample<'_>) -> Vec<Lanes> {
+        sample.excerpts().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
+    }
+
+    /// All records at the common values.
+    fn together(&self, sample: &Sample<'_>, theta: &[f64]) -> State {
+        let fitted = fit_nuisance(sample, &self.hypothesis, theta, &[]);
+        let normals = assembled(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
+        let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
+        State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
+    }
+
+    /// At a level of what is no scatter, or at that of these records.
+    pub fn estimate(&self, sample: &Sample<'_>, phi_given: Option<f64>) -> Option<Estimated> {
+        let least = sample.data.white_share;
+        let base = self.together(sample, &self.theta);
+        let mut state = base.clone();
+        for _ in 0..STEPS {
+            let each = self.quadratics(sample, &state);
+            let phi = phi_given.unwrap_or(level(&each, least).0);
+            let sd = most_likely(self.drawn, |sd| self.profile(&each, sd, phi).restricted)?;
+            let shared = self.profile(&each, sd, phi).step;
+            state = self.step(sample, &state, &each, &shared, [sd, phi]);
+        }
+        let each = self.quadratics(sample, &state);
+        let (level, freedom) = level(&each, least);
+        let phi = phi_given.unwrap_or(level);
+        let restricted = |sd: f64| self.profile(&each, sd, phi).restricted;
+        let sd = most_likely(self.drawn, restricted)?;
+        let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
+        let value = self.profile(&each, sd, phi).profiled;
+        let ci95 = interval(self.drawn, restricted, sd);
+        Some(Estimated { sd, ci95, phi, freedom, value, gain: none - value, state })
+    }
+
+    /// -2 ln likelihood at a level of what is no scatter.
+    pub fn value(&self, sample: &Sample<'_>, phi: f64) -> f64 {
+        match self.estimate(sample, Some(phi)) {
+            Some(found) => found.value,
+            None => {
+                let together = self.together(sample, &self.theta);
+                self.profile(&self.quadratics(sample, &together), 0.0, phi).profiled
+            }
+        }
+    }
+
+    /// Gain in -2 ln likelihood by the scatter on the records of another sample, each at its most probable values.
+    pub fn gain_on(&self, sample: &Sample<'_>, found: &Estimated) -> f64 {
+        let mut state = self.together(sample, &found.state.theta);
+        let none: f64 = state.normals.iter().map(|n| n.q).sum::<f64>() / found.phi;
+        let still = vec![0.0; self.theta.len()];
+        for _ in 0..STEPS {
+            let each = self.quadratics(sample, &state);
+            state = self.step(sample, &state, &each, &still, [found.sd, found.phi]);
+        }
+        let each = self.quadratics(sample, &state);
+        none - each.iter().map(|n| self.own(n, found.sd, found.phi)).sum::<f64>()
+    }
+
+    /// What each window says of the entries of theta that are not drawn: entry, curvature, gradient.
+    pub fn parts(&self, sample: &Sample<'_>, normals: &[Normal]) -> Vec<Vec<(usize, f64, f64)>> {
+        let p = self.theta.len();
+        let of = |(lanes, normal): (&Lanes, &Normal)| {
+            let (s, u) = reduced(lanes, normal, p);
+            let others = (0..p).filter(|i| !self.places.contains(i));
+            others.map(|i| (i, s.at(i, i), u[i])).collect()
+        };
+        self.lanes(sample).iter().zip(normals).map(of).collect()
+    }
+
+    fn quadratics(&self, sample: &Sample<'_>, state: &State) -> Vec<OfRecord> {
+        let p = self.theta.len();
+        let b: Vec<usize> = self.places.clone().collect();
+        let lanes = self.lanes(sample);
+        let of = |range: Range<usize>, own: &[f64]| {
+            let (mut s, mut v, mut c) = (Square::zero(p), vec![0.0; p], 0.0);
+            let (mut between, mut freedom, mut misfit, mut count) = (0.0, 0.0, 0.0, 0.0);
+            for w in range {
+                let normal = &state.normals[w];
+                let (sw, mut vw) = reduced(&lanes[w], normal, p);
+                c += normal.q;
+                for (k, x) in own.iter().enumerate() {
+                    c += 2.0 * vw[b[k]] * x;
+                    c += own.iter().enumerate().map(|(l, y)| x * sw.at(b[k], b[l]) * y).sum::<f64>();
+                }
+                for (i, g) in vw.iter_mut().enumerate() {
+                    *g += own.iter().enumerate().map(|(k, x)| sw.at(i, b[k]) * x).sum::<f64>();
+                }
+                let (square, rank) = form(&sw.sub(&b), &b.iter().map(|&i| vw[i]).collect::<Vec<_>>());
+                between += square;
+                freedom += rank;
+                misfit += normal.misfit;
+                count += normal.freedom;
+                s.a.iter_mut().zip(&sw.a).for_each(|(a, x)| *a += x);
+                v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
+            }
+            let (square, rank) = form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
+            OfRecord { c, v, s, within: [between - square, freedom - rank], left: [misfit, count - rank] }
+        };
+        let all: Vec<_> = sample.of_records().into_iter().zip(&state.own).collect();
+        all.into_par_iter().map(|(range, own)| of(range, own)).collect()
+    }
+
+    /// `M` of a record.
+    fn precision(&self, n: &OfRecord, sd: f64, phi: f64) -> Square {
+        let b: Vec<usize> = self.places.clone().collect();
+        let mut m = n.s.sub(&b);
+        (0..b.len()).for_each(|k| *m.at_mut(k, k) += phi / (sd * sd));
+        m
+    }
+
+    /// -2 ln likelihood of one record with what all share held.
+    fn own(&self, n: &OfRecord, sd: f64, phi: f64) -> f64 {
+        if sd == 0.0 {
+            return n.c / phi;
+        }
+        let m = self.precision(n, sd, phi).cholesky();
+        let mut x = n.v[self.places.clone()].to_vec();
+        m.forward(&mut x);
+        let fall: f64 = x.iter().map(|x| x * x).sum();
+        (n.c - fall) / phi + m.log_det + x.len() as f64 * (sd * sd / phi).ln()
+    }
+
+    fn profile(&self, each: &[OfRecord], sd: f64, phi: f64) -> Profile {
+        let p = self.theta.len();
+        let b: Vec<usize> = self.places.clone().collect();
+        let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
+        for n in each {
+            sum += self.own(n, sd, phi);
+            t.a.iter_mut().zip(&n.s.a).for_each(|(a, x)| *a += x);
+            v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
+            if sd > 0.0 {
+                let m = self.precision(n, sd, phi).cholesky().inverse();
+                for (i, v) in v.iter_mut().enumerate() {
+                    let along: Vec<f64> = (0..b.len())
+                        .map(|k| (0..b.len()).map(|l| n.s.at(i, b[l]) * m.at(l, k)).sum())
+                        .collect();
+                    *v -= along.iter().zip(&b).map(|(a, &k)| a * n.v[k]).sum::<f64>();
+                    for j in 0..p {
+                        *t.at_mut(i, j) -= along.iter().zip(&b).map(|(a, &k)| a * n.s.at(k, j)).sum::<f64>();
+                    }
+                }
+            }
+        }
+        if self.centred {
+            for k in b {
+                v[k] = 0.0;
+                (0..p).for_each(|i| (*t.at_mut(i, k), *t.at_mut(k, i)) = (0.0, 0.0));
+            }
+        }
+        let factor = t.cholesky();
+        let mut step = v.clone();
+        factor.solve(&mut step);
+        factor.forward(&mut v);
+        let profiled = sum - v.iter().map(|x| x * x).sum::<f64>() / phi;
+        Profile { profiled, restricted: profiled + factor.log_det, step }
+    }
+
+    /// Moves what all share by `shared` and each record to its most probable values there; leaves what all share alone if the
+    /// joint cost would rise.
+    fn step(
+        &self,
+        sample: &Sample<'_>,
+        state: &State,
+        each: &[OfRecord],
+        shared: &[f64],
+        of: [f64; 2],
+    ) -> State {
+        let cost = |s: &State| {
+            let squares = s.own.iter().flatten().map(|x| x * x).sum::<f64>();
+            s.normals.iter().map(|n| n.q).sum::<f64>() + of[1] * squares / (of[0] * of[0])
+        };
+        let moved = self.moved(sample, state, each, shared, of);
+        if cost(&moved) <= cost(state) || shared.iter().all(|d| *d == 0.0) {
+            return moved;
+        }
+        self.moved(sample, state, each, &vec![0.0; shared.len()], of)
+    }
+
+    fn moved(
+        &self,
+        sample: &Sample<'_>,
+        state: &State,
+        each: &[OfRecord],
+        shared: &[f64],
+        [sd, phi]: [f64; 2],
+    ) -> State {
+        let h = &self.hypothesis;
+        let theta: Vec<f64> = (state.theta.iter().zip(shared).zip(h.bounds()))
+            .map(|((t, d), (low, high))| (t + d).clamp(low, high))
+            .collect();
+        let shared: Vec<f64> = theta.iter().zip(&state.theta).map(|(a, b)| a - b).collect();
+        let (windows, lanes) = (sample.excerpts(), self.lanes(sample));
+        // The windows of a record at values of its own, their starts moved along.
+        let at = |range: &Range<usize>, old: &[f64], new: &[f64]| -> (Vec<_>, Vec<_>) {
+            let (mut step, mut own) = (shared.clone(), theta.clone());
+            for (k, place) in self.places.clone().enumerate() {
+                step[place] += new[k] - old[k];
+                own[place] += new[k];
+            }
+            let one = |w: usize| {
+                sample.data.tally.simulation();
+                let nuisance = nuisance_step(&lanes[w], &state.normals[w], &state.nuisance[w], &step, 0.0);
+                let point = Point::new(h, &*h.system, &lanes[w], windows[w].record, &own, &nuisance);
+                let normal = normal(&point, &lanes[w], windows[w], sample.correlation);
+                (nuisance, normal)
+            };
+            range.clone().map(one).unzip()
+        };
+        let still = shared.iter().all(|d| *d == 0.0);
+        let all: Vec<_> = sample.of_records().into_iter().zip(&state.own).zip(each).collect();
+        let moved: Vec<_> = all
+            .into_par_iter()
+            .map(|((range, old), n)| {
+                let p = theta.len();
+                let mut new: Vec<f64> = (self.places.clone())
+                    .map(|row| n.v[row] - (0..p).map(|j| n.s.at(row, j) * shared[j]).sum::<f64>())
+                    .collect();
+                self.precision(n, sd, phi).cholesky().solve(&mut new);
+                let prior = |x: &[f64]| phi * x.iter().map(|x| x * x).sum::<f64>() / (sd * sd);
+                let cost = |normals: &[Normal]| normals.iter().map(|n| n.q).sum::<f64>();
+                let stay = if still {
+                    (state.nuisance[range.clone()].to_vec(), state.normals[range.clone()].to_vec())
+                } else {
+                    at(&range, old, old)
+                };
+                let before = cost(&stay.1) + prior(old);
+                for share in [1.0, 0.4, 0.16] {
+                    let value: Vec<f64> = old.iter().zip(&new).map(|(a, b)| a + share * (b - a)).collect();
+                    let (nuisance, normals) = at(&range, old, &value);
+                    if cost(&normals) + prior(&value) < before {
+                        return (value, nuisance, normals);
+                    }
+                }
+                (old.clone(), stay.0, stay.1)
+            })
+            .collect();
+        let mut out = State { theta, own: Vec::new(), nuisance: Vec::new(), normals: Vec::new() };
+        for (own, nuisance, normals) in moved {
+            out.own.push(own);
+            out.nuisance.extend(nuisance);
+            out.normals.extend(normals);
+        }
+        out
+    }
+}
+
+/// Curvature and gradient of a window in all of theta, its nuisances eliminated.
+fn reduced(lanes: &Lanes, normal: &Normal, p: usize) -> (Square, Vec<f64>) {
+    let (sw, uw, _) = eliminate(&normal.h, &normal.g, lanes.common());
+    let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
+    for (a, &i) in lanes.theta.iter().enumerate() {
+        u[i] += uw[a];
+        for (b, &j) in lanes.theta.iter().enumerate() {
+            *s.at_mut(i, j) += sw.at(a, b);
+        }
+    }
+    (s, u)
+}
+
+/// `v' S^-1 v` and the rank of `S`.
+fn form(s: &Square, v: &[f64]) -> (f64, f64) {
+    let scale: Vec<f64> = (0..s.n).map(|i| s.at(i, i)).collect();
+    let scaled = |i: usize, j: usize| s.at(i, j) / (scale[i] * scale[j]).max(1e-300).sqrt();
+    let mut unit = Square::zero(s.n);
+    (0..s.n).for_each(|i| (0..s.n).for_each(|j| *unit.at_mut(i, j) = scaled(i, j)));
+    let rank = unit.eigen().0.iter().filter(|value| **value > 1e-12).count();
+    let mut x = v.to_vec();
+    s.cholesky().forward(&mut x);
+    (x.iter().map(|x| x * x).sum(), rank as f64)
+}
+
+/// Level of what is no scatter, and the degrees of freedom that speak about it.
+fn level(each: &[OfRecord], least: f64) -> (f64, f64) {
+    let [between, freedom] = [0, 1].map(|k| each.iter().map(|n| n.within[k]).sum::<f64>());
+    let mut left: Vec<f64> = each.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
+    let within = if freedom > 0.0 { between / freedom } else { 0.0 };
+    (within.max(median(&mut left)).max(least), freedom)
+}

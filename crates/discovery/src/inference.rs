@@ -1,0 +1,95 @@
+//! What a fit says of its parameters: covariance, intervals, dispersion, and whether an addition is away from its null.
+
+use crate::addition::Addition;
+use crate::covariance::{sandwich, undetermined};
+use crate::dispersion::{Dispersion, Quadratic, dispersion};
+use crate::fit::Fit;
+use crate::linear::Square;
+use crate::statistics::chi2_quantile;
+use std::ops::Range;
+
+impl Fit {
+    /// Covariance of theta: the larger of the inverse information and the sandwich over records.
+    pub fn covariance(&self) -> Square {
+        let p = self.theta.len();
+        let mut bread = self.information.clone();
+        let mut gradients = Vec::with_capacity(self.clusters.len());
+        for cluster in &self.clusters {
+            cluster.soften(&mut bread);
+            gradients.push(cluster.gradient(p));
+        }
+        sandwich(&self.information, &bread, &gradients)
+    }
+
+    /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
+    pub fn ci95(&self) -> Vec<[f64; 2]> {
+        let c = self.covariance();
+        let open = undetermined(&self.information);
+        let bounds = self.hypothesis.limits();
+        (0..self.theta.len())
+            .map(|i| {
+                if open[i] {
+                    return [bounds[i].0, bounds[i].1];
+                }
+                let half = 1.96 * c.at(i, i).max(0.0).sqrt();
+                [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
+            })
+            .collect()
+    }
+
+    /// Dispersion of the entries of theta in `range`, or of all of them where it is empty, at least `least`.
+    pub fn dispersion(&self, range: Range<usize>, least: f64) -> Dispersion {
+        let p = self.theta.len();
+        let each: Vec<Quadratic> = self.clusters.iter().map(|c| c.quadratic(p)).collect();
+        let mut sum = vec![0.0; p];
+        each.iter().for_each(|(_, u)| sum.iter_mut().zip(u).for_each(|(a, b)| *a += b));
+        let range = if range.is_empty() { 0..p } else { range };
+        dispersion(&self.information, &sum, &each, range, least)
+    }
+
+    /// Whether every addition is away from its null by more than chance (Wald's test with the covariance of intervals): a gain
+    /// that comes of corners of the cost leaves the parameters where they were.
+    pub fn is_clear(&self) -> bool {
+        let (covariance, open) = (self.covariance(), undetermined(&self.information));
+        let additions = self.hypothesis.additions.iter().enumerate();
+        additions.into_iter().all(|(number, addition)| self.differs(number, addition, &covariance, &open))
+    }
+
+    fn differs(&self, number: usize, addition: &Addition, covariance: &Square, open: &[bool]) -> bool {
+        let range = self.hypothesis.range_of(number);
+        // What the data tell only together with something else is not zero for that.
+        if range.is_empty() || range.clone().any(|i| open[i]) {
+            return true;
+        }
+        let values = &self.theta[range.clone()];
+        let own: Vec<usize> = range.collect();
+        let (mut x, variance) = match addition {
+            Addition::Scatter(_) | Addition::Table(_) => return true,
+            Addition::Split(_) => {
+                // Differences from the first group.
+                let c = covariance.sub(&own);
+                let mut variance = Square::zero(own.len() - 1);
+                for i in 1..own.len() {
+                    for j in 1..own.len() {
+                        *variance.at_mut(i - 1, j - 1) = c.at(i, j) - c.at(0, j) - c.at(i, 0) + c.at(0, 0);
+                    }
+                }
+                (values[1..].iter().map(|v| v - values[0]).collect::<Vec<_>>(), variance)
+            }
+            Addition::Effect(listed, _) => {
+                // A direction or a scale has no null of its own.
+                let effect = &listed.effect;
+                let width = own.len() / effect.parameters.len().max(1);
+                let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
+                let own: Vec<usize> = own.into_iter().take(amounts).collect();
+                let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
+                (
+                    values.iter().zip(nulls).take(amounts).map(|(v, null)| v - null).collect(),
+                    covariance.sub(&own),
+                )
+            }
+        };
+        variance.cholesky().forward(&mut x);
+        x.iter().map(|v| v * v).sum::<f64>() > chi2_quantile(0.05, x.len() as f64)
+    }
+}
