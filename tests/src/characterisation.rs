@@ -95,7 +95,7 @@ pub fn canonical(d: &Discovery) -> Value {
         "error": d.error,
         "tests": d.tests,
         "correlations": d.correlations,
-        "horizons": d.push.as_ref().map(|p| json!([p.windows, p.dispersion, p.rotation, p.horizons])),
+        "horizons": d.dispersion.map(|dispersion| json!([d.windows, dispersion, d.errors, d.horizons])),
     }))
 }
 

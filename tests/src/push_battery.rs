@@ -3,23 +3,16 @@
 use crate::battery::{Row, Summary};
 use crate::sealed_push::{PushKind, draw_push, seal_pushes};
 use augsim_data::random_stream;
-use augsim_discovery::{Options, assess, assess_push, discover, discover_push};
+use augsim_discovery::{Options, assess, discover};
 use augsim_physics::model::PushModel;
 use augsim_physics::system::ScatterPer;
 use std::time::Instant;
 
-/// Runs sets `first .. first + count`, with one effect or none, of `pushes` each; by the one loop, or by that of pushes alone.
-pub fn run(
-    single: bool,
-    one_loop: bool,
-    first: u64,
-    count: u64,
-    pushes: usize,
-    each: &mut dyn FnMut(&Row),
-) -> Summary {
+/// Runs sets `first .. first + count`, with one effect or none, of `pushes` each.
+pub fn run(single: bool, first: u64, count: u64, pushes: usize, each: &mut dyn FnMut(&Row)) -> Summary {
     let mut summary = Summary::default();
     for seed in first..first + count {
-        let row = one(single, one_loop, seed, pushes, &mut summary);
+        let row = one(single, seed, pushes, &mut summary);
         each(&row);
     }
     summary
@@ -34,7 +27,7 @@ fn class(kind: PushKind) -> &'static [&'static str] {
     }
 }
 
-fn one(single: bool, one_loop: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
+fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
     let mut rng = random_stream(seed, "sealed truth", 0);
     let truth = draw_push(&mut rng, single.then_some(seed as usize), pushes);
     let options = Options { seed, ..Options::default() };
@@ -48,12 +41,7 @@ fn one(single: bool, one_loop: bool, seed: u64, pushes: usize, summary: &mut Sum
         Err(e) => return failed(e.to_string()),
     };
     let begun = Instant::now();
-    let found = if one_loop {
-        discover(&model, &sealed.data, &options, &mut |_| {})
-    } else {
-        discover_push(&model, &sealed.data, &options, &mut |_| {})
-    };
-    let d = match found {
+    let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
         Ok(d) => d,
         Err(e) => return failed(e.to_string()),
     };
@@ -72,12 +60,7 @@ fn one(single: bool, one_loop: bool, seed: u64, pushes: usize, summary: &mut Sum
             }
         }
         Some(kind) => {
-            let told = if one_loop {
-                assess(&model, &sealed.data, &[kind.name()], ScatterPer::Record, &options)
-            } else {
-                assess_push(&model, &sealed.data, &[kind.name()], &options)
-            };
-            let told = match told {
+            let told = match assess(&model, &sealed.data, &[kind.name()], ScatterPer::Record, &options) {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
@@ -125,7 +108,7 @@ fn one(single: bool, one_loop: bool, seed: u64, pushes: usize, summary: &mut Sum
         1e3 * d.error.noise_floor.rmse,
         d.error.explained_share,
         d.tests,
-        d.dispersion.or(d.push.as_ref().map(|p| p.dispersion)).unwrap_or(0.0),
+        d.dispersion.unwrap_or(0.0),
         d.work,
     );
     Row { line, right }

@@ -18,7 +18,7 @@ mod shared_data;
 
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, MissingCells, Trajectory, random_stream, read_csv};
-use augsim_discovery::{Discovery, Options, discover, discover_push};
+use augsim_discovery::{Discovery, Options, discover};
 use augsim_physics::model::{Model, PushModel};
 use augsim_tests::characterisation::{Answer, Answers};
 use augsim_tests::sealed::{Kind, Scene, Truth, Unlisted, seal};
@@ -49,7 +49,7 @@ fn push(effect: Option<PushKind>) -> Discovery {
 
 fn answer_push(model: &str, data: &Dataset) -> Discovery {
     let model = PushModel::parse(model, "model.toml").expect("a model");
-    discover_push(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
+    discover(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
 /// Pushes of two sessions that differ in `c_m`.

@@ -1,7 +1,7 @@
 //! Contract: pushes whose centre of pressure is drawn anew for each are told from pushes with a common one, with the standard
 //! deviation of the draw; the augmented model says it, and nothing is found beside it.
 
-use augsim_discovery::{Discovery, Options, Verdict, discover_push};
+use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::PushModel;
 use augsim_tests::sealed_push::{PushKind, PushTruth, SealedPushes, seal_pushes};
 
@@ -13,7 +13,7 @@ fn set(effect: Option<PushKind>, pushes: usize) -> (SealedPushes, PushModel) {
 }
 
 fn answer(model: &PushModel, set: &SealedPushes) -> Discovery {
-    discover_push(model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
+    discover(model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
 fn kinds(d: &Discovery) -> Vec<&str> {

@@ -7,9 +7,7 @@
 //! so that the bounds are for the share over all sets of a battery.
 
 use augsim_data::{Dataset, random_stream};
-use augsim_discovery::{
-    Discovery, ForetellOptions, Foretelling, Options, discover, discover_push, foretell, foretell_push,
-};
+use augsim_discovery::{Discovery, ForetellOptions, Foretelling, Options, discover, foretell};
 use augsim_physics::model::{Model, PushModel};
 use augsim_tests::sealed::{Kind, Scene, Truth, seal};
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
@@ -116,11 +114,11 @@ fn pushes_are_foretold_from_their_first_pose() {
     let (first, second) =
         (seal_pushes(truth.clone(), 31).expect("well formed"), seal_pushes(truth, 32).expect("well formed"));
     let model = PushModel::parse(&first.model, "declared.toml").expect("a model");
-    let found = discover_push(&model, &first.data, &Options::default(), &mut |_| {}).expect("an answer");
+    let found = discover(&model, &first.data, &Options::default(), &mut |_| {}).expect("an answer");
     let model = PushModel::parse(&found.model_toml, "model.toml").expect("a model");
     let error = |text: &str| {
         let model = PushModel::parse(text, "model.toml").expect("a model");
-        foretell_push(&model, &first.data, &OPTIONS).expect("a forecast").errors[0].rmse
+        foretell(&model, &first.data, &OPTIONS).expect("a forecast").errors[0].rmse
     };
     // Ten pushes leave the answer open: the report's errors are those of folds, in which every push is forecast once.
     assert_eq!(found.error.folds, Some(5), "{:?}", found.error);
@@ -129,7 +127,7 @@ fn pushes_are_foretold_from_their_first_pose() {
     // The file's values come from all ten pushes, those of the report each time from eight.
     let ratio = error(&found.model_toml) / found.error.augmented.rmse;
     assert!((0.6..=1.1).contains(&ratio), "{ratio} of {:?}", found.error.augmented);
-    let told = foretell_push(&model, &second.data, &OPTIONS).expect("a forecast");
+    let told = foretell(&model, &second.data, &OPTIONS).expect("a forecast");
     let (share, count) = told.coverage(0.9);
     eprintln!("pushes: {:.1} % of {count}", 100.0 * share);
     assert!((0.85..=0.95).contains(&share), "{share} of {count} samples");

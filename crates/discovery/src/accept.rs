@@ -50,13 +50,11 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
         let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
         put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
     }
-    if let Some(p) = &d.push {
-        put("push.rotation", &table(&p.rotation));
-        put("push", &[p.dispersion]);
-        for h in &p.horizons {
-            let rows = h.position_m.iter().chain(&h.rotation_deg).chain([&h.reduction_m]);
-            put("push.horizons", &rows.flat_map(rmse).collect::<Vec<_>>());
-        }
+    d.errors.values().for_each(|t| put("errors", &table(t)));
+    put("dispersion", &[d.dispersion.unwrap_or(1.0)]);
+    for e in d.horizons.iter().flat_map(|h| h.errors.values()) {
+        let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
+        put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
     }
     all
 }

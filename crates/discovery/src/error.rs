@@ -52,39 +52,6 @@ pub enum DiscoveryError {
         /// The column.
         column: String,
     },
-    /// Columns of a push are missing.
-    #[error(
-        "{data}: no column `{missing}`; pushes need `pusher_x_m`, `pusher_y_m` (the rod's centre) and `x_m`, `y_m`, `theta_rad` (the object's centroid); `augsim data convert` makes them from measured sets"
-    )]
-    NoPush {
-        /// The data.
-        data: String,
-        /// The columns.
-        missing: String,
-    },
-    /// The rod never reaches the object.
-    #[error(
-        "{data}: the rod never comes nearer to {object} than {:.1} mm, so nothing is pushed; check the outline, `rod_radius_m`, the frames of rod and object, and that the pose is that of the area centroid",
-        1e3 * closest_m
-    )]
-    NoContact {
-        /// The data.
-        data: String,
-        /// The object.
-        object: String,
-        /// Smallest gap, m.
-        closest_m: f64,
-    },
-    /// Neither a declared noise nor enough samples to estimate it.
-    #[error(
-        "{data}: too few poses in a row to estimate their noise; declare `position_sd_m` and `angle_sd_rad` under [sensor] in {model}"
-    )]
-    NoNoise {
-        /// The data.
-        data: String,
-        /// The model.
-        model: String,
-    },
     /// The model has a value for a group that the data do not have.
     #[error(
         "{model}: `{}` has a value for the group `{}`, which is none of {data}; correct the name or take the value out ({known})",

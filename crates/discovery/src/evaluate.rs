@@ -116,17 +116,8 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values_of(record.seen.group);
+        let mut values = h.values_at(theta, record.seen.group);
         values.extend(system.parameters().iter().skip(values.len()).map(|p| p.nominal));
-        let mut at = 0;
-        for f in &h.free {
-            match f.per {
-                Per::All => values[f.index] = theta[at],
-                Per::Group => values[f.index] = theta[at + record.seen.group],
-                Per::Trajectory => {}
-            }
-            at += h.width(f);
-        }
         for (&index, &value) in lanes.own.iter().zip(&nuisance[lanes.start.len()..]) {
             values[index] = value;
         }
@@ -151,6 +142,12 @@ impl<'a> Point<'a> {
     /// The same with other values of the parameters from place `first` on.
     pub fn with_values(mut self, first: usize, values: &[f64]) -> Self {
         self.values[first..][..values.len()].copy_from_slice(values);
+        self
+    }
+
+    /// The same with the parameters from place `first` on moved by `offsets`.
+    pub fn moved(mut self, first: usize, offsets: &[f64]) -> Self {
+        self.values[first..].iter_mut().zip(offsets).for_each(|(value, offset)| *value += offset);
         self
     }
 

@@ -49,6 +49,9 @@ pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], lists: &Lists
         let step = stride(length);
         let shown = || (0..length).step_by(step);
         let known = if first == 0 { record.seen.known } else { 1 };
+        let times_s: Vec<f64> = shown().map(|k| record.seen.times[first + k]).collect();
+        let values = best.hypothesis.values_at(&best.theta, record.seen.group);
+        let scene = best.hypothesis.system.scene(&record.seen, &times_s, &values);
         let channels = schema.channels.iter().enumerate().map(|(c, channel)| ExampleChannel {
             column: channel.column.clone(),
             unit: channel.unit.clone(),
@@ -60,13 +63,13 @@ pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], lists: &Lists
             augmented: shown().map(|k| finite(augmented[c][k])).collect(),
         });
         Example {
-            id: record.seen.id.clone(),
+            id: piece.name(record),
             rank: rank.into(),
             rmse: errors[place],
-            times_s: shown().map(|k| record.seen.times[first + k]).collect(),
+            times_s,
             known: known.div_ceil(step),
             channels: channels.collect(),
-            scene: None,
+            scene,
         }
     };
     ranked(&errors).into_iter().map(one).collect()

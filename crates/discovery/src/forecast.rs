@@ -42,6 +42,16 @@ pub(crate) struct Piece {
     pub ends: bool,
 }
 
+impl Piece {
+    /// The name of what is forecast: that of the record, with the time at which a piece of a long one begins.
+    pub fn name(&self, record: &Record) -> String {
+        if self.samples == (0..record.seen.times.len()) {
+            return record.seen.id.clone();
+        }
+        format!("{} from {:.3} s", record.seen.id, record.seen.times[self.samples.start])
+    }
+}
+
 /// The pieces that tables of errors are made of: whole records, or what their system cuts them into.
 pub(crate) fn whole(sample: &Sample<'_>) -> Vec<Piece> {
     let of = |(chosen, record): (usize, &Record)| {
@@ -195,7 +205,7 @@ impl Begun {
     }
 
     /// Samples of the record up to the last that the forecast begins from.
-    fn end_of_known(&self) -> usize {
+    pub fn end_of_known(&self) -> usize {
         self.known.records[0].seen.times.len()
     }
 }

@@ -2,11 +2,13 @@
 //!
 //! The start of a record is fitted to its known samples as in the table of errors. Bands are those of draws: parameters from
 //! their 95 % intervals (one independent of the other, as the file has them), the start from what the known samples leave
-//! open at those parameters, the parameter of the events from its scatter, and the sensor's noise on top.
+//! open at those parameters, the parameter of the events from its scatter, parameters that are drawn anew for each record from
+//! theirs, and the sensor's noise on top.
 
+use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{Sample, assembled};
-use crate::forecast::{self, Begun, Error, begun, rmse};
+use crate::forecast::{self, Begun, Error, Piece, begun, rmse};
 use crate::foretold::{Draws, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
@@ -15,16 +17,18 @@ use crate::record::{Excerpt, Measured, Record};
 use crate::{DiscoveryError, error_table};
 use augsim_data::{Dataset, random_stream};
 use augsim_physics::model::Per;
-use augsim_physics::system::{Declaration, ScatterPer, Window};
+use augsim_physics::system::{Declaration, Measure, ScatterPer, Window};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Events of one record that have an offset of their own; later ones have none.
 const MOST_EVENTS: usize = 32;
 /// Widths of a 95 % interval in standard deviations.
 const INTERVAL: f64 = 2.0 * 1.959_963_984_540_054;
 
-/// Forecasts every record of `data` by `model` as it stands: nothing is fitted but starts.
+/// Forecasts every record of `data` by `model` as it stands: nothing is fitted but starts. Long records of a system whose states
+/// are all measured are forecast in pieces, as in the table of errors.
 ///
 /// # Errors
 /// [`DiscoveryError`], where model and data do not go together.
@@ -34,35 +38,73 @@ pub fn foretell(
     options: &ForetellOptions,
 ) -> Result<Foretelling, DiscoveryError> {
     let Readied { data, noise, .. } = ready(model, data, 1, false)?;
-    let h = as_it_stands(&data);
+    let drawn = Redrawn::of(&data);
+    let h = as_it_stands(&data, drawn.as_ref());
     let theta = h.theta_start(0.0);
     let spread = spread(&h, &data);
     let asked = |j: &usize| options.asks_for(&data.records[*j].seen.id);
-    let everything: Vec<usize> = (0..data.records.len()).filter(asked).collect();
-    let sample = Sample { data: &data, chosen: &everything, correlation: noise.correlation };
-    let done: Vec<(Foretold, Error)> =
-        everything.par_iter().map(|&j| one(&sample, j, &h, &theta, &spread, &noise.sd, options)).collect();
-    let (records, errors): (Vec<Foretold>, Vec<Error>) = done.into_iter().unzip();
+    let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
+    let sample = Sample { data: &data, chosen: &chosen, correlation: noise.correlation };
+    let of =
+        Of { sample: &sample, h: &h, theta: &theta, spread: &spread, drawn, noise_sd: &noise.sd, options };
+    let pieces = forecast::whole(&sample);
+    let done: Vec<(Foretold, Vec<Error>)> = pieces.par_iter().map(|piece| of.one(piece)).collect();
+    let (records, each): (Vec<Foretold>, Vec<Vec<Error>>) = done.into_iter().unzip();
     let schema = data.system.schema();
-    let (unit, _) = error_table::measured_in(schema);
-    let measure = schema.measures.first().map_or(String::new(), |m| m.name.clone());
-    let ci95 = forecast::bootstrap(&everything, &[&errors], options.seed, |r| r[0]);
-    let error = ForetoldError { measure, unit, rmse: rmse(&errors), ci95 };
+    let clusters: Vec<usize> = pieces.iter().map(|piece| chosen[piece.chosen]).collect();
+    let listed = |m: usize| -> Vec<Error> { each.iter().map(|errors| errors[m]).collect() };
+    let error = |(m, measure): (usize, &Measure)| {
+        // The first is told in the unit of its channels, as in the table of errors.
+        let (unit, scale) = match m {
+            0 => (error_table::measured_in(schema).0, 1.0),
+            _ => measure.unit.clone(),
+        };
+        let list = listed(m);
+        let ci95 = forecast::bootstrap(&clusters, &[&list], options.seed, |r| scale * r[0]);
+        ForetoldError { measure: measure.name.clone(), unit, rmse: scale * rmse(&list), ci95 }
+    };
     let record = &schema.record[0];
     let start = match &schema.event {
         Some(event) => format!(
             "the part of each {record} before its first {}, or its first two fifths without one",
             event.words[0]
         ),
+        None if data.is_idealised() => "the first measured state".to_owned(),
         None => format!("the first samples of each {record}"),
     };
-    Ok(Foretelling { records, errors: vec![error], squares: errors, noise_sd: noise.sd, start })
+    let errors = schema.measures.iter().enumerate().map(error).collect();
+    Ok(Foretelling { records, errors, squares: listed(0), noise_sd: noise.sd, start })
+}
+
+/// Parameters that are drawn anew for each record.
+struct Redrawn {
+    /// What has them where the declared model has not: they vanish at their nulls.
+    through: Option<Addition>,
+    /// Their places in the system's vector.
+    places: Range<usize>,
+    /// Standard deviation of each, in its unit.
+    sd: f64,
+}
+
+impl Redrawn {
+    /// What the model declares of it; `None` where it declares no such scatter.
+    fn of(data: &Measured) -> Option<Self> {
+        let drawn = data.system.schema().drawn.as_ref()?;
+        let sd = drawn.declared?;
+        if let Some(places) = drawn.places.clone() {
+            return Some(Self { through: None, places, sd });
+        }
+        let through = Addition::effect(&*data.system, drawn.through, Per::All)?;
+        let first = data.system.parameters().len();
+        Some(Self { places: first..first + through.size(), through: Some(through), sd })
+    }
 }
 
 /// The declared model as a predictor. A trajectory's own parameters are drawn towards the values in the file, as far as its
 /// bounds let them differ: the first samples may say little about them.
-fn as_it_stands(data: &Measured) -> Hypothesis {
-    let mut h = Hypothesis::new(data, &[]);
+fn as_it_stands(data: &Measured, drawn: Option<&Redrawn>) -> Hypothesis {
+    let additions: Vec<Addition> = drawn.into_iter().filter_map(|drawn| drawn.through.clone()).collect();
+    let mut h = Hypothesis::new(data, &additions);
     for f in h.free.iter_mut().filter(|f| f.per == Per::Trajectory) {
         // The standard deviation of a uniform law between the bounds.
         f.prior = Some((h.values[f.index], (f.max - f.min) / 12f64.sqrt()));
@@ -80,66 +122,80 @@ fn spread(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     each.collect()
 }
 
-/// One record and its error in the measure that decides.
-fn one(
-    sample: &Sample<'_>,
-    j: usize,
-    scattered: &Hypothesis,
-    theta: &[f64],
-    spread: &[f64],
-    noise_sd: &[f64],
-    options: &ForetellOptions,
-) -> (Foretold, Error) {
-    let (data, record) = (sample.data, &sample.data.records[j]);
-    let h = Hypothesis { scatter: None, ..scattered.clone() };
-    let everything = 0..record.seen.times.len();
-    let start = begun(data, record, everything.clone(), &h, theta, sample.correlation);
-    let whole = Window { samples: everything, start: Vec::new() };
-    let run = start.run(&h, theta, record);
-    let (channels, samples, known) = (run.channels(), run.samples(), record.seen.known);
-    let law = StartLaw::of(&start, &h, theta, sample.correlation);
-    let mut draws = Draws::new(channels, samples, options.draws);
-    let bounds = h.bounds();
-    let mut rng = random_stream(options.seed, "foretell", j as u64);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    for _ in 0..options.draws {
-        let drawn: Vec<f64> = (theta.iter().zip(spread).zip(&bounds))
-            .map(|((t, sd), (low, high))| (t + sd * normal()).clamp(low.min(*t), high.max(*t)))
-            .collect();
-        let moved: Vec<f64> = drawn.iter().zip(theta).map(|(a, b)| a - b).collect();
-        let mut nuisance = law.draw(&moved, &mut normal);
-        let mut lanes = start.lanes.clone();
-        if let Some(scatter) = scattered.scatter {
-            lanes.offsets = if scatter.per == ScatterPer::Record { 1 } else { MOST_EVENTS };
-            nuisance.extend((0..lanes.offsets).map(|_| scatter.sd * normal()));
-        }
-        let point = Point::new(scattered, &*scattered.system, &lanes, record, &drawn, &nuisance);
-        let run = point.plain(&lanes, Excerpt { record, window: &whole });
-        for c in 0..channels {
-            for k in 0..samples {
-                let sd = sensor_sd(record, c, k, noise_sd);
-                draws.push(c, k, run.value(k, c) + sd * normal());
+/// What is foretold of, and how.
+struct Of<'a> {
+    sample: &'a Sample<'a>,
+    /// The model, with its scatter.
+    h: &'a Hypothesis,
+    theta: &'a [f64],
+    /// Standard deviation of each entry of theta.
+    spread: &'a [f64],
+    drawn: Option<Redrawn>,
+    /// Standard deviation of the sensor by channel.
+    noise_sd: &'a [f64],
+    options: &'a ForetellOptions,
+}
+
+impl Of<'_> {
+    /// One record, or a piece of a long one, and its error in each measure.
+    fn one(&self, piece: &Piece) -> (Foretold, Vec<Error>) {
+        let (data, j) = (self.sample.data, self.sample.chosen[piece.chosen]);
+        let (record, theta, options) = (&data.records[j], self.theta, self.options);
+        let h = Hypothesis { scatter: None, ..self.h.clone() };
+        let (first, samples) = (piece.samples.start, piece.samples.len());
+        let start = begun(data, record, piece.samples.clone(), &h, theta, self.sample.correlation);
+        let whole = Window { samples: piece.samples.clone(), start: Vec::new() };
+        let run = start.run(&h, theta, record);
+        let (channels, known) = (run.channels(), start.end_of_known() - first);
+        let law = StartLaw::of(&start, &h, theta, self.sample.correlation);
+        let mut draws = Draws::new(channels, samples, options.draws);
+        let bounds = h.bounds();
+        let mut rng = random_stream(options.seed, "foretell", j as u64 | (first as u64) << 32);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        for _ in 0..options.draws {
+            let drawn: Vec<f64> = (theta.iter().zip(self.spread).zip(&bounds))
+                .map(|((t, sd), (low, high))| (t + sd * normal()).clamp(low.min(*t), high.max(*t)))
+                .collect();
+            let moved: Vec<f64> = drawn.iter().zip(theta).map(|(a, b)| a - b).collect();
+            let mut nuisance = law.draw(&moved, &mut normal);
+            let mut lanes = start.lanes.clone();
+            if let Some(scatter) = self.h.scatter {
+                lanes.offsets = if scatter.per == ScatterPer::Record { 1 } else { MOST_EVENTS };
+                nuisance.extend((0..lanes.offsets).map(|_| scatter.sd * normal()));
+            }
+            let mut point = Point::new(self.h, &*self.h.system, &lanes, record, &drawn, &nuisance);
+            if let Some(own) = &self.drawn {
+                let offsets: Vec<f64> = own.places.clone().map(|_| own.sd * normal()).collect();
+                point = point.moved(own.places.start, &offsets);
+            }
+            let run = point.plain(&lanes, Excerpt { record, window: &whole });
+            for c in 0..channels {
+                for k in 0..samples {
+                    let sd = sensor_sd(record, c, first + k, self.noise_sd);
+                    draws.push(c, k, run.value(k, c) + sd * normal());
+                }
             }
         }
+        let schema = data.system.schema();
+        let channels = (0..channels).map(|c| {
+            let (mean, quantiles) = draws.summary(c);
+            let measured = piece
+                .samples
+                .clone()
+                .map(|k| if record.weight[c][k] > 0.0 { record.seen.values[c][k] } else { f64::NAN });
+            ForetoldChannel {
+                column: schema.channels[c].column.clone(),
+                measured: measured.collect(),
+                forecast: (0..samples).map(|k| run.value(k, c)).collect(),
+                mean,
+                quantiles,
+            }
+        });
+        let channels = channels.collect();
+        let times = record.seen.times[piece.samples.clone()].to_vec();
+        let foretold = Foretold { id: piece.name(record), times, known, channels };
+        (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
-    let schema = data.system.schema();
-    let channels = (0..channels).map(|c| {
-        let (mean, quantiles) = draws.summary(c);
-        let used = |k: usize| record.weight[c][k] > 0.0;
-        ForetoldChannel {
-            column: schema.channels[c].column.clone(),
-            measured: (0..samples)
-                .map(|k| if used(k) { record.seen.values[c][k] } else { f64::NAN })
-                .collect(),
-            forecast: (0..samples).map(|k| run.value(k, c)).collect(),
-            mean,
-            quantiles,
-        }
-    });
-    let channels = channels.collect();
-    let foretold = Foretold { id: record.seen.id.clone(), times: record.seen.times.clone(), known, channels };
-    let errors = forecast::squares(data, record, &run, 0, known..samples);
-    (foretold, errors.first().copied().unwrap_or_default())
 }
 
 /// Standard deviation of the sensor at a sample: that of the sample where it was measured, that of the channel elsewhere.

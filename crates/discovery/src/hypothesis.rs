@@ -224,6 +224,21 @@ impl Hypothesis {
         values
     }
 
+    /// The same with the entries of `theta` in them.
+    pub fn values_at(&self, theta: &[f64], group: usize) -> Vec<f64> {
+        let mut values = self.values_of(group);
+        let mut at = 0;
+        for f in &self.free {
+            match f.per {
+                Per::All => values[f.index] = theta[at],
+                Per::Group => values[f.index] = theta[at + group],
+                Per::Trajectory => {}
+            }
+            at += self.width(f);
+        }
+        values
+    }
+
     /// The bounds of each entry of theta that results keep to.
     pub fn limits(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()

@@ -49,7 +49,6 @@ mod pairs;
 mod periodicity;
 mod pieces;
 mod prepare;
-mod push;
 mod record;
 mod remainder;
 mod report;
@@ -81,9 +80,8 @@ pub use foretold::{
     interval_of_rmse, quantile_of_draws, reduction_of_rmse,
 };
 pub use options::{Options, Progress};
-pub use push::{PushScene, assess_push, discover_push, foretell_push};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,
-    FoundFormula, FreeRun, Horizon, HorizonErrors, Models, NoiseFound, PushFound, PushHorizon, Rmse, SCHEMA,
-    Tests, Unexplained, Verdict, Windows, Work,
+    FoundFormula, FreeRun, Horizon, HorizonErrors, Models, NoiseFound, Rmse, SCHEMA, Tests, Unexplained,
+    Verdict, Windows, Work,
 };

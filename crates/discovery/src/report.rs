@@ -440,7 +440,6 @@ pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
         errors: parts.errors.clone(),
         horizons: parts.horizons.clone(),
         windows: parts.windows.clone(),
-        push: None,
         dispersion: data.is_idealised().then(|| fit.dispersion(0..0, data.white_share).factor),
         model_toml,
         models,

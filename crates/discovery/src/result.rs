@@ -1,12 +1,12 @@
 //! The findings of a discovery, in the form of `result.json`.
 
-use crate::push::PushScene;
 use augsim_data::checks::Warning;
+use augsim_physics::system::TopView;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Version of the format.
-pub const SCHEMA: &str = "augsim.discover/1";
+pub const SCHEMA: &str = "augsim.discover/2";
 
 /// The answer in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -312,39 +312,6 @@ pub struct Horizon {
     pub errors: BTreeMap<String, HorizonErrors>,
 }
 
-/// Windows of pushes, and errors that only pushes have.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PushFound {
-    /// Windows that the fits used, of the training part and of the held-out part.
-    pub windows: [usize; 2],
-    /// Windows left out, of the training part and of the held-out part.
-    pub outlier_windows: [usize; 2],
-    /// By which rule.
-    pub outlier_rule: String,
-    /// How much larger the scatter of the windows' gradients is than white noise makes it; gains in likelihood are divided
-    /// by it.
-    pub dispersion: f64,
-    /// Error of the rotation on the same forecasts, degrees.
-    pub rotation: ErrorTable,
-    /// Open-loop forecasts over fixed times, from measured poses.
-    pub horizons: Vec<PushHorizon>,
-}
-
-/// Open-loop forecasts over one time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PushHorizon {
-    /// The time, s.
-    pub horizon_s: f64,
-    /// How many forecasts.
-    pub windows: usize,
-    /// Root mean square error of the position at the end, m: declared, calibrated, augmented.
-    pub position_m: [Rmse; 3],
-    /// Calibrated minus augmented, m.
-    pub reduction_m: Rmse,
-    /// Root mean square error of the rotation at the end, degrees: declared, calibrated, augmented.
-    pub rotation_deg: [Rmse; 3],
-}
-
 /// Texts of model files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Models {
@@ -369,9 +336,9 @@ pub struct Example {
     pub known: usize,
     /// Channels.
     pub channels: Vec<ExampleChannel>,
-    /// For a push: what a view from above shows beside the poses.
+    /// For a motion in the plane: what a view from above shows beside the poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scene: Option<PushScene>,
+    pub scene: Option<TopView>,
 }
 
 /// A channel of an example, in the unit of its column; nothing where nothing was measured, or nothing could be simulated.
@@ -452,9 +419,6 @@ pub struct Discovery {
     /// it, in the last fit: gains are in units of it. Absent where residuals are taken for white.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dispersion: Option<f64>,
-    /// Figures that only pushes have.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub push: Option<PushFound>,
     /// The augmented model file.
     pub model_toml: String,
     /// The models before it.

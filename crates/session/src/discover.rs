@@ -3,7 +3,7 @@
 use crate::{DataFrom, Subject, Usage, written};
 use augsim_data::checks::Check;
 use augsim_data::{Dataset, MissingCells, Trajectory};
-use augsim_discovery::{Discovery, Options, Progress, discover_push};
+use augsim_discovery::{Discovery, Options, Progress};
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
 
@@ -53,10 +53,7 @@ pub fn discover(
                 // The model may have values for groups that were not asked for.
                 model.keep_groups(groups);
             }
-            Ok(match &model {
-                ModelFile::Ball(model) => augsim_discovery::discover(model, &set, options, told)?,
-                ModelFile::Push(model) => discover_push(model, &set, options, told)?,
-            })
+            Ok(augsim_discovery::discover(model.declaration(), &set, options, told)?)
         }
     }
 }

@@ -2,10 +2,9 @@
 
 use crate::{Circumstances, Subject};
 use augsim_data::Unit;
-use augsim_discovery::{
-    Bin, Candidate, Discovery, Estimate, Example, ExampleChannel, PushScene, Rmse, Verdict,
-};
+use augsim_discovery::{Bin, Candidate, Discovery, Estimate, Example, ExampleChannel, Rmse, Verdict};
 use augsim_physics::model::{ModelFile, Parameter};
+use augsim_physics::system::TopView;
 use augsim_report::discovery as page;
 use augsim_report::page::{Method, Provenance};
 use augsim_report::{DiscoveryReport, discovery};
@@ -171,8 +170,8 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
         next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
         model_toml: d.model_toml.clone(),
         reproduce: Some(of.reproduce.clone()).filter(|command| !command.is_empty()).into_iter().collect(),
-        methods: if d.push.is_some() { push_methods() } else { methods() },
-        notes: d.push.as_ref().map(push_notes).unwrap_or_default(),
+        methods: methods(d),
+        notes: notes(d),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seed: Some(of.seed),
@@ -228,7 +227,7 @@ fn example(e: &Example, c: &ExampleChannel, added: bool) -> page::Example {
 }
 
 /// A push: its view from above, and the distance of each forecast from the measured position instead of a channel.
-fn pushed(base: page::Example, e: &Example, scene: &PushScene, added: bool) -> page::Example {
+fn pushed(base: page::Example, e: &Example, scene: &TopView, added: bool) -> page::Example {
     let value = |c: usize, k: usize, of: fn(&ExampleChannel) -> &Vec<Option<f64>>| {
         of(&e.channels[c])[k].unwrap_or(f64::NAN)
     };
@@ -368,107 +367,98 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
     }
 }
 
-/// Notes below the tables of a page about pushes.
-fn push_notes(push: &augsim_discovery::PushFound) -> Vec<String> {
-    let [train, test] = push.windows;
-    let [a, b] = push.outlier_windows;
-    let r = &push.rotation;
-    let mut notes = vec![
-        format!("{train} windows were fitted and {test} held out; {a} and {b} were {}.", push.outlier_rule),
+/// Notes below the tables of a page: windows, dispersion, further measures and horizons.
+fn notes(d: &Discovery) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(windows) = &d.windows {
+        let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
+        let rule = &windows.rule;
+        notes.push(format!(
+            "{train} windows were fitted and {test} held out; {a} and {b} of them were {rule}."
+        ));
+    }
+    notes.extend(d.dispersion.map(|dispersion| {
         format!(
-            "The windows' gradients scatter {:.1} times as much as white noise would make them: gains in likelihood are divided by it.",
-            push.dispersion
-        ),
-        format!(
-            "Rotation on the same forecasts, degrees: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}.",
-            r.declared.rmse, r.calibrated.rmse, r.augmented.rmse, r.noise_floor.rmse
-        ),
-    ];
-    notes.extend(push.horizons.iter().map(|h| {
-        let [p, r] = [h.position_m.map(|r| 1e3 * r.rmse), h.rotation_deg.map(|r| r.rmse)];
-        let gain = h.reduction_m;
-        format!(
-            "After {} s open loop ({} forecasts): declared {:.2} mm and {:.2} degrees, calibrated {:.2} and {:.2}, augmented {:.2} and {:.2}; gain over calibration {:.2} mm, 95 % interval {:.2} to {:.2}.",
-            h.horizon_s, h.windows, p[0], r[0], p[1], r[1], p[2], r[2],
-            1e3 * gain.rmse, 1e3 * gain.ci95[0], 1e3 * gain.ci95[1]
+            "Gradients scatter {dispersion:.1} times as much as white noise would make them: gains in likelihood are in units of it."
         )
+    }));
+    notes.extend(d.errors.iter().map(|(measure, e)| {
+        let (declared, calibrated) = (e.declared.rmse, e.calibrated.rmse);
+        let (augmented, floor) = (e.augmented.rmse, e.noise_floor.rmse);
+        format!(
+            "Error of {measure} on the same forecasts, {}: declared {declared:.3}, calibrated {calibrated:.3}, augmented {augmented:.3}, noise floor {floor:.3}.",
+            e.unit
+        )
+    }));
+    notes.extend(d.horizons.iter().flat_map(|h| {
+        h.errors.iter().map(|(measure, e)| {
+            let gain = e.reduction;
+            format!(
+                "After {} s from a measured state ({} forecasts), {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}; gain over calibration {:.3}, 95 % interval {:.3} to {:.3}.",
+                h.horizon_s, h.forecasts, e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, gain.rmse,
+                gain.ci95[0], gain.ci95[1]
+            )
+        })
     }));
     notes
 }
 
-fn push_methods() -> Vec<Method> {
-    [
-        (
-            "Multiple shooting",
-            "pushes are cut into windows, whose start poses are eliminated from every fit",
-            "Bock, Plitt: A Multiple Shooting Algorithm for Direct Solution of Optimal Control Problems, 1984",
-        ),
-        (
-            "Levenberg-Marquardt with exact sensitivities",
-            "fits through contact, by dual numbers",
-            "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
-        ),
-        (
-            "Score test",
-            "which effect the residual asks for",
-            "Rao: Large sample tests of statistical hypotheses, 1948",
-        ),
-        (
-            "Dispersion of window gradients",
-            "likelihood ratios where residuals are not white",
-            "Rotnitzky, Jewell: Hypothesis Testing of Regression Parameters in Semiparametric GLMs for Cluster Correlated Data, 1990",
-        ),
-        (
-            "Sandwich covariance",
-            "intervals of the parameters",
-            "White: Maximum Likelihood Estimation of Misspecified Models, 1982",
-        ),
-        (
-            "Bootstrap over pushes",
-            "intervals of the held-out error; over windows where the pushes are few",
-            "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
-        ),
-    ]
-    .map(|(name, purpose, reference)| Method {
+/// The methods that an answer was found by.
+fn methods(d: &Discovery) -> Vec<Method> {
+    let method = |name: &str, purpose: &str, reference: &str| Method {
         name: name.to_owned(),
         purpose: purpose.to_owned(),
         reference: reference.to_owned(),
-    })
-    .into()
-}
-
-fn methods() -> Vec<Method> {
-    [
-        (
+    };
+    let mut all = vec![
+        method(
             "Variable projection",
             "initial states are eliminated from every fit",
             "Golub, Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares, 1973",
         ),
-        (
+        method(
             "Levenberg-Marquardt with exact sensitivities",
-            "fits through impacts, by dual numbers with the derivative of the event time",
+            "fits through events and contact, by dual numbers with the derivative of the event time",
             "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
         ),
-        (
+        method(
             "Score test",
             "which effect the residual asks for",
             "Rao: Large sample tests of statistical hypotheses, 1948",
         ),
-        (
+    ];
+    if d.tests.periodicity.is_some() {
+        all.push(method(
             "Laplace approximation, evidence fixed point",
-            "restitution that scatters",
+            "a parameter of the events that scatters",
             "MacKay: Bayesian Interpolation, Neural Computation 1992",
+        ));
+    }
+    if d.dispersion.is_some() {
+        all.extend([
+            method(
+                "Multiple shooting",
+                "records are cut into windows, whose starts are eliminated from every fit",
+                "Bock, Plitt: A Multiple Shooting Algorithm for Direct Solution of Optimal Control Problems, 1984",
+            ),
+            method(
+                "Dispersion of gradients",
+                "likelihood ratios where residuals are not white",
+                "Rotnitzky, Jewell: Hypothesis Testing of Regression Parameters in Semiparametric GLMs for Cluster Correlated Data, 1990",
+            ),
+        ]);
+    }
+    all.extend([
+        method(
+            "Sandwich covariance",
+            "intervals of the parameters",
+            "White: Maximum Likelihood Estimation of Misspecified Models, 1982",
         ),
-        (
-            "Bootstrap over trajectories",
+        method(
+            "Bootstrap over records",
             "intervals of the held-out error",
             "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
         ),
-    ]
-    .map(|(name, purpose, reference)| Method {
-        name: name.to_owned(),
-        purpose: purpose.to_owned(),
-        reference: reference.to_owned(),
-    })
-    .into()
+    ]);
+    all
 }

@@ -1,5 +1,5 @@
 //! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
-//! noise, push-null, push-single (these two also with `-one-loop`: through the loop of all systems); the first five also as null-gaps, …, with empty cells;
+//! noise, push-null, push-single; the first five also as null-gaps, …, with empty cells;
 //! systems-null, systems-single, systems-pair, systems-inside and systems-outside run the binary `augsim` that lies beside this one on systems of equations.
 //! Seeds are FIRST, FIRST + 1, …; rows go to standard output.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
@@ -36,15 +36,13 @@ fn main() -> ExitCode {
             }
         };
     }
-    if let Some((single, one_loop)) = match args.get(1).map(String::as_str) {
-        Some("push-null") => Some((false, false)),
-        Some("push-single") => Some((true, false)),
-        Some("push-null-one-loop") => Some((false, true)),
-        Some("push-single-one-loop") => Some((true, true)),
+    if let Some(single) = match args.get(1).map(String::as_str) {
+        Some("push-null") => Some(false),
+        Some("push-single") => Some(true),
         _ => None,
     } {
         let pushes = number(4, 150) as usize;
-        let summary = push_battery::run(single, one_loop, number(2, 1), number(3, 10), pushes, &mut |row| {
+        let summary = push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| {
             println!("{}", row.line)
         });
         println!("{summary}");

@@ -6,7 +6,7 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
-use augsim_discovery::{Discovery, DiscoveryError, Options, SCHEMA, Verdict};
+use augsim_discovery::{Discovery, DiscoveryError, Options, Rmse, SCHEMA, Verdict};
 use augsim_session::discovery_page::page;
 use augsim_session::written::pictures::pictures;
 use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover, sentence};
@@ -168,39 +168,34 @@ fn text(args: &Discover, d: &Discovery) -> String {
             shown(run.augmented)
         );
     }
-    if let Some(push) = &d.push {
-        let r = &push.rotation;
+    for (measure, e) in &d.errors {
         let _ = writeln!(
             out,
-            "  rotation, degrees: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}",
-            r.declared.rmse, r.calibrated.rmse, r.augmented.rmse, r.noise_floor.rmse
+            "  {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}",
+            e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, e.noise_floor.rmse
         );
-        for h in &push.horizons {
-            let row = |r: &augsim_discovery::Rmse, scale: f64| {
-                format!("{:.3} ({:.3} to {:.3})", scale * r.rmse, scale * r.ci95[0], scale * r.ci95[1])
-            };
-            let [a, b, c] = &h.position_m;
-            let [ra, rb, rc] = &h.rotation_deg;
+    }
+    let row = |r: &Rmse| format!("{:.3} ({:.3} to {:.3})", r.rmse, r.ci95[0], r.ci95[1]);
+    for h in &d.horizons {
+        let _ = writeln!(out, "  after {} s, {} forecasts:", h.horizon_s, h.forecasts);
+        for (measure, e) in &h.errors {
             let _ = writeln!(
                 out,
-                "  after {} s, {} forecasts: declared {} mm, calibrated {} mm, augmented {} mm, gain {} mm\n    rotation: {} deg, {} deg, {} deg",
-                h.horizon_s,
-                h.windows,
-                row(a, 1e3),
-                row(b, 1e3),
-                row(c, 1e3),
-                row(&h.reduction_m, 1e3),
-                row(ra, 1.0),
-                row(rb, 1.0),
-                row(rc, 1.0)
+                "    {measure}, {}: declared {}, calibrated {}, augmented {}, gain {}",
+                e.unit,
+                row(&e.declared),
+                row(&e.calibrated),
+                row(&e.augmented),
+                row(&e.reduction)
             );
         }
-        let [train, test] = push.windows;
-        let [a, b] = push.outlier_windows;
+    }
+    if let (Some(windows), Some(dispersion)) = (&d.windows, d.dispersion) {
+        let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
         let _ = writeln!(
             out,
-            "  windows: {train} to fit, {test} held out; left out: {a} and {b} ({}); dispersion {:.1}",
-            push.outlier_rule, push.dispersion
+            "  windows: {train} to fit, {test} held out; of these {a} and {b} {}; dispersion {dispersion:.1}",
+            windows.rule
         );
     }
     for (name, e) in &d.parameters {

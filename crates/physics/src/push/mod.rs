@@ -55,6 +55,7 @@ mod shown;
 mod support;
 pub mod surface;
 mod system;
+mod top_view;
 mod windows;
 mod world;
 

@@ -8,6 +8,7 @@ use super::planar::Pose;
 use super::poses::simulate_poses;
 use super::possible::possible;
 use super::shown::shown_against;
+use super::top_view::top_view;
 use super::windows;
 use super::world::World;
 use crate::Scalar;
@@ -15,7 +16,8 @@ use crate::effects::Polar;
 use crate::model::Parameter;
 use crate::system::{
     Begin, Between, Channel, Drawn, Effect, Event, Input, Law, Measure, Objection, Quantity, Record, Schema,
-    Seed, Simulated, SimulationError, State, System, SystemError, Task, in_blocks, seeded, with_lanes,
+    Seed, Simulated, SimulationError, State, System, SystemError, Task, TopView, in_blocks, seeded,
+    with_lanes,
 };
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
@@ -204,6 +206,10 @@ impl System for Pushing {
 
     fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         shown_against(record)
+    }
+
+    fn scene(&self, record: &Record, times: &[f64], values: &[f64]) -> Option<TopView> {
+        top_view(&self.world, record, times, values)
     }
 
     fn resolution(&self, _channel: usize) -> f64 {

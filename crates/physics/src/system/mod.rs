@@ -21,6 +21,7 @@ mod scatter;
 mod schema;
 mod simulated;
 mod task;
+mod top_view;
 
 use crate::model::parameter::Parameter;
 use std::fmt::Debug;
@@ -40,6 +41,7 @@ pub use scatter::{Scatter, ScatterPer};
 pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
+pub use top_view::TopView;
 
 /// A system that moves, is measured, and has a model that may be wrong.
 pub trait System: Debug + Send + Sync {
@@ -186,6 +188,12 @@ pub trait System: Debug + Send + Sync {
         let channels = self.schema().channels.iter().zip(&record.values);
         let time = ("time_s".to_string(), record.times.clone());
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
+    }
+
+    /// What a view from above shows beside the states, at these times of a record, with parameter `values`; none for a system that
+    /// has no such view.
+    fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
+        None
     }
 
     /// Experiments that could be made, sampled every `step_s` seconds.

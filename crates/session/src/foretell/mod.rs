@@ -5,8 +5,7 @@ mod written;
 
 use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;
-use augsim_discovery::{ForetellOptions, Foretelling, foretell_push};
-use augsim_physics::model::ModelFile;
+use augsim_discovery::{ForetellOptions, Foretelling};
 
 /// Draws of each trajectory where none are asked for: the ends of 90 % bands are then good to a few per cent of their width.
 pub const DRAWS: usize = 400;
@@ -25,10 +24,7 @@ pub fn foretell(
         Subject::Written(model) => written::foretell(model, data, burn_in, options)?,
         Subject::BuiltIn(model) => {
             let set = data.read(MissingCells::AsGap)?;
-            match &**model {
-                ModelFile::Ball(model) => augsim_discovery::foretell(model, &set, options)?,
-                ModelFile::Push(model) => foretell_push(model, &set, options)?,
-            }
+            augsim_discovery::foretell(model.declaration(), &set, options)?
         }
     })
 }

@@ -1,10 +1,10 @@
-//! What a view from above shows of a push beside the poses.
+//! A view from above of a motion in the plane.
 
 use serde::{Deserialize, Serialize};
 
-/// The object and the rod.
+/// An object and what moves it, beside the object's poses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PushScene {
+pub struct TopView {
     /// Corners of the object in its own frame, m.
     pub outline_m: Vec<[f64; 2]>,
     /// Centre of the rod at the times of the samples, m.
