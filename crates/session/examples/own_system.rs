@@ -51,7 +51,12 @@ impl Tank {
             record: ["draining".into(), "drainings".into()],
             states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Measured(0) }],
             channels: vec![Channel { column: "level_m".into(), unit: "m".into(), ..Channel::default() }],
-            measures: vec![Measure { name: "level".into(), channels: vec![0], unit: ("mm".into(), 1e3) }],
+            measures: vec![Measure {
+                name: "level".into(),
+                channels: vec![0],
+                unit: ("mm".into(), 1e3),
+                length: false,
+            }],
             ..Schema::default()
         };
         let seepage = EffectParameter {
