@@ -23,7 +23,8 @@ pub(super) fn possible(
     let clash = |kind: &String| kind == spec.kind || spec.excludes.contains(&kind.as_str());
     let friction = parameters.get(SUPPORT_FRICTION).map_or(1.0, |p| p.nominal);
     let slow = || coasting_m(friction, records) < COASTING * position_sd_m(declares, records);
-    !declares.kinds.iter().any(clash) && !(spec.needs == Needs::Coasting && slow())
+    let clashes = declares.kinds.iter().any(clash);
+    !clashes && (spec.needs != Needs::Coasting || !slow())
 }
 
 /// How far the object coasts from the speed that the rod reaches in a tenth of the time, m.
