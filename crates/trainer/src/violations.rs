@@ -29,7 +29,8 @@ pub enum Violations {
     Push {
         /// Largest overlap of rod and object on a trajectory, m, mean over the samples.
         overlap_m: f64,
-        /// Way that the object moves before the rod first touches it, m, mean over the samples.
+        /// Largest distance of the object from its first place before the rod first touches it, m, mean over the samples: a way would
+        /// add up the noise of every pose.
         untouched_m: f64,
     },
 }
@@ -81,16 +82,15 @@ fn pushed(push: &ModelPush, task: Task<'_>, samples: &Samples) -> Violations {
     let (mut overlap, mut untouched) = (0.0, 0.0);
     for sample in 0..n {
         let pose = |t: usize| [0, 1, 2].map(|j| f64::from(samples.values[(t * 3 + j) * n + sample]));
-        let (mut deepest, mut touched, mut way) = (0.0_f64, false, 0.0);
+        let (mut deepest, mut touched, mut way) = (0.0_f64, false, 0.0_f64);
         for t in 0..task.time {
             let [x, y, angle] = pose(t);
             let rod = [task.actions[3 * t], task.actions[3 * t + 1]];
             let gap = outline.nearest(Pose::new(x, y, angle).to_body(rod)).distance - push.rod_radius_m();
             deepest = deepest.max(-gap);
             touched |= gap < TOUCH_M;
-            if t > 0 && !touched {
-                let before = pose(t - 1);
-                way += (x - before[0]).hypot(y - before[1]);
+            if !touched {
+                way = (x - task.start[0]).hypot(y - task.start[1]).max(way);
             }
         }
         overlap += deepest;
