@@ -1,7 +1,7 @@
 //! From trajectories to what the nets read: targets and conditions per time step.
 
 use crate::engine::{Engine, ModelPush};
-use crate::league::Reads;
+use crate::league::reads::Reads;
 use crate::prepared::Prepared;
 use crate::push::features;
 use crate::recipe::Recipe;

@@ -1,6 +1,5 @@
 //! The recipes: every model class that `train` knows, by name.
 
-use crate::league::{self, Class};
 use serde::{Deserialize, Serialize};
 
 /// Which net is trained, and on what.
@@ -53,37 +52,25 @@ struct Entry {
     /// Name in tables.
     label: &'static str,
     about: &'static str,
-    /// How it is built, for classes of the league; the paper's nets and ours are in [`crate::nets`].
-    class: Option<&'static Class>,
 }
 
-const fn entry(
-    recipe: Recipe,
-    [name, label, about]: [&'static str; 3],
-    class: Option<&'static Class>,
-) -> Entry {
-    Entry { recipe, name, label, about, class }
+const fn entry(recipe: Recipe, [name, label, about]: [&'static str; 3]) -> Entry {
+    Entry { recipe, name, label, about }
 }
 
 /// Every recipe, in the order of the variants.
 static RECIPES: [Entry; 18] = [
-    entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"], None),
-    entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"], None),
+    entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"]),
+    entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"]),
     entry(
         Recipe::HybridStandardised,
         ["hybrid-standardised", "Hybrid-std", "The same on standardised states: reconstructs best"],
-        None,
     ),
     entry(
         Recipe::HybridPlus,
         ["hybrid-plus", "Hybrid+", "Physics step by step, one latent per trajectory, learned deviations"],
-        None,
     ),
-    entry(
-        Recipe::NeuralPlus,
-        ["neural-plus", "Neural+", "The net of Hybrid+ without physics, for pushes"],
-        None,
-    ),
+    entry(Recipe::NeuralPlus, ["neural-plus", "Neural+", "The net of Hybrid+ without physics, for pushes"]),
     entry(
         Recipe::PhysicsCalibrated,
         [
@@ -91,47 +78,32 @@ static RECIPES: [Entry; 18] = [
             "Calibrated",
             "Physics fitted by least squares, with a scatter that grows with the way moved",
         ],
-        Some(&league::CALIBRATED),
     ),
-    entry(
-        Recipe::FeedForward,
-        ["feed-forward", "FF", "Perceptron that gives the next state"],
-        Some(&league::FEED_FORWARD),
-    ),
+    entry(Recipe::FeedForward, ["feed-forward", "FF", "Perceptron that gives the next state"]),
     entry(
         Recipe::FeedForwardResidual,
         ["feed-forward-residual", "FF residual", "Perceptron that corrects a physics step"],
-        Some(&league::FEED_FORWARD_RESIDUAL),
     ),
     entry(
         Recipe::RecurrentResidual,
         ["recurrent-residual", "GRU residual", "Recurrent net without latent that corrects a physics step"],
-        Some(&league::RECURRENT_RESIDUAL),
     ),
     entry(
         Recipe::MixtureResidual,
         ["mixture-residual", "MDN residual", "The same with a mixture of five Gaussians"],
-        Some(&league::MIXTURE_RESIDUAL),
     ),
     entry(
         Recipe::Ensemble,
         ["ensemble", "PETS", "Five probabilistic perceptrons, trajectory sampling (PETS)"],
-        Some(&league::ENSEMBLE),
     ),
     entry(
         Recipe::EnsembleResidual,
         ["ensemble-residual", "PETS residual", "The same as corrections of a physics step"],
-        Some(&league::ENSEMBLE_RESIDUAL),
     ),
-    entry(
-        Recipe::Vrnn,
-        ["vrnn", "VRNN", "Variational recurrent net (Chung et al. 2015) without condition"],
-        Some(&league::VRNN),
-    ),
+    entry(Recipe::Vrnn, ["vrnn", "VRNN", "Variational recurrent net (Chung et al. 2015) without condition"]),
     entry(
         Recipe::ConditionalVrnn,
         ["conditional-vrnn", "CVRNN", "The same, conditioned on the physics roll-out"],
-        Some(&league::CONDITIONAL_VRNN),
     ),
     entry(
         Recipe::PredictedParameters,
@@ -140,12 +112,10 @@ static RECIPES: [Entry; 18] = [
             "Kloss",
             "Net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes",
         ],
-        Some(&league::PREDICTED_PARAMETERS),
     ),
     entry(
         Recipe::PredictedParametersError,
         ["predicted-parameters-error", "Kloss+error", "The same with an additive learned error"],
-        Some(&league::PREDICTED_PARAMETERS_ERROR),
     ),
     entry(
         Recipe::GpResidual,
@@ -154,13 +124,8 @@ static RECIPES: [Entry; 18] = [
             "GP residual",
             "Gaussian processes for what the contact model leaves (Fazeli et al. 2017), for pushes",
         ],
-        Some(&league::GP_RESIDUAL),
     ),
-    entry(
-        Recipe::GpResidualMean,
-        ["gp-residual-mean", "GP res. mean", "The same with the mean propagated"],
-        Some(&league::GP_RESIDUAL_MEAN),
-    ),
+    entry(Recipe::GpResidualMean, ["gp-residual-mean", "GP res. mean", "The same with the mean propagated"]),
 ];
 
 impl Recipe {
@@ -191,29 +156,6 @@ impl Recipe {
     /// The class in a line.
     pub fn about(self) -> &'static str {
         self.entry().about
-    }
-
-    /// Whether it learns the whole motion, and no physics takes part.
-    pub fn is_blind(self) -> bool {
-        match self.class() {
-            Some(class) => !class.reads.physics(),
-            None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
-        }
-    }
-
-    /// Whether it is made for an object and a rod.
-    pub fn is_of_pushing(self) -> bool {
-        self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.pushing_only)
-    }
-
-    /// Whether it is fitted directly, in one iteration, and has no settings to try.
-    pub fn is_fitted(self) -> bool {
-        self.class().is_some_and(|class| matches!(class.kind, league::Kind::Fitted(_)))
-    }
-
-    /// How a class of the league is built; none for the paper's nets and ours.
-    pub(crate) fn class(self) -> Option<&'static Class> {
-        self.entry().class
     }
 }
 

@@ -1,6 +1,6 @@
 //! The columns of the league, and how a model is measured in them.
 
-use super::runs::processor_s;
+use super::processor::processor_s;
 use crate::experiment::data::Set;
 use crate::reproduce_args::LeagueScenario;
 use augsim_report::page::Best;

@@ -6,7 +6,9 @@
 mod entrants;
 mod measures;
 mod page;
+mod processor;
 mod result;
+mod rows;
 mod runs;
 mod table;
 mod verdict;

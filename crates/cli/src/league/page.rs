@@ -1,7 +1,8 @@
 //! The page of the league: a table for each test set, and a dot plot for each column of the first.
 
 use super::measures::{Key, keys};
-use super::result::{League, ResultFile, Row as Result};
+use super::result::{League, ResultFile};
+use super::rows::Row as Result;
 use super::table::scenario_of;
 use augsim_report::figure::{Axis, Bar, BarGroup, Bars, Figure, Tone};
 use augsim_report::page::{

@@ -1,8 +1,8 @@
 //! `result.json` of the league: everything that does not depend on a clock.
 
+use super::rows::Row;
 use super::verdict::Verdict;
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// The file.
 #[derive(Debug, Serialize)]
@@ -31,62 +31,4 @@ pub struct League {
     pub rows: Vec<Row>,
     /// What is better than what, one a test set.
     pub verdicts: Vec<Verdict>,
-}
-
-/// A model on a test set.
-#[derive(Debug, Serialize)]
-pub struct Row {
-    pub model: String,
-    pub set: String,
-    /// Seeds that the figures are of.
-    pub seeds: usize,
-    /// Figures by name, with their units in it.
-    pub figures: BTreeMap<String, Spread>,
-    /// 95 % interval of the deciding score: bootstrap over trajectories.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub crps_ci95: Option<[f64; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub parameters: Option<usize>,
-    /// Training trajectories.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub trained_on: Option<usize>,
-    /// Settings tried on the validation part.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub tried: Vec<Tried>,
-    /// Processor time of a training, s: median over seeds. In `timing.json`, because it differs from run to run.
-    #[serde(skip)]
-    pub cpu_s: Option<f64>,
-    /// Processor time of a simulated second, microseconds. In `timing.json`.
-    #[serde(skip)]
-    pub microseconds: Option<f64>,
-}
-
-/// A figure over seeds.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Spread {
-    pub median: f64,
-    pub min: f64,
-    pub max: f64,
-}
-
-impl Spread {
-    /// Of at least one value.
-    pub fn of(mut values: Vec<f64>) -> Self {
-        values.sort_by(f64::total_cmp);
-        let (min, max) = (values.first().copied(), values.last().copied());
-        let median = values.get((values.len().max(1) - 1) / 2).copied();
-        let [median, min, max] = [median, min, max].map(|v| v.unwrap_or(f64::NAN));
-        Spread { median, min, max }
-    }
-}
-
-/// A setting that was tried, with its score on the validation part.
-#[derive(Debug, Clone, Serialize)]
-pub struct Tried {
-    pub learning_rate: f64,
-    /// Units of a hidden layer.
-    pub hidden: usize,
-    /// The deciding score.
-    pub crps: f64,
-    pub chosen: bool,
 }

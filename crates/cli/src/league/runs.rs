@@ -2,7 +2,8 @@
 
 use super::entrants::Entrant;
 use super::measures::{Measured, keys, measure};
-use super::result::{Row, Spread, Tried};
+use super::processor::processor_s;
+use super::rows::{Row, Scored, Spread, Tried};
 use super::set_name;
 use crate::args::Reproduce;
 use crate::destination::Claim;
@@ -15,7 +16,6 @@ use augsim_session::run_dir::Config;
 use augsim_trainer::models::{Law, NetModel, Physics, Still, Zero};
 use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{Forecaster, Recipe, Sequences, Settings};
-use rustix::time::{ClockId, clock_gettime};
 use std::path::Path;
 
 /// File in a run's folder with the processor time that its training took, s.
@@ -108,13 +108,6 @@ pub struct Runs<'a> {
     pub claim: &'a Claim,
     pub output: &'a Output,
     pub scenario: LeagueScenario,
-}
-
-/// A row of the table, with the score of each trajectory for intervals: mean over the seeds.
-#[derive(Debug)]
-pub struct Scored {
-    pub row: Row,
-    pub crps: Vec<f64>,
 }
 
 /// A trained net and the processor time of its training.
@@ -277,12 +270,6 @@ impl Runs<'_> {
             crps,
         }
     }
-}
-
-/// Processor time of all threads of this process, s.
-pub fn processor_s() -> f64 {
-    let t = clock_gettime(ClockId::ProcessCPUTime);
-    t.tv_sec as f64 + 1e-9 * t.tv_nsec as f64
 }
 
 fn read_number(path: &Path) -> Option<f64> {

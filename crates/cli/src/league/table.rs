@@ -1,7 +1,8 @@
 //! The league as text, and what it cost.
 
 use super::measures::keys;
-use super::result::{League, ResultFile, Row};
+use super::result::{League, ResultFile};
+use super::rows::Row;
 use crate::reproduce_args::LeagueScenario;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What is significantly better than what: bootstrap over trajectories, every model on the same ones.
 
-use super::runs::Scored;
+use super::rows::Scored;
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;

@@ -5,7 +5,8 @@
 //! so far (m; for a push with c times the angle turned). One draw of the part that grows is held over the trajectory, since a wrong
 //! friction stays wrong; the other part is drawn at each sample.
 
-use super::{Class, Fitted, Kind, Plan, Reads, Trained};
+use super::{Class, Fitted, Kind, Plan, Trained};
+use crate::league::reads::Reads;
 use crate::push::calibrate::calibrate;
 use crate::score::length;
 use crate::settings::Settings;

@@ -2,8 +2,9 @@
 //! model of the motion or of what a physics step leaves. A sample stays with one member over the whole roll-out (their TS-infinity).
 
 use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, operands, zero};
-use crate::nets::{LossVars, Tile, masked_sum};
+use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
+use crate::league::reads::Reads;
+use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
 use augsim_nn::inference::{GaussianRunner, MlpRunner};

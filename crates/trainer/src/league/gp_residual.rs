@@ -7,8 +7,9 @@
 //! square of the points, and samples stay near each other).
 
 use super::strides::{Stride, strides_of, touching_share};
-use super::{Class, Fitted, Kind, Plan, Reads, Trained};
+use super::{Class, Fitted, Kind, Plan, Trained};
 use crate::engine::ModelPush;
+use crate::league::reads::Reads;
 use crate::push::StartFrame;
 use crate::push::gp::Homoscedastic;
 use crate::settings::Settings;

@@ -1,18 +1,20 @@
 //! The classes that people would use instead of ours: one file each, with its loss or fit and its forecast.
 //!
-//! A class is a constant [`Class`] and an entry in the table of `recipe.rs`. A class that learns by gradients implements [`Learned`] and
+//! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class that learns by gradients implements [`Learned`] and
 //! has a variant of [`LearnedNet`]; one that is fitted directly implements [`Fitted`]. Both are trained, saved, resumed and scored as
 //! every other recipe is.
 
 mod calibrated;
+mod classes;
 mod ensemble;
 mod feed_forward;
 mod gp_residual;
 mod predicted_parameters;
-mod reads;
+pub(crate) mod reads;
 mod recurrent;
 mod states;
 mod strides;
+mod trained;
 mod vrnn;
 
 pub(crate) use calibrated::CALIBRATED;
@@ -20,14 +22,15 @@ pub(crate) use ensemble::{ENSEMBLE, ENSEMBLE_RESIDUAL};
 pub(crate) use feed_forward::{FEED_FORWARD, FEED_FORWARD_RESIDUAL};
 pub(crate) use gp_residual::{GP_RESIDUAL, GP_RESIDUAL_MEAN};
 pub(crate) use predicted_parameters::{PREDICTED_PARAMETERS, PREDICTED_PARAMETERS_ERROR};
-pub(crate) use reads::Reads;
 pub(crate) use recurrent::{MIXTURE_RESIDUAL, RECURRENT_RESIDUAL};
+pub use trained::Trained;
 pub(crate) use vrnn::{CONDITIONAL_VRNN, VRNN};
 
-use crate::nets::{LossVars, Tile, mask_of, masked_sum};
+use crate::league::reads::Reads;
+use crate::nets::tile::{LossVars, Tile, mask_of, masked_sum};
 use crate::recipe::Recipe;
 use crate::settings::{Correction, NetSettings, Settings};
-use crate::{Engine, Samples, Scales, Sequences, Task, TrainerError};
+use crate::{Engine, Samples, Sequences, Task, TrainerError};
 use augsim_nn::{Adam, Bound, Gaussian, Init, Params, StepDecay};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use ensemble::Ensemble;
@@ -114,14 +117,6 @@ pub struct Extents {
     pub state: usize,
     /// Width of a condition row.
     pub condition: usize,
-}
-
-/// A trained class, as its forecasts need it.
-#[derive(Debug, Clone, Copy)]
-pub struct Trained<'a> {
-    pub settings: &'a Settings,
-    pub scales: &'a Scales,
-    pub params: &'a Params<f32>,
 }
 
 /// A class that learns by gradients.

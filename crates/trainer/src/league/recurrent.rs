@@ -2,8 +2,9 @@
 //! Gaussians for each step (Bishop 1994).
 
 use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, gaussian_loss, operands, zero};
-use crate::nets::{LossVars, Tile, masked_sum};
+use super::{Class, Extents, Kind, Learned, Plan, Trained, gaussian_loss, operands, zero};
+use crate::league::reads::Reads;
+use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
 use augsim_nn::inference::{GaussianRunner, GruRunner};

@@ -1,7 +1,7 @@
 //! Whole trajectories in standard units, for nets that give states outright: those of a ball, or the displacement of a pushed object in
 //! the frame of its first pose. The condition is the first state (of a push the rod's path), with physics also its roll-out.
 
-use crate::league::Trained;
+use super::trained::Trained;
 use crate::prepared::Prepared;
 use crate::push::features::{self, Condition};
 use crate::recipe::Recipe;

@@ -4,7 +4,7 @@
 //! each, as far as a slow rod moves in one). Between the ends of a stride poses are interpolated by the rod's travel. What is read is in
 //! the object's own frame at the beginning of the stride, so that a forecast does not depend on where on the table the push happens.
 
-use super::Trained;
+use super::trained::Trained;
 use crate::engine::{Engine, ModelPush};
 use crate::prepared::Prepared;
 use crate::push::StartFrame;

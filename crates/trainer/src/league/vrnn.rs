@@ -12,8 +12,9 @@
 //! condition phi_u is left out.
 
 use super::states::Given;
-use super::{Class, Extents, Kind, Learned, Plan, Reads, Trained, operands, zero};
-use crate::nets::{LossVars, Tile, masked_sum};
+use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
+use crate::league::reads::Reads;
+use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
 use augsim_data::random_stream;

@@ -11,7 +11,7 @@
 //! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
 //! does not bound what z carries. The README of this crate says what that means for forecasts.
 
-use super::{LossVars, Losses, Tile, mask_of, masked_sum};
+use super::tile::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 

@@ -20,7 +20,7 @@
 //! instead of one step: measured poses are too noisy to start a step from, and an object that coasts has a velocity
 //! that its pose does not show.
 
-use super::{LossVars, Tile, mask_of, masked_sum};
+use super::tile::{LossVars, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
