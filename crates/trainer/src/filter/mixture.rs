@@ -6,6 +6,7 @@
 
 use super::moments::{Gaussian, weighted};
 use super::particles::{States, Workspace};
+use super::weights::{effective, systematic};
 use super::{Moments, Sensor, StartLaw, StepLaw};
 use crate::latent::{cholesky, whiten};
 use crate::{Samples, TrainerError};
@@ -27,8 +28,10 @@ const MOVE: f64 = 0.7;
 /// particle explains needs more.
 const MOST_DEGREES: usize = 40;
 
-/// Part of their standard deviations by which the states of all particles may differ and still count as one: nothing that was
-/// seen then tells latents apart.
+/// Part of their standard deviations by which the states of all particles may differ and still count as one (or the law's own
+/// resolution, where that is more): nothing that was seen then tells latents apart. Without the resolution the small errors of
+/// a net along a smooth flight, the same from row to row, were read as evidence: behind 55 exact rows of a falling ball the 90 %
+/// band held 82 %.
 const ALIKE: f64 = 0.1;
 
 /// A filter under way. Two with the same law, seed and rows give the same bytes.
@@ -105,8 +108,10 @@ impl<'m> Filter<'m> {
     /// Takes in the next row `[S]`; columns that the sensor does not see are not read.
     ///
     /// # Errors
-    /// [`TrainerError`] if the law cannot be evaluated.
+    /// [`TrainerError`] if the row has another width, a column that is seen has no value, no action leads to the row, or the law
+    /// cannot be evaluated.
     pub fn observe(&mut self, row: &[f64]) -> Result<(), TrainerError> {
+        self.check(row)?;
         if self.rows.is_empty() {
             self.rows.extend_from_slice(row);
             self.alike = (1, self.first_state(row));
@@ -147,6 +152,18 @@ impl<'m> Filter<'m> {
             }
         }
         Ok(())
+    }
+
+    fn check(&self, row: &[f64]) -> Result<(), TrainerError> {
+        let (expected, t) = (self.law.state_dim(), self.seen());
+        let rows = if self.width == 0 { usize::MAX } else { self.actions.len() / self.width };
+        if row.len() != expected || t >= rows {
+            return Err(TrainerError::Row { row: t, expected, found: row.len(), rows });
+        }
+        match self.sensor.seen().find(|(j, _)| !row[*j].is_finite()) {
+            Some((column, _)) => Err(TrainerError::Unseen { row: t, column }),
+            None => Ok(()),
+        }
     }
 
     /// `samples` continuations of `horizon` rows behind the last one seen, `[horizon, S, sample]`.
@@ -220,7 +237,7 @@ impl<'m> Filter<'m> {
             covariance.iter_mut().zip(one).for_each(|(sum, v)| *sum += v / n as f64);
         }
         let differ = |j: usize| {
-            let limit = ALIKE * ALIKE * covariance[j * s + j];
+            let limit = (ALIKE * ALIKE * covariance[j * s + j]).max(self.law.resolution(j).powi(2));
             self.states.mean.iter().skip(j).step_by(s).any(|m| (m - cloud.mean[j]).powi(2) > limit)
         };
         self.is_alike &= !(0..s).any(differ);
@@ -328,39 +345,11 @@ impl<'m> Filter<'m> {
     }
 }
 
-/// Particles in proportion to their weights (systematic resampling).
-fn systematic(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<usize> {
-    let weights = shares(log);
-    let shift: f64 = rng.random();
-    let (mut chosen, mut sum, mut i) = (Vec::with_capacity(count), weights[0], 0);
-    for k in 0..count {
-        let at = (k as f64 + shift) / count as f64;
-        while sum < at && i + 1 < weights.len() {
-            i += 1;
-            sum += weights[i];
-        }
-        chosen.push(i);
-    }
-    chosen
-}
-
-/// Weights of a sum of 1 from their logarithms.
-fn shares(log: &[f64]) -> Vec<f64> {
-    let top = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = log.iter().map(|w| (w - top).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    weights.into_iter().map(|w| w / total).collect()
-}
-
-/// Effective number of particles (Kong, Liu, Wong 1994).
-fn effective(log: &[f64]) -> f64 {
-    1.0 / shares(log).iter().map(|w| w * w).sum::<f64>()
-}
-
 #[cfg(test)]
 mod tests {
     //! Contract: on a law whose posterior has a closed form the filter gives it; a forecast depends on seed and rows alone, and
     //! not on what is seen later.
+    use super::super::weights::shares;
     use super::*;
 
     /// A walk that drifts by what its latent says: x' = x + w + noise, w ~ N(0, 1).
@@ -465,6 +454,14 @@ mod tests {
         // What is forecast now does not change what is forecast later.
         let _ = streamed.observe(&[1.6]);
         assert_eq!(streamed.forecast(2, 50).unwrap(), filter(&[0.1, 0.8, 1.6], 3).forecast(2, 50).unwrap());
+    }
+
+    #[test]
+    fn a_row_that_is_none_is_refused_and_changes_nothing() {
+        let mut filter = filter(&[0.1], 1);
+        assert!(matches!(filter.observe(&[f64::NAN]), Err(TrainerError::Unseen { row: 1, column: 0 })));
+        assert!(matches!(filter.observe(&[0.2, 0.3]), Err(TrainerError::Row { row: 1, found: 2, .. })));
+        assert_eq!(filter.seen(), 1);
     }
 
     #[test]

@@ -55,7 +55,8 @@ pub(super) struct Tally {
     points: bool,
 }
 
-/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`; rows in which something was not measured do not
+/// count.
 pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
     let s = measures.last().map_or(1, |last| last.end);
@@ -66,8 +67,6 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
         of_ten: zero.clone(),
         common: zero.clone(),
         crps: zero,
-        rows: (time - n) as f64,
-        all_rows: time as f64,
         points: count == 1,
         ..Tally::default()
     };
@@ -75,11 +74,16 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     let (mut median, mut ten) = (vec![0.0; s], vec![0.0; s]);
     for t in 0..time {
         let y = &truth[t * s..(t + 1) * s];
+        if y.iter().any(|v| v.is_nan()) {
+            continue;
+        }
         let size = length(measures[0].clone().map(|j| y[j]));
         out.size_all += size;
+        out.all_rows += 1.0;
         if t < n {
             continue;
         }
+        out.rows += 1.0;
         out.size_rest += size;
         let common = 10 * t >= 3 * time;
         out.common_rows += f64::from(u8::from(common));
@@ -164,6 +168,15 @@ mod tests {
         assert_eq!((score.rest, score.rest_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
         assert_eq!((score.common, score.crps), (vec![0.75], vec![0.75]));
         assert_eq!(score.coverage90, None);
+    }
+
+    #[test]
+    fn a_row_that_was_not_measured_does_not_count() {
+        let columns = vec!["height_m".to_owned()];
+        let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
+        let forecast = Samples { count: 1, values: vec![9.0, 2.0] };
+        let score = FilteredScore::of(&[tally(&forecast, &[4.0, 3.0, f64::NAN, 1.0], 2, &scoring)]);
+        assert_eq!((score.whole, score.rest), (vec![1.0 / 3.0], vec![1.0]));
     }
 
     #[test]
