@@ -88,7 +88,9 @@ pub enum TrainerError {
         needed: usize,
     },
     /// A value that should be seen is not there.
-    #[error("row {row} has no value in column {column} (both from 0), which the sensor sees; fill it in or see fewer rows")]
+    #[error(
+        "row {row} has no value in column {column} (both from 0), which the sensor sees; fill it in or see fewer rows"
+    )]
     Unseen {
         /// Row, from 0.
         row: usize,

@@ -150,11 +150,7 @@ fn stepped<'m>(
 }
 
 /// Adds the sensor's noise of each column to samples `[rest, S, sample]` of states.
-pub(super) fn read_by_sensor(
-    samples: &mut Samples,
-    sd: &[Option<f64>],
-    (seed, index, n): (u64, u64, usize),
-) {
+pub(super) fn read_by_sensor(samples: &mut Samples, sd: &[Option<f64>], (seed, index, n): (u64, u64, usize)) {
     let mut rng = random_stream(seed ^ n as u64, "readings", index);
     for (row, values) in samples.values.chunks_exact_mut(samples.count).enumerate() {
         let Some(sd) = sd[row % sd.len()].filter(|sd| *sd > 0.0) else { continue };

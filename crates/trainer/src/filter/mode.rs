@@ -54,7 +54,8 @@ impl Mode {
             curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { 1e-9 } else { 0.0 }
         });
         let inverse = scaled.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(size, size));
-        let each = (0..size * size).map(|e| inverse[(e / size, e % size)] / (scale(e / size) * scale(e % size)));
+        let each =
+            (0..size * size).map(|e| inverse[(e / size, e % size)] / (scale(e / size) * scale(e % size)));
         Some(Mode { covariance: each.collect(), at, cost })
     }
 

@@ -83,10 +83,10 @@ pub(super) fn posterior(
                 let to = place(&moved, &cloud.mean, &local);
                 let next = excess(&to, &mut out);
                 // The density at this degree is q times the excess to its power.
-                let density = |at: &[f64], over: f64| {
-                    taken * over - half_square(&whiten(at, &mode.at, &factor))
-                };
-                let ratio = half_square(&moved) - half_square(&white) + density(&to, next) - density(at, over[i]);
+                let density =
+                    |at: &[f64], over: f64| taken * over - half_square(&whiten(at, &mode.at, &factor));
+                let ratio =
+                    half_square(&moved) - half_square(&white) + density(&to, next) - density(at, over[i]);
                 let draw: f64 = rng.random();
                 if next > NEVER && draw.ln() < ratio {
                     particles[i * width..(i + 1) * width].copy_from_slice(&to);

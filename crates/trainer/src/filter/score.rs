@@ -6,6 +6,7 @@
 
 use crate::Samples;
 use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
+use std::ops::Range;
 
 /// Narrowest 90 % band whose samples count for the coverage, in the column's unit: a resting object flatters it.
 const WIDE: f64 = 1e-3;
@@ -15,6 +16,8 @@ const WIDE: f64 = 1e-3;
 pub struct FilteredScore {
     /// Trajectories.
     pub trajectories: usize,
+    /// Columns of each measure.
+    pub columns: Vec<Range<usize>>,
     /// Mean over trajectories of the error of the median, sum over the rest divided by all samples; one entry per measure.
     pub whole: Vec<f64>,
     /// Standard error of [`whole`](Self::whole) over trajectories.
@@ -41,6 +44,7 @@ pub struct FilteredScore {
 /// Sums of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tally {
+    columns: Vec<Range<usize>>,
     errors: Vec<f64>,
     of_ten: Vec<f64>,
     common: Vec<f64>,
@@ -63,6 +67,7 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     let (count, time) = (samples.count, truth.len() / s);
     let zero = vec![0.0; measures.len()];
     let mut out = Tally {
+        columns: measures.clone(),
         errors: zero.clone(),
         of_ten: zero.clone(),
         common: zero.clone(),
@@ -136,6 +141,7 @@ impl FilteredScore {
         };
         FilteredScore {
             trajectories: tallies.len(),
+            columns: tallies.first().map_or_else(Vec::new, |t| t.columns.clone()),
             whole_se: spread.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
             whole,
             whole_percent: 100.0 * sum(&|t| t.errors[0] / t.size_all) / n,
