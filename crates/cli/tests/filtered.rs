@@ -118,6 +118,12 @@ fn a_forecast_sees_the_first_rows_alone_and_threads_do_not_matter() {
     let first = bytes("drops.csv", "a.csv", "1");
     assert_eq!(first, bytes("drops.csv", "b.csv", "2"));
     assert_eq!(first, bytes("other.csv", "c.csv", "2"), "a later row was read");
+    // Rows in another order are the same rows.
+    let text = std::fs::read_to_string(d.join("drops.csv")).expect("it is there");
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.swap(5, 6);
+    std::fs::write(d.join("unsorted.csv"), lines.join("\n")).expect("written");
+    assert_eq!(first, bytes("unsorted.csv", "d.csv", "1"));
     let text = String::from_utf8(first).expect("text");
     assert!(text.starts_with("trajectory,t_s,mean_height_m,"), "{}", &text[..60]);
     assert_eq!(text.lines().count(), 1 + 4 * 50);
@@ -170,10 +176,6 @@ fn a_wrong_prefix_is_one_sentence() {
     let d = dir.path();
     drops(&d.join("drops.csv"), 3, usize::MAX);
     std::fs::write(d.join("model.toml"), MODEL).expect("written");
-    let text = std::fs::read_to_string(d.join("drops.csv")).expect("it is there");
-    let mut lines: Vec<&str> = text.lines().collect();
-    lines.swap(5, 6);
-    std::fs::write(d.join("unsorted.csv"), lines.join("\n")).expect("written");
     let refused = |args: &[&str], code: i32, words: &[&str]| {
         for command in [&["predict", "model.toml"][..], &["evaluate", "model.toml", "--protocol", "filtered"]]
         {
@@ -197,8 +199,11 @@ fn a_wrong_prefix_is_one_sentence() {
     refused(&["--data", "drops.csv", "--seen", "0.5"], 2, &["--seen 0.5", "0.5s"]);
     refused(&["--data", "drops.csv", "--seen", "60", "--seen-columns", "z_m"], 2, &["z_m", "height_m"]);
     refused(&["--data", "drops.csv", "--seen", "60", "--sensor-sd=-1"], 2, &["--sensor-sd -1"]);
-    refused(&["--data", "unsorted.csv", "--seen", "60"], 3, &["unsorted.csv"]);
     let out = run(&["evaluate", "model.toml", "--data", "drops.csv", "--seen", "60"], d);
     assert_eq!(out.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&out.stderr).contains("--protocol filtered"));
+    let args = ["evaluate", "model.toml", "--data", "drops.csv", "--protocol", "filtered", "--seen", "60,30"];
+    let out = run(&args, d);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&out.stderr).contains("from short to long"));
 }

@@ -139,7 +139,7 @@ fn stepped<'m>(
         }
         let mut samples = match first.filter(|_| n == 1 && prefix.sensor.is_exact()) {
             Some(first) => first(settings.samples)?,
-            None => filter.forecast(prefix.time - n, settings.samples)?,
+            None => filter.forecast(prefix.time - n, settings.samples)?.clone(),
         };
         if settings.is_measured {
             read_by_sensor(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));

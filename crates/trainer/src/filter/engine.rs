@@ -32,7 +32,7 @@ impl StepLaw for EngineLaw<'_> {
         Vec::new()
     }
 
-    fn log_density(&self, _: &[f64]) -> f64 {
+    fn log_density(&mut self, _: &[f64]) -> f64 {
         0.0
     }
 

@@ -53,7 +53,7 @@ pub trait StepLaw {
     fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
 
     /// Logarithm of the density of a latent, less a constant.
-    fn log_density(&self, latent: &[f64]) -> f64;
+    fn log_density(&mut self, latent: &[f64]) -> f64;
 
     /// How closely the law follows column `j`, in its unit: no measurement counts as better than that, because the law's errors
     /// over many rows are not independent and would be read as evidence.

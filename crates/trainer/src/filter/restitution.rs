@@ -57,7 +57,7 @@ impl StepLaw for RestitutionLaw {
         (0..count).map(|_| self.mean + self.sd * draw()).collect()
     }
 
-    fn log_density(&self, latent: &[f64]) -> f64 {
+    fn log_density(&mut self, latent: &[f64]) -> f64 {
         -0.5 * ((latent[0] - self.mean) / self.sd).powi(2)
     }
 

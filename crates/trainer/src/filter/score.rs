@@ -27,6 +27,8 @@ pub struct FilteredScore {
     pub whole_percent: f64,
     /// Mean error of the median over the rest.
     pub rest: Vec<f64>,
+    /// Median over trajectories of the mean error of the median over the rest: a few that end otherwise do not decide it.
+    pub rest_of_most: Vec<f64>,
     /// Sum of errors over sum of distances from zero, over the rest of all trajectories, of the first measure, per cent.
     pub rest_percent: f64,
     /// Mean error over the rest of the mean of ten samples.
@@ -121,6 +123,18 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     out
 }
 
+/// Median of the values that are numbers.
+fn middle(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let half = sorted.len() / 2;
+    match sorted.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => sorted[half],
+        _ => 0.5 * (sorted[half - 1] + sorted[half]),
+    }
+}
+
 impl FilteredScore {
     /// Over all trajectories of a set.
     pub(super) fn of(tallies: &[Tally]) -> Self {
@@ -146,6 +160,9 @@ impl FilteredScore {
             whole,
             whole_percent: 100.0 * sum(&|t| t.errors[0] / t.size_all) / n,
             rest: over(each(&|t, k| t.errors[k]), rows),
+            rest_of_most: (measures.clone())
+                .map(|k| middle(tallies.iter().map(|t| t.errors[k] / t.rows)))
+                .collect(),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.size_rest),
             rest_mean_of_10: over(each(&|t, k| t.of_ten[k]), rows),
             common: over(each(&|t, k| t.common[k]), common),

@@ -49,6 +49,8 @@ struct Of {
     whole: f64,
     /// The rows that are forecast.
     rest: f64,
+    /// Median over trajectories of the mean over the rest.
+    rest_of_most: f64,
     /// The last seven tenths of the rows, whatever the prefix.
     common: f64,
     /// Continuous ranked probability score over the rest.
@@ -132,6 +134,7 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
         unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),
         whole: s.whole[k],
         rest: s.rest[k],
+        rest_of_most: s.rest_of_most[k],
         common: s.common[k],
         crps: s.crps[k],
     });
@@ -151,13 +154,25 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
 fn told(all: &Scored) -> String {
     let mut text = format!(
         "filtered forecasts: the first rows of each trajectory are seen, the rest is forecast; errors of the median of {SAMPLES} \
-         samples (whole: seen rows count as no error; rest: the rows forecast; late: the last seven tenths)"
+         samples (whole: seen rows count as no error; rest: the rows forecast; median: of the \
+         trajectories' rests; late: the last seven tenths)"
     );
     // Writing to a string cannot fail.
     let _ = write!(
         text,
-        "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
-        "model", "seen", "of", "whole %", "error of", "whole", "rest", "late", "CRPS", "in 50%", "in 90%"
+        "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
+        "model",
+        "seen",
+        "of",
+        "whole %",
+        "error of",
+        "whole",
+        "rest",
+        "median",
+        "late",
+        "CRPS",
+        "in 50%",
+        "in 90%"
     );
     for r in &all.rows {
         for (k, m) in r.measures.iter().enumerate() {
@@ -167,7 +182,7 @@ fn told(all: &Scored) -> String {
             let once = |text: String| if k == 0 { text } else { String::new() };
             let _ = write!(
                 text,
-                "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
+                "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
                 once(r.model.clone()),
                 once(r.seen.clone()),
                 once(r.trajectories.to_string()),
@@ -175,6 +190,7 @@ fn told(all: &Scored) -> String {
                 m.columns.join(", "),
                 figure(m.whole),
                 figure(m.rest),
+                figure(m.rest_of_most),
                 figure(m.common),
                 figure(m.crps),
                 once(share(r.coverage50)),
