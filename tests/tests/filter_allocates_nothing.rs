@@ -45,13 +45,15 @@ fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
     let (train, test) = (drops(20, 1), drops(1, 2));
     let settings = Settings::new(Recipe::HybridPlus, 200, 1, Engine::PybulletBall(paper_engine()));
     let mut training = Training::new(settings, &train).unwrap();
-    (0..200).for_each(|_| drop(training.step().unwrap()));
+    for _ in 0..200 {
+        training.step().unwrap();
+    }
     let model = NetModel::new(training.finish().unwrap().clone()).unwrap();
 
     let sensor = Sensor::new(vec![Some(0.002), None]).unwrap();
     let law = Box::new(NetLaw::new(&model).unwrap());
     let mut filter = Filter::new(law, (sensor, StartLaw::of(&train)), (&[], 0), 100, (1, 0));
-    let mut observe = |filter: &mut Filter<'_>, rows: std::ops::Range<usize>| {
+    let observe = |filter: &mut Filter<'_>, rows: std::ops::Range<usize>| {
         rows.for_each(|t| filter.observe(test.items[0].state(t)).unwrap());
     };
     observe(&mut filter, 0..5);

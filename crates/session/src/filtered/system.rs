@@ -18,6 +18,9 @@ use std::sync::Arc;
 /// The effect whose parameters the centre of pressure is: it differs from push to push where friction scatters.
 const CENTRE_KIND: &str = "pressure-offset";
 
+/// Places of parameters that differ from trajectory to trajectory, and their standard deviations.
+type Own = Vec<(usize, f64)>;
+
 /// A model file with what it is shown.
 #[derive(Debug)]
 pub struct OfSystem {
@@ -86,7 +89,7 @@ pub fn of_system(
 }
 
 /// The declared pushing, and the parameters that differ from push to push with their standard deviations.
-fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, Vec<(usize, f64)>)> {
+fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, Own)> {
     let system: Arc<dyn System> = Arc::new(model.open());
     let scatter = model.effects.iter().find(|b| b.kind == SCATTER_KIND);
     let Some(sd_m) = scatter.and_then(|b| b.parameters.first()).map(|p| p.nominal) else {

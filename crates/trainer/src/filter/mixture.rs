@@ -226,7 +226,7 @@ impl<'m> Filter<'m> {
 
     fn check(&self, row: &[f64]) -> Result<(), TrainerError> {
         let (expected, t) = (self.law.state_dim(), self.seen());
-        let rows = if self.width == 0 { usize::MAX } else { self.actions.len() / self.width };
+        let rows = self.actions.len().checked_div(self.width).unwrap_or(usize::MAX);
         if row.len() != expected || t >= rows {
             return Err(TrainerError::Row { row: t, expected, found: row.len(), rows });
         }
