@@ -65,13 +65,18 @@ struct Kernel {
 }
 
 impl Kernel {
-    fn at(&self, a: &[f64], b: &[f64], variances: &[f64]) -> f64 {
-        let (mut inner, mut square, mut size) = (0.0, 0.0, 0.0);
-        for ((a, b), v) in a.iter().zip(b).zip(variances) {
-            let scale = v.powf(-self.whitened);
+    /// Factor of the square of each component seen, and the mean square of all with it.
+    fn scales(&self, variances: &[f64]) -> (Vec<f64>, f64) {
+        let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitened)).collect();
+        let size = dot(&scales, variances);
+        (scales, size)
+    }
+
+    fn at(&self, a: &[f64], b: &[f64], (scales, size): (&[f64], f64)) -> f64 {
+        let (mut inner, mut square) = (0.0, 0.0);
+        for ((a, b), scale) in a.iter().zip(b).zip(scales) {
             inner += scale * a * b;
             square += scale * (a - b) * (a - b);
-            size += scale * v;
         }
         LINEAR * inner / size + (-0.5 * square / (size * self.length * self.length)).exp()
     }
@@ -134,10 +139,10 @@ fn weights(
     variances: &[f64],
     targets: &[Vec<f64>],
 ) -> Option<Vec<Vec<f64>>> {
-    let n = known.len();
+    let (n, (scales, size)) = (known.len(), kernel.scales(variances));
     let k = Mat::from_fn(n, n, |i, j| {
         let ridge = if i == j { kernel.ridge } else { 0.0 };
-        if i >= j { kernel.at(&known[i], &known[j], variances) + ridge } else { 0.0 }
+        if i >= j { kernel.at(&known[i], &known[j], (&scales, size)) + ridge } else { 0.0 }
     });
     let right = Mat::from_fn(n, targets.len(), |i, t| targets[t][i]);
     let solved = k.llt(Side::Lower).ok()?.solve(&right);
@@ -145,7 +150,8 @@ fn weights(
 }
 
 fn told(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: &[f64], at: &[f64]) -> f64 {
-    known.iter().zip(weights).map(|(a, w)| w * kernel.at(a, at, variances)).sum()
+    let (scales, size) = kernel.scales(variances);
+    known.iter().zip(weights).map(|(a, w)| w * kernel.at(a, at, (&scales, size))).sum()
 }
 
 impl Conditional {
