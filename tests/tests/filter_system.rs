@@ -28,12 +28,12 @@ fn heights(e: f64, count: usize) -> Vec<f64> {
 }
 
 fn forecast(rows: &[f64], time: usize) -> Result<Samples, TrainerError> {
-    let system = Arc::new(Model::parse(MODEL, "model.toml").unwrap().open(Axes::Vertical));
+    let system = Arc::new(Model::parse(MODEL, "model.toml").expect("a model").open(Axes::Vertical));
     let covariates = vec![f64::NAN; system.schema().covariates.len()];
     let values = vec![vec![0.0; time]];
     let record = Record { times: times(time), values, covariates, ..Record::default() };
     let filter = SystemFilter::new(system, &[record], &[None]);
-    let sensor = Sensor::new(vec![Some(SD_M)]).unwrap();
+    let sensor = Sensor::new(vec![Some(SD_M)]).expect("a sensor");
     let start = StartLaw { mean: vec![0.0], sd: vec![0.0] };
     let prefix = Prefix { id: "a", rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
     let settings = FilterSettings { particles: 2000, samples: 2000, seed: 1, is_measured: false };
