@@ -18,11 +18,13 @@ examples! {
     TRAIN: "train --data drops.csv --pybullet-ball --out out/run",
         "train --data throws.csv --residual-of out/discover --out out/run",
         "train --out out/run --resume";
-    PREDICT: "predict out/run --data new.csv --out out/forecast.csv", "predict out/discover --data new.csv";
+    PREDICT: "predict out/run --data new.csv --out out/forecast.csv", "predict out/discover --data new.csv",
+        "predict out/run --data new.csv --seen 1.1s --seen-columns height_m --sensor-sd 0.002";
     REPORT: "report out/discover", "report out/discover --figure worst --out worst.svg";
     EXPORT: "export out/discover --as python --out law.py", "export model.toml --as latex";
     EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
-        "evaluate out/run --data new.csv --require-pos-m 0.1";
+        "evaluate out/run --data new.csv --require-pos-m 0.1",
+        "evaluate out/discover --data recordings.csv --protocol filtered --seen 0.1s,0.2s";
     REPRODUCE: "reproduce ball --quick", "reproduce league --scenario push --quick", "reproduce loop --data ../shared/data";
     SWEEP: "sweep plan sweep.toml --out out/sweep", "sweep run out/sweep", "sweep collect out/sweep";
     DATA: "data inspect drops.csv", "data inspect drops.csv --model model.toml",

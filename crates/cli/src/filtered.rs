@@ -12,8 +12,8 @@ use augsim_physics::ball::paper_law::{self, PaperLaw};
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_trainer::filter::{
-    FilterSettings, FilteredModel, FilteredScore, FittedDrop, Freedom, RestitutionLaw, Sensor, StartLaw,
-    evaluate_filtered,
+    FilterSettings, FilteredScore, FittedDrop, Freedom, PrefixForecaster, RestitutionLaw, Sensor, StartLaw,
+    behind_rows, evaluate_filtered,
 };
 use augsim_trainer::{Recipe, Sequences, Settings};
 use serde::Serialize;
@@ -131,13 +131,16 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     }
     let law = PaperLaw::default();
     let floor = RestitutionLaw { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
-    let fitted =
-        |freedom| FilteredModel::LeastSquares(FittedDrop { ball: paper_law::paper_engine(), freedom });
-    let models = [
-        ("Floor", FilteredModel::Restitution(floor)),
-        ("Least squares, declared", fitted(Freedom::Height)),
-        ("Least squares, calibrated", fitted(Freedom::Calibrated)),
-        ("Hybrid+", FilteredModel::Net(&net.model)),
+    let fitted = |freedom| FittedDrop { ball: paper_law::paper_engine(), freedom };
+    let (declared, calibrated) = (fitted(Freedom::Height), fitted(Freedom::Calibrated));
+    output.note("fitting restitution and damping to every training drop");
+    let augmented = RestitutionLaw::fitted(paper_law::paper_engine(), &data.train);
+    let models: [(&'static str, &dyn PrefixForecaster); 5] = [
+        ("Floor", &floor),
+        ("Least squares, declared", &declared),
+        ("Least squares, calibrated", &calibrated),
+        ("Physics augmented", &augmented),
+        ("Hybrid+", &net.model),
     ];
     let start = StartLaw::of(&data.train);
     let mut rows = Vec::new();
@@ -166,14 +169,15 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
 /// The rows of a model behind all prefixes through one sensor.
 fn scored(
     name: &'static str,
-    model: FilteredModel<'_>,
+    model: &dyn PrefixForecaster,
     (sensor_name, sensor): (&'static str, Sensor),
     start: &StartLaw,
     test: &Sequences,
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
-    let settings = FilterSettings { particles: PARTICLES, seed };
-    let scores = evaluate_filtered(model, test, (&sensor, start), &LENGTHS, settings)?;
+    let settings = FilterSettings::new(PARTICLES, seed);
+    let lengths = behind_rows(&LENGTHS, test.items.len());
+    let scores = evaluate_filtered(model, test, (&sensor, start), &lengths, settings)?;
     let row = |(seen, s): (usize, FilteredScore)| {
         let errors = |percent, e: &[f64]| Errors { trans_percent: percent, pos_m: e[0], vel_m_s: e[1] };
         Row {

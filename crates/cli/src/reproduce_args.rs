@@ -19,6 +19,8 @@ pub enum Scenario {
     Filtered,
     /// Every model class that `train` knows, and the baselines, under one protocol in one table.
     League,
+    /// A push that is repeated, of which the beginning is seen.
+    FilteredPush,
 }
 
 /// Scenarios of the league.

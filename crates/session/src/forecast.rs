@@ -1,7 +1,7 @@
 //! Forecasts of a trained run, summed up over their samples.
 
 use crate::Usage;
-use augsim_data::{Column, Dataset, Limit, Trajectory};
+use augsim_data::{Column, Dataset, Limit, Trajectory, Unit};
 use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite};
 use rayon::prelude::*;
@@ -31,12 +31,29 @@ pub fn bands(
             let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
             let forecast = model.forecast(task, samples)?;
             check_finite(&forecast, q)?;
-            let columns = summarise(&forecast, q.time);
-            Ok(Trajectory::new(q.id.clone(), t.clone(), columns)?)
+            Ok((q.id.clone(), t.clone(), forecast))
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let names = starts.columns.iter().flat_map(|c| column_names(c)).collect::<Vec<_>>();
-    let columns = names.iter().map(|n| Column::new(n)).collect::<Result<Vec<_>, _>>()?;
+    summed(&starts.columns, rows)
+}
+
+/// Mean, median, 50 and 90 % bands of every column of forecasts: name, times in s, and samples `[time, S, sample]` of each
+/// trajectory.
+///
+/// # Errors
+/// A name that no column can have.
+pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> anyhow::Result<Dataset> {
+    let row = |(id, times, samples): (String, Vec<f64>, Samples)| {
+        let columns = summarise(&samples, times.len());
+        Trajectory::new(id, times, columns)
+    };
+    let rows = rows.into_par_iter().map(row).collect::<Result<Vec<_>, _>>()?;
+    let of = |column: &String| {
+        // The unit of a column of equations may stand in the model alone.
+        let unit = Column::new(column).map_or(Unit::DIMENSIONLESS, |c| c.unit());
+        column_names(column).map(|name| Column::with_unit(&name, unit))
+    };
+    let columns = columns.iter().flat_map(of).collect::<Result<Vec<_>, _>>()?;
     Ok(Dataset::new(columns, rows)?)
 }
 

@@ -8,6 +8,7 @@ mod discover;
 pub mod discovery_page;
 pub mod export;
 mod failure;
+pub mod filtered;
 pub mod folders;
 pub mod forecast;
 pub mod foretell;

@@ -74,6 +74,47 @@ pub enum TrainerError {
         /// What stands there.
         value: f32,
     },
+    /// The rows seen of a trajectory leave its start open.
+    #[error(
+        "trajectory `{id}`: the {rows} row(s) seen do not say how it began: {needed} measured values are needed (fewer where the \
+         sensor's noise is stated); see more rows or more columns"
+    )]
+    ShortPrefix {
+        /// The trajectory.
+        id: String,
+        /// Rows seen.
+        rows: usize,
+        /// Measured values that are needed.
+        needed: usize,
+    },
+    /// A value that should be seen is not there.
+    #[error(
+        "row {row} has no value in column {column} (both from 0), which the sensor sees; fill it in or see fewer rows"
+    )]
+    Unseen {
+        /// Row, from 0.
+        row: usize,
+        /// State column, from 0.
+        column: usize,
+    },
+    /// A row of another width, or one more than the actions reach.
+    #[error("row {row}: a row has {expected} values and is one of {rows}; this one has {found}")]
+    Row {
+        /// Row, from 0.
+        row: usize,
+        /// State columns.
+        expected: usize,
+        /// Values found.
+        found: usize,
+        /// Rows that the actions reach.
+        rows: usize,
+    },
+    /// A trajectory cannot be simulated at any values that fit its beginning.
+    #[error("trajectory `{id}` cannot be simulated beyond the rows seen; check the model's parameters")]
+    NotSimulated {
+        /// The trajectory.
+        id: String,
+    },
     /// A saved training state does not belong to these settings or data.
     #[error(
         "the checkpoint does not belong to this run: {difference}; use the run's own data and settings, or start a new run"

@@ -48,9 +48,10 @@ impl LatentLaw {
         (0..l).map(|i| self.mean[i] + shift(i)).collect()
     }
 
-    /// Logarithm of the density of a latent, less a constant; directions without variance do not count.
-    pub(crate) fn log_density(&self, latent: &[f64]) -> f64 {
-        -0.5 * whiten(latent, &self.mean, &self.factor).iter().map(|v| v * v).sum::<f64>()
+    /// Logarithm of the density of a latent, less a constant; directions without variance do not count. `white [L]` is scratch.
+    pub(crate) fn log_density(&self, latent: &[f64], white: &mut [f64]) -> f64 {
+        whiten_into(latent, &self.mean, &self.factor, white);
+        -0.5 * white.iter().map(|v| v * v).sum::<f64>()
     }
 
     /// Latents `[L, samples]` for standard normal `draws [L, samples]`.
@@ -86,20 +87,32 @@ pub(crate) fn infer(
 
 /// Coordinates in which a Gaussian of a mean and a lower factor `[L, L]` is standard; 0 along directions without variance.
 pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
+    let mut white = vec![0.0; latent.len()];
+    whiten_into(latent, mean, factor, &mut white);
+    white
+}
+
+/// The same, written to `white [L]`.
+pub(crate) fn whiten_into(latent: &[f64], mean: &[f64], factor: &[f64], white: &mut [f64]) {
     let l = latent.len();
-    let mut white = vec![0.0; l];
     for j in 0..l {
         let known: f64 = (0..j).map(|k| factor[j * l + k] * white[k]).sum();
         let scale = factor[j * l + j];
         white[j] = if scale > 0.0 { (latent[j] - mean[j] - known) / scale } else { 0.0 };
     }
-    white
 }
 
 /// Lower Cholesky factor of a small positive semi-definite matrix, row-major; a direction without variance
 /// gets none.
 pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
     let mut l = vec![0.0; n * n];
+    cholesky_into(a, n, &mut l);
+    l
+}
+
+/// The same, written to `l [n, n]`.
+pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
+    l.fill(0.0);
     for i in 0..n {
         for j in 0..=i {
             let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
@@ -113,7 +126,6 @@ pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
             };
         }
     }
-    l
 }
 
 #[cfg(test)]

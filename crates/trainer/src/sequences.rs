@@ -93,6 +93,17 @@ impl Sequences {
         Ok(Sequences { columns: owned(columns), action_columns: owned(actions), items })
     }
 
+    /// The first sample of every trajectory.
+    pub fn first_row(&self) -> Self {
+        let first = |q: &Sequence| Sequence {
+            id: q.id.clone(),
+            time: 1,
+            states: q.state(0).to_vec(),
+            actions: q.action(0).to_vec(),
+        };
+        Sequences { items: self.items.iter().map(first).collect(), ..self.clone() }
+    }
+
     /// Number of state columns S.
     pub fn state_dim(&self) -> usize {
         self.columns.len()

@@ -78,7 +78,7 @@ impl Scales {
     /// A value of column `j` in standard units, and compressed by asinh.
     pub(crate) fn state_features(&self, j: usize, value: f64) -> [f32; 2] {
         let wide = ((value - self.mean[j]) / self.sd[j]) as f32;
-        [wide, ((FINE * value / self.sd[j]).asinh() / 4.0) as f32]
+        [wide, (asinh(FINE * value / self.sd[j]) / 4.0) as f32]
     }
 
     /// Features of one physics step from `now` to `next`, written to `out`: both states in standard
@@ -93,6 +93,13 @@ impl Scales {
             out[5 * j..5 * (j + 1)].copy_from_slice(&features);
         }
     }
+}
+
+/// Inverse hyperbolic sine. Beyond 1 the textbook form has all digits that a feature keeps, and takes a third of the time of the
+/// library's, which is exact near 0: half of a filter's time went there.
+fn asinh(x: f64) -> f64 {
+    let size = x.abs();
+    if size > 1.0 { (size + (size * size + 1.0).sqrt()).ln().copysign(x) } else { x.asinh() }
 }
 
 /// Width of a condition row.

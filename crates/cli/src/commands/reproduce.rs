@@ -6,6 +6,7 @@ use crate::exit::{Outcome, Usage};
 use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
+use crate::filtered_push;
 use crate::league;
 use crate::output::Output;
 use crate::record::Record;
@@ -38,6 +39,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Systems => systems::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
         Scenario::League => league::run(args, seed, force, output),
+        Scenario::FilteredPush => filtered_push::run(args, seed, force, output),
     }
 }
 

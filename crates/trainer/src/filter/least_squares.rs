@@ -2,6 +2,8 @@
 
 use super::Sensor;
 use augsim_physics::ball::bullet::BulletBall;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
 
 /// Restitutions from which a fit starts, beside the declared one.
 const RESTITUTIONS: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
@@ -36,6 +38,17 @@ pub struct FittedDrop {
 impl FittedDrop {
     /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` seen through `sensor`.
     pub fn path(&self, rows: &[f64], sensor: &Sensor, time: usize) -> Vec<f64> {
+        self.simulate(self.fit(rows, sensor), time)
+    }
+
+    /// The engine with the values fitted to the rows `[n, 2]` seen through `sensor`.
+    pub fn fitted(&self, rows: &[f64], sensor: &Sensor) -> BulletBall {
+        let [_, restitution, damping] = self.fit(rows, sensor);
+        BulletBall { restitution, damping, ..self.ball }
+    }
+
+    /// Height, restitution and damping of least squares, from several beginnings.
+    fn fit(&self, rows: &[f64], sensor: &Sensor) -> [f64; 3] {
         let declared = [rows[0], self.ball.restitution, self.ball.damping];
         let from = |declared: f64, others: &[f64], is_free: bool| -> Vec<f64> {
             let others = if is_free { others } else { &[] };
@@ -52,7 +65,7 @@ impl FittedDrop {
                 }
             }
         }
-        self.simulate(best.map_or(declared, |(_, p)| p), time)
+        best.map_or(declared, |(_, p)| p)
     }
 
     fn free(&self) -> &'static [usize] {
@@ -100,22 +113,17 @@ impl FittedDrop {
                 .collect();
             let m = free.len();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &r)).collect();
-            let mut normal = vec![0.0; m * m];
-            for a in 0..m {
-                for b in 0..m {
-                    normal[a * m + b] = dot(&columns[a], &columns[b]);
-                }
-            }
+            let gradient = Mat::from_fn(m, 1, |a, _| dot(&columns[a], &r));
+            let normal = Mat::from_fn(m, m, |a, b| dot(&columns[a], &columns[b]));
             let mut improved = false;
             for _ in 0..8 {
-                let mut damped = normal.clone();
-                for a in 0..m {
-                    damped[a * m + a] += lambda * normal[a * m + a] + 1e-9;
-                }
-                let step = solve(damped, gradient.clone());
+                let damped = Mat::from_fn(m, m, |a, b| {
+                    normal[(a, b)] + if a == b { lambda * normal[(a, a)] + 1e-9 } else { 0.0 }
+                });
+                let Ok(factor) = damped.llt(Side::Lower) else { break };
+                let step = factor.solve(&gradient);
                 let mut q = p;
-                free.iter().zip(step).for_each(|(&k, d)| q[k] -= d);
+                free.iter().enumerate().for_each(|(a, &k)| q[k] -= step[(a, 0)]);
                 let q = clamp(q);
                 let trial = self.residuals(q, rows, sensor);
                 if square(&trial) < cost {
@@ -132,23 +140,4 @@ impl FittedDrop {
         }
         (cost, p)
     }
-}
-
-/// Solves a small symmetric positive definite system by elimination.
-fn solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
-    let n = b.len();
-    for i in 0..n {
-        for row in i + 1..n {
-            let factor = a[row * n + i] / a[i * n + i];
-            for column in i..n {
-                a[row * n + column] -= factor * a[i * n + column];
-            }
-            b[row] -= factor * b[i];
-        }
-    }
-    for i in (0..n).rev() {
-        let known: f64 = (i + 1..n).map(|j| a[i * n + j] * b[j]).sum();
-        b[i] = (b[i] - known) / a[i * n + i];
-    }
-    b
 }

@@ -4,24 +4,39 @@
 //! given a particle, is Gaussian and follows in closed form (a Rao-Blackwellised particle filter: Doucet, de Freitas,
 //! Murphy, Russell 2000). A [`StepLaw`] says how a state moves on; a [`Sensor`] what is seen of it; [`Filter`] takes one row
 //! after another and forecasts from there. It never sees a later row.
+//!
+//! A system that is simulated as a whole (a model file) is seen through [`SystemFilter`]: the unknowns of a trajectory are its
+//! start, the parameters of its own and the offsets of its events, and their posterior is sampled. [`PrefixForecaster`] is the
+//! one trait of both.
 
+mod behind;
+mod engine;
 mod evaluate;
 mod least_squares;
 mod mixture;
+mod mode;
 mod moments;
 mod net;
 mod particles;
+mod posterior;
+mod remainder;
 mod restitution;
 mod score;
 mod sensor;
+mod system;
+mod weights;
 
-pub use evaluate::{FilterSettings, FilteredModel, Prefix, evaluate_filtered};
+pub use behind::{FilterSettings, Prefix, PrefixForecaster};
+pub use engine::EngineLaw;
+pub use evaluate::{behind_rows, evaluate_filtered};
 pub use least_squares::{FittedDrop, Freedom};
 pub use mixture::Filter;
 pub use net::NetLaw;
+pub use remainder::Remembered;
 pub use restitution::RestitutionLaw;
 pub use score::FilteredScore;
 pub use sensor::{Sensor, StartLaw};
+pub use system::SystemFilter;
 
 use crate::TrainerError;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -38,7 +53,7 @@ pub trait StepLaw {
     fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
 
     /// Logarithm of the density of a latent, less a constant.
-    fn log_density(&self, latent: &[f64]) -> f64;
+    fn log_density(&mut self, latent: &[f64]) -> f64;
 
     /// How closely the law follows column `j`, in its unit: no measurement counts as better than that, because the law's errors
     /// over many rows are not independent and would be read as evidence.

@@ -1,9 +1,9 @@
 //! Gaussian moments of a few dimensions: factors, sigma points, updates by a measurement.
 
-use crate::latent::cholesky;
+use crate::latent::cholesky_into;
 
 /// Mean `[S]` and covariance `[S, S]` of a state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Gaussian {
     pub mean: Vec<f64>,
     pub covariance: Vec<f64>,
@@ -54,10 +54,10 @@ pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value:
 }
 
 /// The 2 S points of the spherical cubature rule (Arasaratnam and Haykin 2009), `[2 S, S]`: mean plus and minus the columns of
-/// sqrt(S) times the factor of the covariance. Written to `out`.
-pub(super) fn cubature(mean: &[f64], covariance: &[f64], out: &mut [f64]) {
+/// sqrt(S) times the factor of the covariance. Written to `out`; `factor [S, S]` is scratch.
+pub(super) fn cubature(mean: &[f64], covariance: &[f64], factor: &mut [f64], out: &mut [f64]) {
     let s = mean.len();
-    let factor = cholesky(covariance, s);
+    cholesky_into(covariance, s, factor);
     let root = (s as f64).sqrt();
     for k in 0..s {
         for j in 0..s {
@@ -70,20 +70,34 @@ pub(super) fn cubature(mean: &[f64], covariance: &[f64], out: &mut [f64]) {
 
 /// Weighted mean and covariance of rows `[n, dim]`.
 pub(super) fn weighted(rows: &[f64], weights: &[f64], dim: usize) -> Gaussian {
-    let total: f64 = weights.iter().sum();
-    let mut mean = vec![0.0; dim];
-    for (row, w) in rows.chunks_exact(dim).zip(weights) {
-        mean.iter_mut().zip(row).for_each(|(m, v)| *m += w / total * v);
+    let mut out = Gaussian { mean: Vec::new(), covariance: Vec::new() };
+    weighted_into(rows, |i| weights[i], weights.iter().sum(), dim, &mut out);
+    out
+}
+
+/// The same of weights by row with their sum, written to `out`.
+pub(super) fn weighted_into(
+    rows: &[f64],
+    weight: impl Fn(usize) -> f64,
+    total: f64,
+    dim: usize,
+    out: &mut Gaussian,
+) {
+    let Gaussian { mean, covariance } = out;
+    mean.clear();
+    mean.resize(dim, 0.0);
+    for (k, row) in rows.chunks_exact(dim).enumerate() {
+        mean.iter_mut().zip(row).for_each(|(m, v)| *m += weight(k) / total * v);
     }
-    let mut covariance = vec![0.0; dim * dim];
-    for (row, w) in rows.chunks_exact(dim).zip(weights) {
+    covariance.clear();
+    covariance.resize(dim * dim, 0.0);
+    for (k, row) in rows.chunks_exact(dim).enumerate() {
         for i in 0..dim {
             for j in 0..dim {
-                covariance[i * dim + j] += w / total * (row[i] - mean[i]) * (row[j] - mean[j]);
+                covariance[i * dim + j] += weight(k) / total * (row[i] - mean[i]) * (row[j] - mean[j]);
             }
         }
     }
-    Gaussian { mean, covariance }
 }
 
 #[cfg(test)]
@@ -109,7 +123,7 @@ mod tests {
     fn cubature_points_have_the_mean_and_the_covariance() {
         let (mean, covariance) = ([1.0, -2.0], [2.0, 1.0, 1.0, 3.0]);
         let mut points = [0.0; 8];
-        cubature(&mean, &covariance, &mut points);
+        cubature(&mean, &covariance, &mut [0.0; 4], &mut points);
         let back = weighted(&points, &[1.0; 4], 2);
         for (a, b) in back.mean.iter().zip(mean).chain(back.covariance.iter().zip(covariance)) {
             assert!((a - b).abs() < 1e-14, "{back:?}");

@@ -24,7 +24,9 @@ pub struct NetLaw<'m> {
     engine: &'m Engine,
     scales: &'m Scales,
     law: &'m LatentLaw,
-    runner: Option<StepRunner>,
+    /// One for each number of lanes that was asked for: particles, their sigma points, draws of a forecast.
+    runners: Vec<StepRunner>,
+    white: Vec<f64>,
     next: Vec<f64>,
     features: Vec<f32>,
 }
@@ -48,7 +50,8 @@ impl<'m> NetLaw<'m> {
             engine: &state.settings.engine,
             scales: &state.scales,
             law,
-            runner: None,
+            runners: Vec::new(),
+            white: vec![0.0; net.sizes().latent],
             next: vec![0.0; net.sizes().state],
             features: vec![0.0; net.sizes().condition],
         })
@@ -74,8 +77,8 @@ impl StepLaw for NetLaw<'_> {
         latents
     }
 
-    fn log_density(&self, latent: &[f64]) -> f64 {
-        self.law.log_density(latent)
+    fn log_density(&mut self, latent: &[f64]) -> f64 {
+        self.law.log_density(latent, &mut self.white)
     }
 
     fn resolution(&self, j: usize) -> f64 {
@@ -92,10 +95,11 @@ impl StepLaw for NetLaw<'_> {
         let sizes = self.net.sizes();
         let (s, l) = (sizes.state, sizes.latent);
         let lanes = states.len() / s;
-        if self.runner.as_ref().is_none_or(|r| r.lanes() != lanes) {
-            self.runner = Some(StepRunner::new(self.net, self.params, lanes));
-        }
-        let Some(runner) = &mut self.runner else { return Ok(()) };
+        let place = self.runners.iter().position(|r| r.lanes() == lanes).unwrap_or_else(|| {
+            self.runners.push(StepRunner::new(self.net, self.params, lanes));
+            self.runners.len() - 1
+        });
+        let runner = &mut self.runners[place];
         let (features, w) = runner.input();
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];

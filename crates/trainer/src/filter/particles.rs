@@ -1,6 +1,6 @@
 //! Gaussian states of many particles, moved on and corrected together.
 
-use super::moments::{cubature, measure};
+use super::moments::{Gaussian, cubature, measure};
 use super::{Moments, Sensor, StepLaw};
 use crate::TrainerError;
 
@@ -12,12 +12,26 @@ pub(super) struct States {
 }
 
 impl States {
-    /// Those of the particles `chosen`.
-    pub fn select(&self, chosen: &[usize], s: usize) -> Self {
-        let rows = |values: &[f64], width: usize| {
-            chosen.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
-        };
-        States { mean: rows(&self.mean, s), covariance: rows(&self.covariance, s * s) }
+    /// Takes the states of another set.
+    pub fn copy_from(&mut self, from: &States) {
+        self.mean.clone_from(&from.mean);
+        self.covariance.clone_from(&from.covariance);
+    }
+
+    /// Takes those of the particles `chosen` of another set.
+    pub fn select_from(&mut self, from: &States, chosen: &[usize], s: usize) {
+        gather_rows(&from.mean, chosen, s, &mut self.mean);
+        gather_rows(&from.covariance, chosen, s * s, &mut self.covariance);
+    }
+
+    /// Takes one state for all of `count` particles.
+    pub fn repeat(&mut self, one: &Gaussian, count: usize) {
+        self.mean.clear();
+        self.covariance.clear();
+        for _ in 0..count {
+            self.mean.extend_from_slice(&one.mean);
+            self.covariance.extend_from_slice(&one.covariance);
+        }
     }
 
     /// Takes the state of particle `i` from another set.
@@ -28,6 +42,12 @@ impl States {
     }
 }
 
+/// Writes the rows `chosen` of `values`, of this width each, to `out`.
+pub(super) fn gather_rows(values: &[f64], chosen: &[usize], width: usize, out: &mut Vec<f64>) {
+    out.clear();
+    chosen.iter().for_each(|&i| out.extend_from_slice(&values[i * width..(i + 1) * width]));
+}
+
 /// Space for the steps of particles; nothing is allocated after the first.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Workspace {
@@ -35,6 +55,7 @@ pub(super) struct Workspace {
     latents: Vec<f64>,
     mean: Vec<f64>,
     variance: Vec<f64>,
+    factor: Vec<f64>,
 }
 
 impl Workspace {
@@ -55,12 +76,16 @@ impl Workspace {
         let each = if certain { 1 } else { 2 * s };
         self.points.resize(n * each * s, 0.0);
         self.latents.clear();
+        self.factor.resize(s * s, 0.0);
         for i in 0..n {
             let (mean, points) =
                 (&states.mean[i * s..(i + 1) * s], &mut self.points[i * each * s..(i + 1) * each * s]);
             match certain {
                 true => points.copy_from_slice(mean),
-                false => cubature(mean, &states.covariance[i * s * s..(i + 1) * s * s], points),
+                false => {
+                    let covariance = &states.covariance[i * s * s..(i + 1) * s * s];
+                    cubature(mean, covariance, &mut self.factor, points);
+                }
             }
             for _ in 0..each {
                 self.latents.extend_from_slice(&latents[i * l..(i + 1) * l]);

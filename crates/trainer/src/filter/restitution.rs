@@ -1,11 +1,18 @@
 //! PyBullet's ball with a restitution that differs from drop to drop, as a law of steps: the data's own law, or what a discovery
 //! found.
 
-use super::{Moments, StepLaw};
-use crate::TrainerError;
+use super::{FittedDrop, Freedom, Moments, Sensor, StepLaw};
+use crate::{Sequence, Sequences, TrainerError};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+/// Rows of a training drop that are fitted: behind the second rebound the cost of a restitution has many minima, because
+/// the depth of an impact on the grid of steps decides the next.
+const FITTED_ROWS: usize = 80;
+/// Deviation at which training drops are fitted, m and m/s: files carry six digits.
+const FITTED_TO: f64 = 1e-5;
 
 /// The ball, with N(mean, sd) for its restitution; a negative one acts as 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +23,28 @@ pub struct RestitutionLaw {
     pub mean: f64,
     /// Standard deviation.
     pub sd: f64,
+}
+
+impl RestitutionLaw {
+    /// The law of a set of drops: the damping that most of them have (the median), and mean and deviation of the restitution
+    /// that each has with it. Everything else is declared.
+    pub fn fitted(ball: BulletBall, train: &Sequences) -> Self {
+        let sensor = Sensor::known([FITTED_TO; 2]);
+        let fit = |ball: BulletBall, freedom: Freedom| -> Vec<BulletBall> {
+            let drop = FittedDrop { ball, freedom };
+            let rows = |q: &Sequence| drop.fitted(&q.states[..2 * FITTED_ROWS.min(q.time)], &sensor);
+            train.items.par_iter().map(rows).collect()
+        };
+        let mut dampings: Vec<f64> = fit(ball, Freedom::Calibrated).iter().map(|b| b.damping).collect();
+        dampings.sort_by(f64::total_cmp);
+        let damping = dampings.get(dampings.len() / 2).copied().unwrap_or(ball.damping);
+        let ball = BulletBall { damping, ..ball };
+        let found: Vec<f64> = fit(ball, Freedom::Restitution).iter().map(|b| b.restitution).collect();
+        let n = found.len().max(1) as f64;
+        let mean = found.iter().sum::<f64>() / n;
+        let variance = found.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        RestitutionLaw { ball, mean, sd: variance.sqrt() }
+    }
 }
 
 impl StepLaw for RestitutionLaw {
@@ -32,7 +61,7 @@ impl StepLaw for RestitutionLaw {
         (0..count).map(|_| self.mean + self.sd * draw()).collect()
     }
 
-    fn log_density(&self, latent: &[f64]) -> f64 {
+    fn log_density(&mut self, latent: &[f64]) -> f64 {
         -0.5 * ((latent[0] - self.mean) / self.sd).powi(2)
     }
 

@@ -6,6 +6,7 @@
 
 use crate::Samples;
 use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
+use std::ops::Range;
 
 /// Narrowest 90 % band whose samples count for the coverage, in the column's unit: a resting object flatters it.
 const WIDE: f64 = 1e-3;
@@ -15,6 +16,8 @@ const WIDE: f64 = 1e-3;
 pub struct FilteredScore {
     /// Trajectories.
     pub trajectories: usize,
+    /// Columns of each measure.
+    pub columns: Vec<Range<usize>>,
     /// Mean over trajectories of the error of the median, sum over the rest divided by all samples; one entry per measure.
     pub whole: Vec<f64>,
     /// Standard error of [`whole`](Self::whole) over trajectories.
@@ -24,6 +27,8 @@ pub struct FilteredScore {
     pub whole_percent: f64,
     /// Mean error of the median over the rest.
     pub rest: Vec<f64>,
+    /// Median over trajectories of the mean error of the median over the rest: a few that end otherwise do not decide it.
+    pub rest_of_most: Vec<f64>,
     /// Sum of errors over sum of distances from zero, over the rest of all trajectories, of the first measure, per cent.
     pub rest_percent: f64,
     /// Mean error over the rest of the mean of ten samples.
@@ -41,6 +46,7 @@ pub struct FilteredScore {
 /// Sums of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tally {
+    columns: Vec<Range<usize>>,
     errors: Vec<f64>,
     of_ten: Vec<f64>,
     common: Vec<f64>,
@@ -55,19 +61,19 @@ pub(super) struct Tally {
     points: bool,
 }
 
-/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`; rows in which something was not measured do not
+/// count.
 pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
     let s = measures.last().map_or(1, |last| last.end);
     let (count, time) = (samples.count, truth.len() / s);
     let zero = vec![0.0; measures.len()];
     let mut out = Tally {
+        columns: measures.clone(),
         errors: zero.clone(),
         of_ten: zero.clone(),
         common: zero.clone(),
         crps: zero,
-        rows: (time - n) as f64,
-        all_rows: time as f64,
         points: count == 1,
         ..Tally::default()
     };
@@ -75,11 +81,16 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     let (mut median, mut ten) = (vec![0.0; s], vec![0.0; s]);
     for t in 0..time {
         let y = &truth[t * s..(t + 1) * s];
+        if y.iter().any(|v| v.is_nan()) {
+            continue;
+        }
         let size = length(measures[0].clone().map(|j| y[j]));
         out.size_all += size;
+        out.all_rows += 1.0;
         if t < n {
             continue;
         }
+        out.rows += 1.0;
         out.size_rest += size;
         let common = 10 * t >= 3 * time;
         out.common_rows += f64::from(u8::from(common));
@@ -112,6 +123,18 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     out
 }
 
+/// Median of the values that are numbers.
+fn middle(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let half = sorted.len() / 2;
+    match sorted.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => sorted[half],
+        _ => 0.5 * (sorted[half - 1] + sorted[half]),
+    }
+}
+
 impl FilteredScore {
     /// Over all trajectories of a set.
     pub(super) fn of(tallies: &[Tally]) -> Self {
@@ -132,10 +155,14 @@ impl FilteredScore {
         };
         FilteredScore {
             trajectories: tallies.len(),
+            columns: tallies.first().map_or_else(Vec::new, |t| t.columns.clone()),
             whole_se: spread.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
             whole,
             whole_percent: 100.0 * sum(&|t| t.errors[0] / t.size_all) / n,
             rest: over(each(&|t, k| t.errors[k]), rows),
+            rest_of_most: (measures.clone())
+                .map(|k| middle(tallies.iter().map(|t| t.errors[k] / t.rows)))
+                .collect(),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.size_rest),
             rest_mean_of_10: over(each(&|t, k| t.of_ten[k]), rows),
             common: over(each(&|t, k| t.common[k]), common),
@@ -164,6 +191,15 @@ mod tests {
         assert_eq!((score.rest, score.rest_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
         assert_eq!((score.common, score.crps), (vec![0.75], vec![0.75]));
         assert_eq!(score.coverage90, None);
+    }
+
+    #[test]
+    fn a_row_that_was_not_measured_does_not_count() {
+        let columns = vec!["height_m".to_owned()];
+        let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
+        let forecast = Samples { count: 1, values: vec![9.0, 2.0] };
+        let score = FilteredScore::of(&[tally(&forecast, &[4.0, 3.0, f64::NAN, 1.0], 2, &scoring)]);
+        assert_eq!((score.whole, score.rest), (vec![1.0 / 3.0], vec![1.0]));
     }
 
     #[test]

@@ -27,6 +27,11 @@ impl Sensor {
         Ok(Sensor { sd })
     }
 
+    /// Every column, with these standard deviations of at least 0.
+    pub(super) fn known<const N: usize>(sd: [f64; N]) -> Self {
+        Sensor { sd: sd.map(Some).to_vec() }
+    }
+
     /// Every column exactly.
     pub fn exact(columns: usize) -> Self {
         Sensor { sd: vec![Some(0.0); columns] }

@@ -1,17 +1,26 @@
 //! `augsim evaluate`.
 
 mod compare;
+mod filtered;
 mod model;
 mod net;
 mod system;
 
-use crate::args::Evaluate;
-use crate::exit::Outcome;
+use crate::args::{Evaluate, ProtocolArg};
+use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_session::{Given, written};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    match (args.protocol, args.seen.is_empty()) {
+        (ProtocolArg::Filtered, _) => return filtered::run(args, seed, output),
+        (_, false) => {
+            let text = "--seen is for --protocol filtered; add it, or leave --seen out";
+            return Err(Usage(text.to_owned()).into());
+        }
+        (_, true) => {}
+    }
     match Given::of(&args.run)? {
         Given::Net => net::run(args, seed, output),
         Given::Model { folder: None, file } if written::is_model(&file) => system::run(args, output),

@@ -84,7 +84,7 @@ fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome>
 }
 
 /// The trajectories that a discovery held out, where `data` are its own.
-fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
+pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
     let record = Record::read(folder).ok().flatten()?;
     if record.inputs.get("data") != Some(&fingerprint(data)) {
         return None;

@@ -49,7 +49,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
         rows.push(Row::new(layout, &name, Protocol::Forecast, &average(&last)));
     }
     let (protocol, score, verdict) = match args.protocol {
-        ProtocolArg::Forecast => {
+        ProtocolArg::Forecast | ProtocolArg::Filtered => {
             let own = forecast_scores(&model, &test)?;
             let verdict = (!last.is_empty()).then(|| helps(&last, &own, &test, seed));
             (Protocol::Forecast, average(&own), verdict)
@@ -72,7 +72,11 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
 
 /// The physics that the net corrects, by name; before an augmented model the declared and the calibrated one. None for a net
 /// that knows no system.
-fn physics(config: &Config, engine: &Engine, output: &Output) -> anyhow::Result<Vec<(String, Engine)>> {
+pub(super) fn physics(
+    config: &Config,
+    engine: &Engine,
+    output: &Output,
+) -> anyhow::Result<Vec<(String, Engine)>> {
     let mut out = Vec::new();
     if let Some(folder) = &config.residual_of {
         match discovery_in(folder).map(|found| found.models) {

@@ -1,5 +1,6 @@
 //! `augsim predict`.
 
+mod filtered;
 mod model;
 mod net;
 
@@ -10,6 +11,9 @@ use augsim_session::Given;
 
 /// Runs the subcommand.
 pub fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    if let Some(seen) = &args.seen {
+        return filtered::run(args, seen.parse()?, seed, output);
+    }
     match Given::of(&args.run)? {
         Given::Net => net::run(args, output),
         Given::Model { file, .. } => model::run(args, &file, seed, output),

@@ -1,0 +1,202 @@
+//! `augsim evaluate --protocol filtered`: the first rows of each trajectory are seen, the rest is forecast and scored.
+
+use super::model::held_out;
+use super::net::physics;
+use crate::args::Evaluate;
+use crate::exit::{Outcome, Usage};
+use crate::output::Output;
+use augsim_data::Column;
+use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, of_net, of_system};
+use augsim_session::run_dir::RunDir;
+use augsim_session::{DataFrom, Given, Subject, discovery_in, written};
+use augsim_trainer::filter::{
+    EngineLaw, FilterSettings, FilteredScore, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+};
+use augsim_trainer::{Forecaster, SAMPLES};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// One model behind one prefix.
+#[derive(Debug, Serialize)]
+struct Row {
+    model: String,
+    /// Always `filtered`.
+    protocol: &'static str,
+    /// The prefix as it was asked for.
+    seen: String,
+    /// Trajectories that are longer than the prefix.
+    trajectories: usize,
+    /// Sum of errors by the sum of distances from zero over all samples, mean over trajectories, of the first measure.
+    whole_percent: f64,
+    /// The same as a ratio of sums over the rest.
+    rest_percent: f64,
+    /// One entry a measure.
+    measures: Vec<Of>,
+    /// Share of measured values in the 50 % band, where the 90 % band is wide; absent for a point forecast.
+    coverage50: Option<f64>,
+    /// Share in the 90 % band.
+    coverage90: Option<f64>,
+}
+
+/// Errors of the median of the samples in one measure, in its unit.
+#[derive(Debug, Serialize)]
+struct Of {
+    /// Columns.
+    columns: Vec<String>,
+    /// Unit.
+    unit: String,
+    /// Seen rows counted as no error.
+    whole: f64,
+    /// The rows that are forecast.
+    rest: f64,
+    /// Median over trajectories of the mean over the rest.
+    rest_of_most: f64,
+    /// The last seven tenths of the rows, whatever the prefix.
+    common: f64,
+    /// Continuous ranked probability score over the rest.
+    crps: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Scored {
+    rows: Vec<Row>,
+}
+
+/// Scores whatever was given.
+pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    let seen = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<Seen>, Usage>>()?;
+    let (from, view) = (DataFrom::from(&args.data), args.view.view());
+    let mut rows = Vec::new();
+    match Given::of(&args.run)? {
+        Given::Net => {
+            let run = RunDir::open(&args.run);
+            let net = of_net(&run, &from, &view)?;
+            let known = (&net.sensor, &net.start);
+            for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {
+                rows.extend(scored(&name, &EngineLaw::new(&engine), &net.data, known, &seen, seed)?);
+            }
+            rows.extend(scored(net.model.name(), &net.model, &net.data, known, &seen, seed)?);
+        }
+        Given::Model { file, folder } => {
+            // Long records of equations are held out in parts, and forecasts are of whole records.
+            let whole = !written::is_model(&file);
+            let only = folder.as_deref().filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
+            let mut models = Vec::new();
+            if let Some(found) = folder.as_deref().and_then(discovery_in) {
+                let texts =
+                    [("declared", found.models.declared_toml), ("calibrated", found.models.calibrated_toml)];
+                for (name, text) in texts {
+                    models.push((name, Subject::parse(&text, name)?));
+                }
+            }
+            let name = if models.is_empty() { "model" } else { "augmented" };
+            models.push((name, Subject::read(&file)?));
+            for (name, model) in models {
+                let OfSystem { filter, data, sensor, start } =
+                    of_system(&model, &from, &view, only.as_ref())?;
+                rows.extend(scored(name, &filter, &data, (&sensor, &start), &seen, seed)?);
+            }
+        }
+    }
+    let all = Scored { rows };
+    output.result(&all, || told(&all))?;
+    met(args, all.rows.last())
+}
+
+/// Whether the error of the last model behind the longest prefix is below what was asked for.
+fn met(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
+    let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
+    let Some(position) = row.and_then(|r| r.measures.first()).filter(|m| m.unit == "m") else {
+        let text = "--require-pos-m: this system measures no position in m";
+        return Err(Usage(text.to_owned()).into());
+    };
+    Ok(if position.rest < limit { Outcome::Done } else { Outcome::CriterionNotMet })
+}
+
+/// The rows of one model.
+fn scored(
+    name: &str,
+    model: &dyn PrefixForecaster,
+    data: &Timed,
+    known: (&Sensor, &StartLaw),
+    seen: &[Seen],
+    seed: u64,
+) -> anyhow::Result<Vec<Row>> {
+    let settings = FilterSettings { particles: PARTICLES, samples: SAMPLES, seed, is_measured: true };
+    let lengths = data.lengths(seen)?;
+    let scores = evaluate_filtered(model, &data.set, known, &lengths, settings)?;
+    Ok(seen.iter().zip(scores).map(|(seen, score)| row(name, *seen, &data.set.columns, score)).collect())
+}
+
+fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
+    let measures = s.columns.iter().enumerate().map(|(k, range)| Of {
+        columns: columns[range.clone()].to_vec(),
+        unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),
+        whole: s.whole[k],
+        rest: s.rest[k],
+        rest_of_most: s.rest_of_most[k],
+        common: s.common[k],
+        crps: s.crps[k],
+    });
+    Row {
+        model: name.to_owned(),
+        protocol: "filtered",
+        seen: seen.to_string(),
+        trajectories: s.trajectories,
+        whole_percent: s.whole_percent,
+        rest_percent: s.rest_percent,
+        measures: measures.collect(),
+        coverage50: s.coverage50,
+        coverage90: s.coverage90,
+    }
+}
+
+fn told(all: &Scored) -> String {
+    let mut text = format!(
+        "filtered forecasts: the first rows of each trajectory are seen, the rest is forecast; errors of the median of {SAMPLES} \
+         samples (whole: seen rows count as no error; rest: the rows forecast; median: of the \
+         trajectories' rests; late: the last seven tenths)"
+    );
+    // Writing to a string cannot fail.
+    let _ = write!(
+        text,
+        "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
+        "model",
+        "seen",
+        "of",
+        "whole %",
+        "error of",
+        "whole",
+        "rest",
+        "median",
+        "late",
+        "CRPS",
+        "in 50%",
+        "in 90%"
+    );
+    for r in &all.rows {
+        for (k, m) in r.measures.iter().enumerate() {
+            let figure =
+                |v: f64| if m.unit.is_empty() { format!("{v:.4}") } else { format!("{v:.4} {}", m.unit) };
+            let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
+            let once = |text: String| if k == 0 { text } else { String::new() };
+            let _ = write!(
+                text,
+                "\n  {:<20}{:>7}{:>7}{:>9}  {:<24}{:>13}{:>13}{:>13}{:>13}{:>13}{:>8}{:>8}",
+                once(r.model.clone()),
+                once(r.seen.clone()),
+                once(r.trajectories.to_string()),
+                once(format!("{:.2}", r.whole_percent)),
+                m.columns.join(", "),
+                figure(m.whole),
+                figure(m.rest),
+                figure(m.rest_of_most),
+                figure(m.common),
+                figure(m.crps),
+                once(share(r.coverage50)),
+                once(share(r.coverage90)),
+            );
+        }
+    }
+    text
+}

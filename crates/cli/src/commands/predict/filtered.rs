@@ -1,0 +1,75 @@
+//! `augsim predict --seen`: the beginning of each trajectory is seen, the rest is forecast.
+
+use crate::args::{Predict, ViewArgs};
+use crate::destination::data_file;
+use crate::exit::Outcome;
+use crate::output::Output;
+use augsim_data::{Dataset, write_dataset};
+use augsim_session::filtered::{PARTICLES, Seen, View, bands, of_net, of_system};
+use augsim_session::run_dir::{FILES, RunDir};
+use augsim_session::{DataFrom, Given, Subject};
+use augsim_trainer::filter::FilterSettings;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Draws of each trajectory where none are asked for.
+const DRAWS: u32 = 100;
+
+#[derive(Serialize)]
+struct Written {
+    forecast: PathBuf,
+    /// Always `filtered`.
+    protocol: &'static str,
+    /// The prefix as it was asked for.
+    seen: String,
+    trajectories: usize,
+    samples: u32,
+}
+
+impl ViewArgs {
+    /// What was typed as the library takes it.
+    pub fn view(&self) -> View {
+        View { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
+    }
+}
+
+/// Forecasts behind `seen`.
+pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    let (from, view) = (DataFrom::from(&args.data), args.view.view());
+    let samples = args.samples.unwrap_or(DRAWS);
+    let settings =
+        FilterSettings { particles: PARTICLES, samples: samples as usize, seed, is_measured: true };
+    let all: Dataset = match Given::of(&args.run)? {
+        Given::Net => {
+            let run = RunDir::open(&args.run);
+            let trained = FILES.map(|name| run.file(name));
+            let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
+            data_file(&args.out, &[], &inputs)?;
+            let net = of_net(&run, &from, &view)?;
+            bands(&net.model, &net.data, (&net.sensor, &net.start), seen, settings)?
+        }
+        Given::Model { file, .. } => {
+            data_file(&args.out, &[], &[&file, &args.data])?;
+            let of = of_system(&Subject::read(&file)?, &from, &view, None)?;
+            bands(&of.filter, &of.data, (&of.sensor, &of.start), seen, settings)?
+        }
+    };
+    write_dataset(&all, &args.out)?;
+    let written = Written {
+        forecast: args.out.clone(),
+        protocol: "filtered",
+        seen: seen.to_string(),
+        trajectories: all.trajectories().len(),
+        samples,
+    };
+    output.result(&written, || {
+        let what = if let Seen::Rows(1) = seen { "sample" } else { "samples" };
+        let of = if let Seen::Rows(_) = seen { format!("{seen} {what}") } else { seen.to_string() };
+        format!(
+            "{} forecasts behind the first {of} of each trajectory, {samples} draws each: {}",
+            written.trajectories,
+            written.forecast.display()
+        )
+    })?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,200 @@
+//! `reproduce filtered-push`: the beginning of a push that is repeated is seen, the rest is forecast.
+
+use crate::args::Reproduce;
+use crate::destination::RESULT;
+use crate::exit::Outcome;
+use crate::output::Output;
+use crate::record::Record;
+use crate::reproduction::{claim, repeat};
+use anyhow::Context;
+use augsim_data::Dataset;
+use augsim_physics::model::PushModel;
+use augsim_physics::push::laboratory::{Protocol, Recipe};
+use augsim_physics::push::{C, CONTACT_FRICTION};
+use augsim_physics::system::{self, Stream, System};
+use augsim_session::run_data::recipe;
+use augsim_trainer::Sequences;
+use augsim_trainer::filter::{
+    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
+    evaluate_filtered,
+};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+/// Seconds seen, of which the first 0.05 before the rod moves at 20 mm/s.
+const SECONDS: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
+/// Samples a second.
+const RATE_HZ: f64 = 20.0;
+/// Pushes to learn from and to score, and the same with `--quick`.
+const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
+/// Pushes on which models that simulate every draw are scored, and with `--quick`.
+const SIMULATED: [usize; 2] = [200, 20];
+/// Particles of the same.
+const PARTICLES: usize = 64;
+/// Added to the seed, so that test pushes are other draws.
+const TEST_SEED_OFFSET: u64 = 1_000_000;
+/// Standard deviations from push to push of the ellipsoid's c (m) and of the contact's friction, where both are fitted to the
+/// prefix: those of the reference's baseline.
+const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
+/// Columns of a pose.
+const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
+
+#[derive(Debug, Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    /// Pushes learned from.
+    train: usize,
+    rows: Vec<Row>,
+    seed: u64,
+    command: String,
+}
+
+/// A model behind a prefix.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Always `filtered`.
+    protocol: &'static str,
+    model: &'static str,
+    /// Seconds seen.
+    seen_s: f64,
+    /// Samples seen.
+    seen: usize,
+    /// Test pushes.
+    pushes: usize,
+    /// Errors of the median over the rest.
+    position_mm: f64,
+    rotation_deg: f64,
+    /// The same in the last seven tenths of the samples, whatever the prefix.
+    late_position_mm: f64,
+    late_rotation_deg: f64,
+    /// Continuous ranked probability scores over the rest.
+    crps_mm: f64,
+    crps_deg: f64,
+    coverage50: Option<f64>,
+    coverage90: Option<f64>,
+}
+
+/// Runs it.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let out = args.out.clone().unwrap_or_else(|| "out/filtered-push".into());
+    let [train, test] = PUSHES[usize::from(args.quick)];
+    let record = Record::new("reproduce filtered-push").setting("seed", seed).setting("quick", args.quick);
+    let claim = claim(&out, record, &[], args.resume, force)?;
+    claim.begin()?;
+    output.note(format!("making {train} pushes to learn from and {test} others"));
+    let measured = Recipe { rate_hz: RATE_HZ, ..recipe(Protocol::Repeat, "rect1", "abs", train)? };
+    let sd = [measured.position_sd_m, measured.position_sd_m, measured.angle_sd_rad];
+    let exact = Recipe { pushes: test, position_sd_m: 0.0, angle_sd_rad: 0.0, ..measured.clone() };
+    let (measured, truth) = (measured.generate(seed)?, exact.generate(seed.wrapping_add(TEST_SEED_OFFSET))?);
+    let (learned, scored) = (Sequences::new(&measured.data, &POSE)?, Sequences::new(&truth.data, &POSE)?);
+    let times = measured.data.trajectories().first().context("a push was made")?.time_s();
+    let lengths: Vec<usize> =
+        SECONDS.iter().map(|s| times.iter().take_while(|t| **t <= times[0] + s + 1e-9).count()).collect();
+    output.note("learning what the beginning tells of the rest");
+    let remembered = Remembered::fit(&learned, &sd, &lengths)?;
+    let sensor = Sensor::new(sd.map(Some).to_vec())?;
+    let mut rows = Vec::new();
+    let mut score =
+        |name: &'static str, model: &dyn PrefixForecaster, test: &Sequences| -> anyhow::Result<()> {
+            output.note(name);
+            let start = StartLaw::of(&learned);
+            let settings = FilterSettings::new(PARTICLES, seed);
+            let behind = behind_rows(&lengths, test.items.len());
+            let scores = evaluate_filtered(model, test, (&sensor, &start), &behind, settings)?;
+            let each = scores.into_iter().zip(SECONDS).zip(&lengths).map(|((s, seen_s), seen)| Row {
+                protocol: "filtered",
+                model: name,
+                seen_s,
+                seen: *seen,
+                pushes: s.trajectories,
+                position_mm: 1e3 * s.rest[0],
+                rotation_deg: s.rest[1].to_degrees(),
+                late_position_mm: 1e3 * s.common[0],
+                late_rotation_deg: s.common[1].to_degrees(),
+                crps_mm: 1e3 * s.crps[0],
+                crps_deg: s.crps[1].to_degrees(),
+                coverage50: s.coverage50,
+                coverage90: s.coverage90,
+            });
+            rows.extend(each);
+            Ok(())
+        };
+    let mut few = scored.clone();
+    few.items.truncate(SIMULATED[usize::from(args.quick)]);
+    let physics = simulated(&truth.declared, &truth.data, few.items.len())?;
+    score("Physics, pose fitted", &physics, &few)?;
+    let fitted = OWN.into_iter().fold(physics, |filter, (parameter, sd)| filter.with_own(parameter, sd));
+    score("Physics, pose, c and friction fitted", &fitted, &few)?;
+    score("Memory of other pushes", &remembered, &scored)?;
+    let mut words = vec!["filtered-push".to_owned(), "--seed".to_owned(), seed.to_string()];
+    words.extend(args.quick.then(|| "--quick".to_owned()));
+    let result = ResultFile {
+        schema: "augsim.filtered-push/1",
+        scenario: "push",
+        train,
+        rows,
+        seed,
+        command: repeat(words),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    output.result(&result, || table(&result))?;
+    Ok(Outcome::Done)
+}
+
+/// The declared physics, which knows the rod's path.
+fn simulated(declared: &PushModel, data: &Dataset, pushes: usize) -> anyhow::Result<SystemFilter> {
+    let rod = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
+    let [x, y] = rod;
+    let (x, y) = (x?, y?);
+    let records: Vec<system::Record> = (data.trajectories().iter().take(pushes))
+        .map(|t| system::Record {
+            id: t.id().to_owned(),
+            times: t.time_s().to_vec(),
+            values: vec![vec![f64::NAN; t.len()]; POSE.len()],
+            inputs: vec![Stream {
+                times: t.time_s().to_vec(),
+                values: vec![t.column(x).to_vec(), t.column(y).to_vec()],
+            }],
+            ..system::Record::default()
+        })
+        .collect();
+    let system: Arc<dyn System> = Arc::new(declared.open());
+    Ok(SystemFilter::new(system, &records, &vec![None; records.len()]))
+}
+
+fn table(result: &ResultFile) -> String {
+    let mut out = format!(
+        "filtered forecasts of a push that is repeated (rect1 on abs, 20 mm/s): the beginning is seen with 0.3 mm and 0.1 degrees, \
+         the rest is forecast; median of 100 samples over the rest; {} other pushes to learn from\n  {:<38}{:>7}{:>8}{:>9}{:>9}{:>10}{:>10}{:>8}{:>8}\n",
+        result.train,
+        "model",
+        "seen s",
+        "pushes",
+        "pos mm",
+        "rot deg",
+        "CRPS mm",
+        "CRPS deg",
+        "in 50%",
+        "in 90%"
+    );
+    for r in &result.rows {
+        let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "  {:<38}{:>7}{:>8}{:>9.3}{:>9.3}{:>10.3}{:>10.3}{:>8}{:>8}",
+            r.model,
+            r.seen_s,
+            r.pushes,
+            r.position_mm,
+            r.rotation_deg,
+            r.crps_mm,
+            r.crps_deg,
+            share(r.coverage50),
+            share(r.coverage90)
+        );
+    }
+    out
+}

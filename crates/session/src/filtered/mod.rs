@@ -1,0 +1,108 @@
+//! Filtered forecasts of whatever was given: the beginning of each trajectory is seen, the rest is forecast.
+
+mod net;
+mod seen;
+mod system;
+
+pub use net::{OfNet, of_net};
+pub use seen::{Seen, View};
+pub use system::{OfSystem, of_system};
+
+use crate::Usage;
+use crate::forecast::{check_size, summed};
+use augsim_data::Dataset;
+use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, StartLaw};
+use augsim_trainer::{Samples, Sequences, TrainerError};
+use rayon::prelude::*;
+
+/// Particles where no number is asked for.
+pub const PARTICLES: usize = 256;
+
+/// Measured trajectories with the times of their samples, s.
+#[derive(Debug, Clone)]
+pub struct Timed {
+    /// The trajectories; a value that was not measured is not a number.
+    pub set: Sequences,
+    /// `[trajectory][sample]`.
+    pub times: Vec<Vec<f64>>,
+}
+
+impl Timed {
+    /// Rows of each trajectory for each of the prefixes, `[trajectory][prefix]`, and a prefix that leaves nothing to forecast of
+    /// any trajectory refused.
+    ///
+    /// # Errors
+    /// A prefix of no row, one that is not longer than the one before, or one as long as the longest trajectory.
+    pub fn lengths(&self, seen: &[Seen]) -> Result<Vec<Vec<usize>>, Usage> {
+        let of = |times: &Vec<f64>| seen.iter().map(|s| s.rows(times)).collect::<Vec<_>>();
+        let lengths: Vec<Vec<usize>> = self.times.iter().map(of).collect();
+        let longest = self.times.iter().map(Vec::len).max().unwrap_or(0);
+        for (k, prefix) in seen.iter().enumerate() {
+            let rows = |lengths: &Vec<usize>| lengths[k];
+            if lengths.iter().map(rows).all(|n| n == 0) {
+                return Err(Usage(format!("--seen {prefix}: no row is seen; see one at least")));
+            }
+            if lengths.iter().zip(&self.times).all(|(l, times)| l[k] >= times.len()) {
+                let text = format!(
+                    "--seen {prefix}: the longest trajectory has {longest} samples, and nothing is left to forecast; see fewer"
+                );
+                return Err(Usage(text));
+            }
+            if k > 0 && lengths.iter().any(|l| l[k] <= l[k - 1] && l[k - 1] > 0) {
+                let text = format!("--seen {},{prefix}: give prefixes from short to long", seen[k - 1]);
+                return Err(Usage(text));
+            }
+        }
+        Ok(lengths)
+    }
+}
+
+/// Mean, median and bands of every column behind the first rows of each trajectory, at the later times.
+///
+/// # Errors
+/// A trajectory that is not longer than the prefix, or a model that cannot be run.
+pub fn bands(
+    model: &dyn PrefixForecaster,
+    data: &Timed,
+    (sensor, start): (&Sensor, &StartLaw),
+    seen: Seen,
+    settings: FilterSettings,
+) -> anyhow::Result<Dataset> {
+    let (set, columns) = (&data.set, data.set.columns.len());
+    let longest = set.items.iter().map(|q| q.time).max().unwrap_or(0);
+    check_size(1, settings.samples, longest, columns)?;
+    let lengths = data.lengths(&[seen])?;
+    let rows = (set.items.par_iter().zip(&data.times).zip(&lengths).enumerate())
+        .map(|(index, ((q, times), lengths))| {
+            let n = lengths[0];
+            if n >= q.time {
+                let text = format!(
+                    "--seen {seen}: trajectory `{}` has {} samples, and nothing is left to forecast; see fewer, or take it out",
+                    q.id, q.time
+                );
+                return Err(Usage(text).into());
+            }
+            let hidden = |(i, v): (usize, &f64)| match sensor.sd()[i % columns] {
+                Some(_) => *v,
+                None => f64::NAN,
+            };
+            let rows: Vec<f64> = q.states[..n * columns].iter().enumerate().map(hidden).collect();
+            let prefix = Prefix {
+                id: &q.id,
+                rows: &rows,
+                sensor,
+                start,
+                actions: &q.actions,
+                time: q.time,
+                index: index as u64,
+            };
+            let samples = first(model.forecasts(prefix, &[n], settings)?)?;
+            Ok((q.id.clone(), times[n..].to_vec(), samples))
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    summed(&set.columns, rows)
+}
+
+fn first(mut all: Vec<Samples>) -> Result<Samples, TrainerError> {
+    all.pop().ok_or(TrainerError::NoTrajectories { what: "the forecast" })
+}

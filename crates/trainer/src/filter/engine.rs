@@ -1,0 +1,51 @@
+//! The physics alone as a law of steps: nothing differs from trajectory to trajectory, only the state is inferred.
+
+use super::{Moments, StepLaw};
+use crate::TrainerError;
+use crate::engine::Engine;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// An engine without anything unknown but the state.
+#[derive(Debug, Clone)]
+pub struct EngineLaw<'e> {
+    engine: &'e Engine,
+    states: usize,
+}
+
+impl<'e> EngineLaw<'e> {
+    /// The steps of `engine`.
+    pub fn new(engine: &'e Engine) -> Self {
+        EngineLaw { states: engine.columns().len(), engine }
+    }
+}
+
+impl StepLaw for EngineLaw<'_> {
+    fn latent_dim(&self) -> usize {
+        0
+    }
+
+    fn state_dim(&self) -> usize {
+        self.states
+    }
+
+    fn draw(&self, _: usize, _: &mut Xoshiro256PlusPlus) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn log_density(&mut self, _: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn advance(
+        &mut self,
+        states: &[f64],
+        _: &[f64],
+        [from, to]: [&[f64]; 2],
+        next: Moments<'_>,
+    ) -> Result<(), TrainerError> {
+        let lanes = states.chunks_exact(self.states).zip(next.mean.chunks_exact_mut(self.states));
+        lanes.for_each(|(now, next)| self.engine.step(now, from, to, next));
+        next.variance.fill(0.0);
+        Ok(())
+    }
+}

@@ -1,0 +1,264 @@
+//! Equal trajectories that differ by something hidden (a friction map under a push that is repeated): the beginning tells the
+//! rest through what training trajectories did.
+//!
+//! Readings less the mean trajectory, in units of the sensor, are written in principal components, of the rows seen and of the
+//! rest. Each component of the rest is a Gaussian process (Rasmussen and Williams 2006) of those seen, with a linear and a
+//! squared-exponential kernel; its settings are those with the least error on a part of the training set that the process does
+//! not see, and the covariance of these errors, less the sensor's noise, is that of the forecast.
+
+use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
+use crate::latent::cholesky;
+use crate::{Samples, Sequences, TrainerError};
+use augsim_data::random_stream;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Components of the rows seen and of the rest at most.
+const MOST: [usize; 2] = [8, 12];
+/// Variance of a component seen, in that of the sensor, below which it says nothing.
+const SILENT: f64 = 1.2;
+/// One trajectory in so many judges the settings.
+const JUDGES: usize = 8;
+/// Trajectories on which settings are compared: a factor takes their cube in time.
+const COMPARED: usize = 1200;
+/// Exponents by which components seen are brought to one size: 1 makes all equally wide.
+const WHITENED: [f64; 3] = [0.0, 0.5, 1.0];
+/// Length scales, in root mean square distances from the mean.
+const LENGTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// Variances of what the components seen do not tell, in that of the component.
+const RIDGES: [f64; 3] = [0.003, 0.03, 0.3];
+/// Size of the linear kernel beside the other.
+const LINEAR: f64 = 1.0;
+
+/// Forecasts of equal trajectories behind prefixes of given lengths.
+#[derive(Debug, Clone)]
+pub struct Remembered {
+    mean: Vec<f64>,
+    sd: Vec<f64>,
+    behind: BTreeMap<usize, Conditional>,
+}
+
+/// The rest behind so many rows.
+#[derive(Debug, Clone)]
+struct Conditional {
+    /// Directions `[k, n S]` of what is seen, and `[m, (T - n) S]` of the rest.
+    seen: Vec<Vec<f64>>,
+    rest: Vec<Vec<f64>>,
+    /// Variances of the components seen.
+    variances: Vec<f64>,
+    /// Components seen of the trajectories remembered.
+    known: Vec<Vec<f64>>,
+    /// Kernel and weights of each component of the rest.
+    processes: Vec<(Kernel, Vec<f64>)>,
+    /// Lower factor of the covariance of the components of the rest, `[m, m]`.
+    factor: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kernel {
+    whitened: f64,
+    length: f64,
+    ridge: f64,
+}
+
+impl Kernel {
+    /// Factor of the square of each component seen, and the mean square of all with it.
+    fn scales(&self, variances: &[f64]) -> (Vec<f64>, f64) {
+        let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitened)).collect();
+        let size = dot(&scales, variances);
+        (scales, size)
+    }
+
+    fn at(&self, a: &[f64], b: &[f64], (scales, size): (&[f64], f64)) -> f64 {
+        let (mut inner, mut square) = (0.0, 0.0);
+        for ((a, b), scale) in a.iter().zip(b).zip(scales) {
+            inner += scale * a * b;
+            square += scale * (a - b) * (a - b);
+        }
+        LINEAR * inner / size + (-0.5 * square / (size * self.length * self.length)).exp()
+    }
+}
+
+impl Remembered {
+    /// Learns from trajectories of equal length, read with these standard deviations of each column.
+    ///
+    /// # Errors
+    /// [`TrainerError`] if the trajectories differ in length or are too few, or a prefix leaves nothing.
+    pub fn fit(train: &Sequences, sd: &[f64], lengths: &[usize]) -> Result<Self, TrainerError> {
+        let time = train.items.first().map_or(0, |q| q.time);
+        if let Some(other) = train.items.iter().find(|q| q.time != time) {
+            return Err(TrainerError::TooShort { id: other.id.clone(), samples: other.time });
+        }
+        if train.items.len() < 4 * JUDGES || lengths.iter().any(|n| *n == 0 || *n >= time) {
+            return Err(TrainerError::NoTrajectories { what: "the training set, behind the prefix," });
+        }
+        let (n, s) = (train.items.len() as f64, sd.len());
+        let mut mean = vec![0.0; time * s];
+        for q in &train.items {
+            mean.iter_mut().zip(&q.states).for_each(|(m, v)| *m += v / n);
+        }
+        let scaled = |states: &[f64]| -> Vec<f64> {
+            states.iter().zip(&mean).enumerate().map(|(i, (v, m))| (v - m) / sd[i % s]).collect()
+        };
+        let curves: Vec<Vec<f64>> = train.items.iter().map(|q| scaled(&q.states)).collect();
+        let behind = lengths.iter().map(|&n| Ok((n, Conditional::fit(&curves, n * s)?)));
+        let behind = behind.collect::<Result<_, TrainerError>>()?;
+        Ok(Remembered { mean, sd: sd.to_vec(), behind })
+    }
+}
+
+/// Directions of most variance of rows, `[component, width]`, with their variances, from the largest on.
+fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+    let width = rows.first()?.len();
+    let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);
+    let covariance = x.transpose() * &x * (1.0 / rows.len() as f64);
+    let eigen = covariance.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (eigen.S(), eigen.U());
+    let kept = (0..width).rev().take(most).filter(|&k| k + 1 == width || values[k] > least);
+    Some(
+        kept.map(|k| ((0..width).map(|j| vectors[(j, k)]).collect(), values[k].max(f64::MIN_POSITIVE)))
+            .unzip(),
+    )
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
+    directions.iter().map(|d| dot(d, row)).collect()
+}
+
+/// Weights of every target `[target][trajectory]` under a kernel; none where the matrix is singular.
+fn weights(
+    kernel: &Kernel,
+    known: &[Vec<f64>],
+    variances: &[f64],
+    targets: &[Vec<f64>],
+) -> Option<Vec<Vec<f64>>> {
+    let (n, (scales, size)) = (known.len(), kernel.scales(variances));
+    let k = Mat::from_fn(n, n, |i, j| {
+        let ridge = if i == j { kernel.ridge } else { 0.0 };
+        if i >= j { kernel.at(&known[i], &known[j], (&scales, size)) + ridge } else { 0.0 }
+    });
+    let right = Mat::from_fn(n, targets.len(), |i, t| targets[t][i]);
+    let solved = k.llt(Side::Lower).ok()?.solve(&right);
+    Some((0..targets.len()).map(|t| (0..n).map(|i| solved[(i, t)]).collect()).collect())
+}
+
+fn told(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: &[f64], at: &[f64]) -> f64 {
+    let (scales, size) = kernel.scales(variances);
+    known.iter().zip(weights).map(|(a, w)| w * kernel.at(a, at, (&scales, size))).sum()
+}
+
+impl Conditional {
+    /// From curves in units of the sensor, of which the first `cut` values are seen.
+    fn fit(curves: &[Vec<f64>], cut: usize) -> Result<Self, TrainerError> {
+        let refuse = || TrainerError::NoTrajectories { what: "the part of the training set that varies" };
+        let judges: Vec<&Vec<f64>> = curves.iter().step_by(JUDGES).collect();
+        let fitted: Vec<&Vec<f64>> =
+            curves.iter().enumerate().filter(|(i, _)| i % JUDGES != 0).map(|(_, c)| c).collect();
+        let part =
+            |range: std::ops::Range<usize>| fitted.iter().map(|c| &c[range.clone()]).collect::<Vec<_>>();
+        let width = fitted.first().map_or(0, |c| c.len());
+        let (seen, variances) = components(&part(0..cut), MOST[0], SILENT).ok_or_else(refuse)?;
+        let (rest, _) = components(&part(cut..width), MOST[1], 0.0).ok_or_else(refuse)?;
+        let known: Vec<Vec<f64>> = fitted.iter().map(|c| scores(&seen, &c[..cut])).collect();
+        let asked: Vec<Vec<f64>> = judges.iter().map(|c| scores(&seen, &c[..cut])).collect();
+        let of = |list: &[&Vec<f64>]| -> Vec<Vec<f64>> {
+            rest.iter().map(|d| list.iter().map(|c| dot(d, &c[cut..])).collect()).collect()
+        };
+        let (targets, wanted) = (of(&fitted), of(&judges));
+        let few = fitted.len().min(COMPARED);
+        let grid = WHITENED.iter().flat_map(|&whitened| {
+            let lengths = LENGTHS.iter();
+            lengths
+                .flat_map(move |&length| RIDGES.iter().map(move |&ridge| Kernel { whitened, length, ridge }))
+        });
+        let some: Vec<Vec<f64>> = targets.iter().map(|t| t[..few].to_vec()).collect();
+        let compared: Vec<(Kernel, Vec<f64>)> = grid
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .filter_map(|kernel| {
+                let found = weights(&kernel, &known[..few], &variances, &some)?;
+                let error = |(w, y): (&Vec<f64>, &Vec<f64>)| {
+                    let each = asked.iter().zip(y);
+                    each.map(|(x, y)| (y - told(&kernel, w, &known[..few], &variances, x)).powi(2)).sum()
+                };
+                Some((kernel, found.iter().zip(&wanted).map(error).collect()))
+            })
+            .collect();
+        let mut processes: Vec<(Kernel, Vec<f64>)> = Vec::new();
+        for (t, target) in targets.iter().enumerate() {
+            let best = compared.iter().min_by(|a, b| a.1[t].total_cmp(&b.1[t])).ok_or_else(refuse)?.0;
+            // Several components have the same settings and share a factor only in the comparison: there are few of them.
+            let own = weights(&best, &known, &variances, std::slice::from_ref(target)).ok_or_else(refuse)?;
+            processes.extend(own.into_iter().map(|w| (best, w)));
+        }
+        let m = rest.len();
+        let errors: Vec<Vec<f64>> = (asked.iter().enumerate())
+            .map(|(j, x)| {
+                let each = processes.iter().zip(&wanted);
+                each.map(|((kernel, w), y)| y[j] - told(kernel, w, &known, &variances, x)).collect()
+            })
+            .collect();
+        let mut covariance = vec![0.0; m * m];
+        for e in &errors {
+            for a in 0..m {
+                for b in 0..m {
+                    covariance[a * m + b] += e[a] * e[b] / errors.len() as f64;
+                }
+            }
+        }
+        // Directions are orthonormal and curves in units of the sensor, whose share of each error is 1.
+        (0..m).for_each(|a| covariance[a * m + a] = (covariance[a * m + a] - 1.0).max(0.0));
+        Ok(Conditional { seen, rest, variances, known, processes, factor: cholesky(&covariance, m) })
+    }
+}
+
+impl PrefixForecaster for Remembered {
+    fn forecasts(
+        &self,
+        prefix: Prefix<'_>,
+        lengths: &[usize],
+        settings: FilterSettings,
+    ) -> Result<Vec<Samples>, TrainerError> {
+        let s = self.sd.len();
+        let one = |&n: &usize| {
+            let Some(law) = self.behind.get(&n).filter(|_| prefix.time * s == self.mean.len()) else {
+                let rule = "the model was fitted to prefixes of other lengths";
+                return Err(TrainerError::Setting { key: "seen", value: n.to_string(), rule });
+            };
+            let rows = prefix.rows[..n * s].iter().zip(&self.mean).enumerate();
+            let seen: Vec<f64> = rows.map(|(i, (v, m))| (v - m) / self.sd[i % s]).collect();
+            if let Some(i) = seen.iter().position(|v| !v.is_finite()) {
+                return Err(TrainerError::Unseen { row: i / s, column: i % s });
+            }
+            let at = scores(&law.seen, &seen);
+            let each = law.processes.iter();
+            let centre: Vec<f64> =
+                each.map(|(kernel, w)| told(kernel, w, &law.known, &law.variances, &at)).collect();
+            let (m, count) = (centre.len(), settings.samples);
+            let mut rng = random_stream(settings.seed ^ n as u64, "remembered", prefix.index);
+            let mut values = vec![0.0; (prefix.time - n) * s * count];
+            for sample in 0..count {
+                let draws: Vec<f64> = (0..m).map(|_| StandardNormal.sample(&mut rng)).collect();
+                let shift = |a: usize| (0..=a).map(|k| law.factor[a * m + k] * draws[k]).sum::<f64>();
+                let drawn: Vec<f64> = (0..m).map(|a| centre[a] + shift(a)).collect();
+                for (i, row) in values.chunks_exact_mut(count).enumerate() {
+                    let off: f64 = law.rest.iter().zip(&drawn).map(|(d, v)| d[i] * v).sum();
+                    row[sample] = (self.mean[n * s + i] + self.sd[i % s] * off) as f32;
+                }
+            }
+            let mut samples = Samples { count, values };
+            if settings.is_measured {
+                read_by_sensor(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));
+            }
+            Ok(samples)
+        };
+        lengths.iter().map(one).collect()
+    }
+}

@@ -1,0 +1,325 @@
+//! Any system behind a prefix: its start, the parameters of its own and the offsets of its events, inferred from the rows seen.
+
+use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
+use super::mode::Mode;
+use super::posterior::posterior;
+use super::weights::systematic;
+use crate::{Samples, TrainerError};
+use augsim_data::random_stream;
+use augsim_physics::model::{Parameter, Per};
+use augsim_physics::system::{Begin, Offsets, Record, Scatter, ScatterPer, Seed, Simulated, System, Task};
+use std::sync::Arc;
+
+/// Events of one trajectory that have an offset of their own; later ones have none.
+const MOST_EVENTS: usize = 16;
+/// Widths of a 95 % interval in standard deviations.
+const INTERVAL: f64 = 2.0 * 1.959_963_984_540_054;
+/// Smallest deviation of a reading, in the column's unit: files carry six digits.
+const DIGITS: f64 = 1e-6;
+/// Measured values beyond the unknowns that an estimate of the noise takes at least.
+const SPARE: usize = 8;
+
+/// A number that is not known of a trajectory before it is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unknown {
+    /// Where it enters a simulation.
+    pub seed: Seed,
+    /// Mean and standard deviation of its law; none where nothing is known.
+    pub law: Option<(f64, f64)>,
+    /// Bounds.
+    pub bounds: [f64; 2],
+}
+
+/// Forecasts of a [`System`] behind a prefix.
+#[derive(Debug, Clone)]
+pub struct SystemFilter {
+    system: Arc<dyn System>,
+    /// `[trajectory][parameter]`
+    values: Vec<Vec<f64>>,
+    unknowns: Vec<Unknown>,
+    shared: bool,
+    records: Vec<Record>,
+}
+
+impl SystemFilter {
+    /// The system with the values of its model file. Unknown of each trajectory are its start, the parameters that are its own
+    /// (drawn towards the value in the file, as far as their bounds let them differ), those with a 95 % interval, and the offsets
+    /// of events where the model scatters them. Of `records`, one for each trajectory, times, inputs and covariates are used;
+    /// `groups` has the name of the group of each, where it has one.
+    pub fn new(system: Arc<dyn System>, records: &[Record], groups: &[Option<&str>]) -> Self {
+        let value = |p: &Parameter, group: Option<&str>| {
+            let own = p.groups.iter().find(|(name, _)| Some(name.as_str()) == group);
+            own.map_or(p.nominal, |(_, value)| *value)
+        };
+        let values = |group: &Option<&str>| system.parameters().iter().map(|p| value(p, *group)).collect();
+        let mut filter = SystemFilter {
+            values: groups.iter().map(values).collect(),
+            unknowns: Vec::new(),
+            shared: false,
+            records: records.iter().map(unmeasured).collect(),
+            system,
+        };
+        filter.collect();
+        filter
+    }
+
+    /// The same whose parameter `index` differs from trajectory to trajectory with this standard deviation.
+    #[must_use]
+    pub fn with_own(mut self, index: usize, sd: f64) -> Self {
+        let seed = Seed::Parameter(index);
+        self.unknowns.retain(|u| u.seed != seed);
+        let bounds = [f64::NEG_INFINITY, f64::INFINITY];
+        self.unknowns.push(Unknown {
+            seed,
+            law: Some((self.system.parameters()[index].nominal, sd)),
+            bounds,
+        });
+        self
+    }
+
+    fn collect(&mut self) {
+        let schema = self.system.schema();
+        let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
+        for (i, state) in schema.states.iter().enumerate() {
+            let law = match state.begin {
+                Begin::Fixed(_) => continue,
+                Begin::Prior(mean, sd) => Some((mean, sd)),
+                Begin::Free | Begin::Measured(_) => None,
+            };
+            self.unknowns.push(Unknown { seed: Seed::Start(i), law, bounds: unbounded });
+        }
+        for (i, p) in self.system.parameters().iter().enumerate() {
+            // The standard deviation of a uniform law between the bounds.
+            let own = (p.per == Per::Trajectory).then_some((p.max - p.min) / 12_f64.sqrt());
+            let interval = p.ci95.filter(|_| !p.frozen).map(|[low, high]| (high - low) / INTERVAL);
+            let Some(sd) = own.or(interval).filter(|sd| sd.is_finite() && *sd > 0.0) else { continue };
+            let bounds = [p.min.min(p.nominal), p.max.max(p.nominal)];
+            self.unknowns.push(Unknown { seed: Seed::Parameter(i), law: Some((p.nominal, sd)), bounds });
+        }
+        if let Some(Scatter { per, sd }) = schema.event.as_ref().and_then(|e| e.declared) {
+            self.shared = per == ScatterPer::Record;
+            let law = Some((0.0, sd));
+            let many = if self.shared { 1 } else { MOST_EVENTS };
+            let offsets = (0..many).map(|k| Unknown { seed: Seed::Offset(k), law, bounds: unbounded });
+            self.unknowns.extend(offsets);
+        }
+    }
+}
+
+/// A record without what was measured.
+fn unmeasured(record: &Record) -> Record {
+    let mut bare = record.clone();
+    bare.values.iter_mut().for_each(|v| v.fill(f64::NAN));
+    bare
+}
+
+/// One trajectory, the rows seen of it, and how well they are seen.
+pub(super) struct Case<'a> {
+    pub system: &'a dyn System,
+    pub unknowns: &'a [Unknown],
+    values: &'a [f64],
+    shared: bool,
+    pub record: &'a Record,
+    /// Rows `[n, C]`; not a number where not measured or not seen.
+    pub rows: &'a [f64],
+    /// Standard deviation of each channel.
+    pub sd: Vec<f64>,
+    start: Vec<f64>,
+}
+
+impl Case<'_> {
+    /// Rows seen.
+    pub fn seen(&self) -> usize {
+        self.rows.len() / self.sd.len()
+    }
+
+    /// The state that fits begin from, in the order of the schema.
+    pub fn rough_start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Readings among the first `n` rows.
+    pub fn readings(&self, n: usize) -> usize {
+        self.rows[..n * self.sd.len()].iter().filter(|v| v.is_finite()).count()
+    }
+
+    /// Simulates the first `samples` of the record at values of the unknowns, with derivatives with respect to `seeds`; false
+    /// where that cannot be done.
+    pub fn simulate(&self, at: &[f64], samples: usize, seeds: &[Seed], out: &mut Simulated) -> bool {
+        let (mut parameters, mut start) = (self.values.to_vec(), self.start.clone());
+        let mut offsets = Vec::new();
+        for (unknown, value) in self.unknowns.iter().zip(at) {
+            match unknown.seed {
+                Seed::Parameter(i) => parameters[i] = *value,
+                Seed::Start(i) => start[i] = *value,
+                Seed::Offset(_) => offsets.push(*value),
+            }
+        }
+        let offsets = match (&offsets[..], self.shared) {
+            ([], _) => Offsets::None,
+            ([one, ..], true) => Offsets::Shared(*one),
+            (each, false) => Offsets::Each(each),
+        };
+        let window = 0..samples;
+        let task =
+            Task { parameters: &parameters, record: self.record, window, start: &start, offsets, seeds };
+        let channels = self.sd.len();
+        let finite = |out: &Simulated| {
+            out.samples() == samples
+                && (0..samples).all(|k| (0..channels).all(|c| out.value(k, c).is_finite()))
+        };
+        self.system.simulate(&task, out).is_ok() && finite(out)
+    }
+
+    /// Negative log posterior density of the unknowns given the first `n` rows, less a constant; infinite where the system
+    /// cannot be simulated or a bound is passed.
+    pub fn cost(&self, at: &[f64], n: usize, out: &mut Simulated) -> f64 {
+        let is_outside = |(u, v): (&Unknown, &f64)| !(u.bounds[0]..=u.bounds[1]).contains(v);
+        if self.unknowns.iter().zip(at).any(is_outside) || !self.simulate(at, n, &[], out) {
+            return f64::INFINITY;
+        }
+        self.misfit(n, out) + self.against_laws(at)
+    }
+
+    /// Half the sum of squared residuals of a simulation of the first `n` rows, in units of the sensor.
+    pub fn misfit(&self, n: usize, out: &Simulated) -> f64 {
+        let channels = self.sd.len();
+        let residual =
+            |i: usize| (self.rows[i] - out.value(i / channels, i % channels)) / self.sd[i % channels];
+        (0..n * channels).map(residual).filter(|r| r.is_finite()).map(|r| 0.5 * r * r).sum()
+    }
+
+    /// Half the squared distances of the unknowns from their laws.
+    pub fn against_laws(&self, at: &[f64]) -> f64 {
+        let each = self.unknowns.iter().zip(at);
+        each.filter_map(|(u, v)| u.law.map(|(mean, sd)| 0.5 * ((v - mean) / sd).powi(2))).sum()
+    }
+}
+
+impl SystemFilter {
+    /// The most probable unknowns behind the first rows. Noise that is not known is estimated from what they leave.
+    fn mode<'a>(&'a self, prefix: &Prefix<'a>, rows: &'a [f64]) -> Result<(Case<'a>, Mode), TrainerError> {
+        let schema = self.system.schema();
+        let channels = schema.channels.len();
+        let refuse = |needed: usize| TrainerError::ShortPrefix {
+            id: prefix.id.to_owned(),
+            rows: rows.len() / channels,
+            needed,
+        };
+        let known = |c: usize| {
+            let stated = prefix.sensor.sd()[c].filter(|sd| *sd > 0.0);
+            stated.or(schema.channels[c].sd.filter(|sd| *sd > 0.0))
+        };
+        let known: Vec<Option<f64>> = (0..channels).map(known).collect();
+        let record = &self.records[prefix.index as usize];
+        let (start, rough) = self.rough(record, rows);
+        let sd = known.iter().zip(&rough).map(|(known, rough)| known.unwrap_or(*rough)).collect();
+        let mut case = Case {
+            system: &*self.system,
+            unknowns: &self.unknowns,
+            values: &self.values[prefix.index as usize],
+            shared: self.shared,
+            record,
+            rows,
+            sd,
+            start,
+        };
+        let open = self.unknowns.iter().filter(|u| u.law.is_none()).count();
+        let spare = if known.iter().all(Option::is_some) { 0 } else { SPARE };
+        let readings = case.readings(case.seen());
+        if readings < open + spare {
+            return Err(refuse(open + spare));
+        }
+        let mut mode = Mode::of(&case).ok_or_else(|| refuse(open + spare))?;
+        if spare > 0 {
+            // Twice: what is an unlikely value of an unknown depends on how good the readings are.
+            for _ in 0..2 {
+                let freedom = readings as f64 / (readings - open) as f64;
+                let rms = mode.rms(&case);
+                for ((sd, known), rms) in case.sd.iter_mut().zip(&known).zip(rms) {
+                    *sd = known.unwrap_or(rms * freedom.sqrt()).max(DIGITS);
+                }
+                mode = Mode::of(&case).ok_or_else(|| refuse(open + spare))?;
+            }
+        }
+        Ok((case, mode))
+    }
+
+    /// A start to fit from and a rough noise of each channel, from the rows seen alone.
+    fn rough(&self, record: &Record, rows: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let schema = self.system.schema();
+        let channels = schema.channels.len();
+        let mut early = record.clone();
+        for (i, v) in rows.iter().enumerate() {
+            early.values[i % channels][i / channels] = *v;
+        }
+        let noise: Vec<f64> = early.values.iter().map(|v| rough_noise(v)).collect();
+        let mut whole = early.clone();
+        whole.whole(schema);
+        let is_start = |r: &Record| {
+            r.windows.first().is_some_and(|w| w.samples.start == 0 && w.start.len() == schema.states.len())
+        };
+        let made = self.system.prepare(&mut early, &noise).is_ok() && is_start(&early);
+        let record = if made { early } else { whole };
+        let mut start = record.windows.into_iter().next().map_or_else(Vec::new, |w| w.start);
+        start.resize(schema.states.len(), 0.0);
+        start.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+        (start, noise)
+    }
+}
+
+/// Noise of readings from their third differences, whose deviation is the root of 20 times that of white noise; at least six
+/// digits.
+fn rough_noise(values: &[f64]) -> f64 {
+    let measured: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let mut third: Vec<f64> =
+        measured.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    third.sort_by(f64::total_cmp);
+    let median = third.get(third.len() / 2).copied().unwrap_or(1e-3);
+    (median / (0.674_489_75 * 20_f64.sqrt())).max(DIGITS)
+}
+
+impl PrefixForecaster for SystemFilter {
+    fn forecasts(
+        &self,
+        prefix: Prefix<'_>,
+        lengths: &[usize],
+        settings: FilterSettings,
+    ) -> Result<Vec<Samples>, TrainerError> {
+        let channels = self.system.schema().channels.len();
+        let one = |&n: &usize| {
+            let (case, mode) = self.mode(&prefix, &prefix.rows[..n * channels])?;
+            let mut rng = random_stream(settings.seed ^ n as u64, "filtered-system", prefix.index);
+            let (particles, weights) = posterior(&case, &mode, settings.particles, &mut rng);
+            let chosen = systematic(&weights, settings.samples, &mut rng);
+            let (rest, count) = (prefix.time - n, settings.samples);
+            let mut values = vec![0.0; rest * channels * count];
+            let (mut out, mut of) = (Simulated::default(), None);
+            let width = self.unknowns.len();
+            for (sample, &i) in chosen.iter().enumerate() {
+                // Systematic resampling names the same particle several times in a row.
+                if of != Some(i) {
+                    let at = &particles[i * width..(i + 1) * width];
+                    if !case.simulate(at, prefix.time, &[], &mut out)
+                        && !case.simulate(&mode.at, prefix.time, &[], &mut out)
+                    {
+                        return Err(TrainerError::NotSimulated { id: prefix.id.to_owned() });
+                    }
+                    of = Some(i);
+                }
+                for k in 0..rest {
+                    for c in 0..channels {
+                        values[(k * channels + c) * count + sample] = out.value(n + k, c) as f32;
+                    }
+                }
+            }
+            let mut samples = Samples { count, values };
+            if settings.is_measured {
+                let sd: Vec<Option<f64>> = case.sd.iter().copied().map(Some).collect();
+                read_by_sensor(&mut samples, &sd, (settings.seed, prefix.index, n));
+            }
+            Ok(samples)
+        };
+        lengths.iter().map(one).collect()
+    }
+}
