@@ -10,6 +10,7 @@
 //! one trait of both.
 
 mod behind;
+mod case;
 mod engine;
 mod evaluate;
 mod least_squares;

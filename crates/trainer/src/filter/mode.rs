@@ -1,6 +1,6 @@
 //! The most probable unknowns of a trajectory, by Levenberg's and Marquardt's steps, and the curvature there.
 
-use super::system::Case;
+use super::case::Case;
 use augsim_physics::system::{Seed, Simulated};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -81,7 +81,7 @@ impl Mode {
 impl Case<'_> {
     /// Unknowns to begin with: the rough start, and the means of laws.
     fn begin(&self) -> Vec<f64> {
-        let rough = |seed| if let Seed::Start(i) = seed { self.rough_start()[i] } else { 0.0 };
+        let rough = |seed| if let Seed::Start(i) = seed { self.start[i] } else { 0.0 };
         self.unknowns.iter().map(|u| u.law.map_or_else(|| rough(u.seed), |(mean, _)| mean)).collect()
     }
 

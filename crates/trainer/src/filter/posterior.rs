@@ -4,9 +4,9 @@
 //! mode a little wider than the curvature says, p the posterior, and preconditioned Crank-Nicolson moves. Where p is Gaussian,
 //! one degree is enough.
 
+use super::case::Case;
 use super::mode::Mode;
 use super::moments::weighted;
-use super::system::Case;
 use super::weights::{effective, shares, systematic};
 use crate::latent::{cholesky, whiten};
 use augsim_physics::system::Simulated;
