@@ -51,9 +51,12 @@ pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&st
              check units, signs and what was measured"
         ));
     }
-    // What is drawn anew for each record is in no forecast, and not in its floor either.
+    // Idealised laws are always far from the noise, and few records then show no gain. What is drawn anew for each record is in
+    // no forecast, and not in its floor either.
+    let is_exact = (0..h.system.schema().channels.len()).all(|channel| h.system.resolution(channel) == 0.0);
     let claims = matches!(decided.verdict, Verdict::Explained | Verdict::PartlyExplained)
-        && decided.scattered.is_none();
+        && decided.scattered.is_none()
+        && is_exact;
     let helps = errors.iter().any(|error| error.reduction.ci95[0] > 0.0);
     let far = errors.iter().any(|error| error.augmented.rmse > FAR * error.noise_floor.rmse);
     if claims
