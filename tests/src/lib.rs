@@ -7,6 +7,7 @@ pub mod gaps;
 pub mod golden;
 pub mod gradient;
 pub mod linear;
+pub mod measured_pushes;
 pub mod operations;
 pub mod push_battery;
 pub mod random;

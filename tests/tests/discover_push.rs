@@ -199,36 +199,3 @@ fn an_effect_that_is_not_in_the_library() {
     let error = PushModel::parse(text, "push.toml").expect_err("refused").to_string();
     assert!(error.contains("table-magnetism") && error.contains("push.toml"), "{error}");
 }
-
-#[test]
-fn measured_runs_of_two_days_in_two_frames_with_knocks() {
-    let Some((data, model)) = measured("mit-pusher-slider-runs", "mit-pusher-slider") else { return };
-    let d = discover(&model, &data, &Options::default(), &mut |_| {}).expect("an answer");
-    // Calibration is what these runs carry beyond doubt: c and friction away from the textbook, and a third of the error.
-    assert!(d.error.calibrated.rmse < 0.7 * d.error.declared.rmse, "{}\n{:?}", d.sentence, d.error);
-    assert!(d.parameters["contact_friction"].ci95[1] < 0.25, "{:?}", d.parameters);
-    // What was found lowers the error on runs that no fit has seen, beyond chance.
-    assert_eq!(d.error.folds, Some(5));
-    assert!(d.error.reduction.ci95[0] > 0.0, "{}\n{:?}", d.sentence, d.error);
-    assert!(d.error.augmented.rmse < 0.85 * d.error.calibrated.rmse, "{}\n{:?}", d.sentence, d.error);
-    let of = |kind: &str| {
-        let found = d.effects.iter().find(|e| e.kind == kind);
-        found.unwrap_or_else(|| panic!("{kind}: {}", d.sentence))
-    };
-    // The notes on the set say that the runs of the first day fit a smaller c (32 mm) than those of the second (43 mm).
-    let per_day = of("c_m per group");
-    let c = &per_day.parameters["c_m"].groups;
-    assert!(
-        (0.028..0.035).contains(&c["10-21"].value) && (0.038..0.046).contains(&c["10-23"].value),
-        "{c:?}"
-    );
-    // While the rod presses, its distance from the object grows by 5 to 6 mm per metre of travel on the second day.
-    let frames = of("frame-registration");
-    let scale = &frames.parameters["scale"];
-    assert!((-0.007..-0.003).contains(&scale.value) && scale.ci95[1] < 0.0, "{}", d.sentence);
-    for found in [per_day, frames] {
-        assert!(found.folds.is_some_and(|[again, folds]| 2 * again > folds), "{}", d.sentence);
-    }
-    // Knocks by hand are in ten of the runs: their windows are found.
-    assert!(d.windows.is_some_and(|w| w.left_out[0] > 5));
-}

@@ -1,11 +1,13 @@
 //! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
 //! noise, push-null, push-single; the first five also as null-gaps, …, with empty cells;
 //! systems-null, systems-single, systems-pair, systems-inside and systems-outside run the binary `augsim` that lies beside this one on systems of equations.
-//! Seeds are FIRST, FIRST + 1, …; rows go to standard output.
+//! Seeds are FIRST, FIRST + 1, …; rows go to standard output. `discover_battery push-measured FOLDER` holds the answer on measured runs of two days
+//! (`mit-pusher-slider-runs`) to what is known of them.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
-use augsim_tests::{push_battery, sealed_systems};
+use augsim_tests::{measured_pushes, push_battery, sealed_systems};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// How a battery is run: complete, or with empty cells.
@@ -35,6 +37,12 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         };
+    }
+    if let [_, name, folder] = &args[..]
+        && name == "push-measured"
+    {
+        println!("{}", measured_pushes::runs_of_two_days(Path::new(folder)));
+        return ExitCode::SUCCESS;
     }
     if let Some(single) = match args.get(1).map(String::as_str) {
         Some("push-null") => Some(false),
