@@ -87,8 +87,7 @@ impl Laboratory {
             let [px, py, angle] = start[..] else {
                 return Err(Usage("start: give x_m, y_m, theta_rad".to_owned()).into());
             };
-            let poses =
-                self.recipe.pushed(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
+            let poses = self.recipe.pushed(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
             let poses = poses.map_err(|e| anyhow::Error::from(Usage(e.to_string())))?;
             Ok(poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect::<Vec<f64>>())
         })?;
