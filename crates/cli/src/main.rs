@@ -14,10 +14,8 @@ mod league;
 mod output;
 mod progress;
 mod record;
-mod reproduce_args;
 mod reproduction;
 mod session;
-mod start_args;
 mod sweep;
 mod systems;
 

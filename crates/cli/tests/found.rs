@@ -219,7 +219,7 @@ fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
     Some(text.split_whitespace().map(|n| n.parse().expect("a number")).collect())
 }
 
-/// What the exported programs of a model say for these arguments: Python's answers, and C's, which are the same.
+/// Answers of the exported programs of a model for these arguments: Python's, and C's, which are the same.
 fn exported(model: &str, numbers: &[f64], dir: &Path) -> Vec<Vec<f64>> {
     let args: Vec<String> = numbers.iter().map(f64::to_string).collect();
     done(&["export", model, "--as", "python", "--out", "law.py"], dir);

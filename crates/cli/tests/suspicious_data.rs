@@ -41,7 +41,7 @@ fn folder(text: &str) -> tempfile::TempDir {
     dir
 }
 
-/// What is done to a height and a velocity.
+/// Change of a height and a velocity.
 type Change<'a> = &'a dyn Fn(f64, f64) -> (f64, f64);
 
 const DISCOVER: [&str; 6] = ["discover", "model.toml", "bounces.csv", "--out", "found", "-q"];

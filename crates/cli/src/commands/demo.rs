@@ -16,8 +16,8 @@ use std::io::Write;
 
 /// A measured set with an effect that its model file does not declare, and that model file.
 const SEALED: [(&str, &[u8]); 2] = [
-    ("bounces.csv", include_bytes!("../../../../fixtures/sealed/bounces.csv")),
-    ("declared.toml", include_bytes!("../../../../fixtures/sealed/model.toml")),
+    ("bounces.csv", include_bytes!("../../demo/bounces.csv")),
+    ("declared.toml", include_bytes!("../../demo/declared.toml")),
 ];
 
 /// Runs the subcommand.

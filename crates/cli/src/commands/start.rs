@@ -1,10 +1,10 @@
 //! `augsim start`: from recordings as they are to a data file and a model file.
 
+use crate::args::Start;
 use crate::destination::Results;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use crate::record::Record;
-use crate::start_args::Start;
 use augsim_data::{
     DataError, Dataset, MissingCells, Reading, Recognised, Recording, Summary, read_dataset, recognise,
     write_dataset,

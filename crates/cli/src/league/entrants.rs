@@ -1,6 +1,6 @@
 //! Who takes part.
 
-use crate::reproduce_args::LeagueScenario;
+use crate::args::LeagueScenario;
 use augsim_trainer::Recipe;
 
 /// A model class in the league.

@@ -1,8 +1,8 @@
 //! The columns of the league, and how a model is measured in them.
 
 use super::processor::processor_s;
+use crate::args::LeagueScenario;
 use crate::experiment::data::Set;
-use crate::reproduce_args::LeagueScenario;
 use augsim_report::page::Best;
 use augsim_trainer::score::{Score, Scoring, average, score};
 use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, violations};

@@ -13,14 +13,13 @@ mod runs;
 mod table;
 mod verdict;
 
-use crate::args::Reproduce;
+use crate::args::{LeagueScenario, Reproduce};
 use crate::destination::{Claim, REPORT, RESULT};
 use crate::exit::Outcome;
 use crate::experiment::Sizes;
 use crate::experiment::data::{Data, Set};
 use crate::output::Output;
 use crate::record::Record;
-use crate::reproduce_args::LeagueScenario;
 use crate::reproduction::{claim, repeat};
 use augsim_session::run_dir::DataSource;
 use entrants::entrants;

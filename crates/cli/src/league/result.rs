@@ -29,6 +29,6 @@ pub struct League {
     /// Seeds of every trained class.
     pub seeds: u64,
     pub rows: Vec<Row>,
-    /// What is better than what, one a test set.
+    /// Models that are significantly better than others, one verdict a test set.
     pub verdicts: Vec<Verdict>,
 }

@@ -3,12 +3,12 @@
 use super::measures::keys;
 use super::result::{League, ResultFile};
 use super::rows::Row;
-use crate::reproduce_args::LeagueScenario;
+use crate::args::LeagueScenario;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// What a clock gave, by scenario and model.
+/// Times by the clock, by scenario and model.
 #[derive(Debug, Serialize)]
 pub struct Costs {
     costs: BTreeMap<String, Cost>,

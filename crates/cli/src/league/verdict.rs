@@ -1,4 +1,4 @@
-//! What is significantly better than what: bootstrap over trajectories, every model on the same ones.
+//! Pairs of models of which one is significantly better: bootstrap over trajectories, every model on the same ones.
 
 use super::rows::Scored;
 use augsim_data::random_stream;

@@ -54,7 +54,7 @@ const fn recalled(method: &'static str, error: f64) -> Published {
 pub const SETS: [Set; 3] = [
     Set {
         name: "silverbox",
-        model: include_str!("../../../../fixtures/systems/silverbox.toml"),
+        model: include_str!("../../models/silverbox.toml"),
         burn_in: 50,
         unit: ("mV", 1e3),
         metric: "free run over the last 21,688 samples of the multisine, start from 50 samples",
@@ -70,7 +70,7 @@ pub const SETS: [Set; 3] = [
     },
     Set {
         name: "emps",
-        model: include_str!("../../../../fixtures/systems/emps.toml"),
+        model: include_str!("../../models/emps.toml"),
         burn_in: 20,
         unit: ("mm", 1e3),
         metric: "open loop over 24.8 s of the validation record, start from 20 samples",
@@ -85,7 +85,7 @@ pub const SETS: [Set; 3] = [
     },
     Set {
         name: "cascaded-tanks",
-        model: include_str!("../../../../fixtures/systems/cascaded-tanks.toml"),
+        model: include_str!("../../models/cascaded-tanks.toml"),
         burn_in: 5,
         unit: ("V", 1.0),
         metric: "free run over the validation record, start from 5 samples",

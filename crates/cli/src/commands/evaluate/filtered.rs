@@ -99,7 +99,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
         }
     }
     let all = Scored { rows };
-    output.result(&all, || told(&all))?;
+    output.result(&all, || table_of_scores(&all))?;
     met(args, all.rows.last())
 }
 
@@ -151,7 +151,7 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
     }
 }
 
-fn told(all: &Scored) -> String {
+fn table_of_scores(all: &Scored) -> String {
     let mut text = format!(
         "filtered forecasts: the first rows of each trajectory are seen, the rest is forecast; errors of the median of {SAMPLES} \
          samples (whole: seen rows count as no error; rest: the rows forecast; median: of the \

@@ -27,7 +27,7 @@ struct Written {
 }
 
 impl ViewArgs {
-    /// What was typed as the library takes it.
+    /// The options as the library takes them.
     pub fn view(&self) -> View {
         View { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
     }

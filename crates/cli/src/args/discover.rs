@@ -1,0 +1,68 @@
+//! Options of `discover`.
+
+use augsim_data::checks::Check;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args as ClapArgs, ValueEnum};
+use std::path::PathBuf;
+
+/// Options of `discover`.
+#[derive(Debug, ClapArgs)]
+pub struct Discover {
+    /// Model file (TOML): what is declared.
+    pub model: PathBuf,
+    /// Measured trajectories (CSV, plain or gzip).
+    pub data: PathBuf,
+    /// Directory for `result.json`, `report.html` and the augmented `model.toml`.
+    #[arg(long, default_value = "out/discover")]
+    pub out: PathBuf,
+    /// Share of the trajectories that fits may see; the rest judges them.
+    #[arg(long, default_value_t = 0.7)]
+    pub train_share: f64,
+    /// Only trajectories of this group (column `group`); may be given several times.
+    #[arg(long)]
+    pub group: Vec<String>,
+    /// Effects that are tried: those of the library, and formulas where they end; or none of them, and formulas alone (models
+    /// of equations).
+    #[arg(long, value_enum, default_value_t = Library::Generic)]
+    pub library: Library,
+    /// End the search after so many seconds with the best so far, marked as such.
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f64>,
+    /// Checks of suspicious data to do without, in the knowledge that the data are right.
+    #[command(flatten)]
+    pub accept: Accept,
+}
+
+/// Effects that a discovery tries before it looks for formulas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Library {
+    /// Those of the library.
+    #[default]
+    Generic,
+    /// None.
+    None,
+}
+
+impl Library {
+    /// As it is typed.
+    pub fn word(self) -> &'static str {
+        match self {
+            Library::Generic => "generic",
+            Library::None => "none",
+        }
+    }
+}
+
+/// Checks of suspicious data that a user overrides.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct Accept {
+    /// Take the data although this check finds them suspicious (`data inspect` lists all checks); may be given several times.
+    #[arg(long, value_name = "CHECK", value_parser = check_parser())]
+    pub accept: Vec<Check>,
+}
+
+/// Names of checks as they are typed.
+fn check_parser() -> impl TypedValueParser<Value = Check> {
+    PossibleValuesParser::new(Check::all().map(Check::name))
+        .try_map(|name| Check::named(&name).ok_or_else(|| format!("no check is called {name}")))
+}

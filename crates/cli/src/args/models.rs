@@ -1,0 +1,59 @@
+//! Options of the commands on model files: `model`, `fit`, `effects`.
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args as ClapArgs, Subcommand};
+use std::path::PathBuf;
+
+/// Options of `model`.
+#[derive(Debug, ClapArgs)]
+pub struct ModelArgs {
+    /// The action on model files.
+    #[command(subcommand)]
+    pub action: ModelAction,
+}
+
+/// Actions of `augsim model`.
+#[derive(Debug, Subcommand)]
+pub enum ModelAction {
+    /// Write a commented model file that runs as it is.
+    New {
+        /// Which system.
+        #[arg(value_parser = templates())]
+        name: String,
+        /// File to write, `NAME.toml` without it.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+}
+
+/// Names of the models that can be begun with.
+fn templates() -> PossibleValuesParser {
+    let built_in = augsim_physics::model::TEMPLATES.map(|(name, _)| name);
+    PossibleValuesParser::new(built_in.into_iter().chain(augsim_written::EXAMPLES.map(|(name, _)| name)))
+}
+
+/// Options of `fit`.
+#[derive(Debug, ClapArgs)]
+pub struct Fit {
+    /// Model file (TOML) with `scenario = "system"`.
+    pub model: PathBuf,
+    /// Measured trajectories (CSV, plain or gzip) with the inputs and outputs of the model.
+    pub data: PathBuf,
+    /// Directory for the calibrated `model.toml` and `result.json`.
+    #[arg(long, default_value = "out/fit")]
+    pub out: PathBuf,
+}
+
+/// Options of `effects`.
+#[derive(Debug, ClapArgs)]
+pub struct Effects {
+    /// A library (`ball`, `push`) or an effect of one, such as `quadratic-drag`; without it both libraries.
+    #[arg(conflicts_with = "model")]
+    pub kind: Option<String>,
+    /// Model file (TOML) of a ball, of pushing, or of equations: what may be tried on it.
+    #[arg(long = "for", value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+    /// Measured trajectories, for usual sizes in the units of a model of equations.
+    #[arg(long, requires = "model")]
+    pub data: Option<PathBuf>,
+}
