@@ -1,4 +1,4 @@
-//! What a filter under way costs: one row taken in by 100 particles (mean over the rows of a drop, impact and moves included), and
+//! Cost of a filter under way: one row taken in by 100 particles (mean over the rows of a drop, impact and moves included), and
 //! 100 draws of what comes behind 65 rows of 400.
 //!
 //! Targets, one thread: 0.5 ms for a row, 50 ms for the draws.

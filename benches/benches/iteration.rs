@@ -1,4 +1,4 @@
-//! What a user waits for: one training iteration of the ball configuration (batch 100, 400 samples), on
+//! Waiting time of a user: one training iteration of the ball configuration (batch 100, 400 samples), on
 //! one thread and on all, and the 100 sampled forecasts of one trajectory. Data by the paper's law.
 //!
 //! Throughput of an iteration of the paper's nets is in floating-point operations (products only), so that

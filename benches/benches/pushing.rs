@@ -1,4 +1,4 @@
-//! What a training set costs: pushes of 150 samples over 15 cm, in batch over all threads.
+//! Cost of a training set: pushes of 150 samples over 15 cm, in batch over all threads.
 //!
 //! Throughput is in pushes: criterion's `elem/s` are pushes per second. The target is 10,000 pushes through the ellipsoid in
 //! 10 s on two cores.

@@ -36,7 +36,7 @@ impl Input {
 /// A function of some inputs recorded on a tape; its output may have any shape.
 pub type Function<'a, T = f64> = dyn Fn(&mut Tape<T>, &[Var]) -> Result<Var, TensorError> + 'a;
 
-/// What a function gives for some inputs.
+/// Output and gradients of a function for some inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome<T> {
     /// The output, row-major.

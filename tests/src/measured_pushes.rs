@@ -1,4 +1,4 @@
-//! What the loop must find in the measured runs of two days: some five minutes of a processor, `discover_battery push-measured`.
+//! Findings that the loop owes in the measured runs of two days: some five minutes of a processor, `discover_battery push-measured`.
 
 use augsim_data::Dataset;
 use augsim_data::convert::CONVERTERS;

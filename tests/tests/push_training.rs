@@ -258,7 +258,7 @@ fn a_forecast_does_not_see_what_comes_later() {
     }
 }
 
-/// What is corrected is a setting: also single steps under actions, for any system whose states are all measured.
+/// The target of corrections is a setting: also single steps under actions, for any system whose states are all measured.
 #[test]
 fn single_steps_are_corrected_under_actions_too() {
     let data = data(12, 1);

@@ -19,7 +19,7 @@ struct Table {
     product: Product,
     /// Best rate of the product so far, GFLOP/s.
     peak: f64,
-    /// What, seconds, GFLOP/s.
+    /// Name of the kernel, seconds, GFLOP/s.
     rows: Vec<(String, f64, f64)>,
 }
 

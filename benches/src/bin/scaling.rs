@@ -14,7 +14,7 @@ use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder};
 use std::fmt::Write;
 use std::path::Path;
 
-/// What is varied, and the values it takes.
+/// Extents that are varied: name, the rest of the configuration, and the values.
 const VARIED: [(&str, &str, &[usize]); 3] = [
     ("batch", "16 units, 400 steps", &[10, 30, 100, 300, 1000, 3000, 10_000]),
     ("hidden", "batch 100, 400 steps", &[8, 16, 32, 64, 128]),

@@ -34,7 +34,7 @@ impl<'a> Problem<'a> {
         Self { system, records, free, states, sd }
     }
 
-    /// What each channel scatters by, the scale that fits begin with, in its unit.
+    /// Standard deviation of each channel, the scale that fits begin with, in its unit.
     pub fn spread(&self) -> Vec<f64> {
         (0..self.schema().channels.len()).map(|channel| spread(self.records, channel)).collect()
     }

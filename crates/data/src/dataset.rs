@@ -91,7 +91,7 @@ impl Dataset {
         self
     }
 
-    /// What a reader took for granted where the file is not in the long form, one sentence each.
+    /// Assumptions of the reader where the file is not in the long form, one sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

@@ -5,6 +5,7 @@ use crate::checks::suspicious::SuspiciousData;
 use crate::limits::LimitExceeded;
 use crate::printable::{printable, shown, shown_list};
 use crate::push::PushError;
+use crate::sniff::Unrecognised;
 use crate::source::Source;
 use crate::unit::Unit;
 use std::fmt;
@@ -151,12 +152,12 @@ pub enum DataError {
         separator: char,
     },
     /// A file in no known layout, of which something cannot be told.
-    #[error("{}: {}", path.display(), shown_text(what))]
+    #[error("{}: {}", path.display(), shown_text(&open.to_string()))]
     NotRecognised {
         /// File.
         path: PathBuf,
-        /// What cannot be told, and the remedy.
-        what: String,
+        /// The question that stays open, and the remedy.
+        open: Unrecognised,
     },
     /// No bytes, or only blank lines.
     #[error(

@@ -20,6 +20,17 @@ const TELLING: usize = 64;
 /// or a folder of them). A text that is in none of them is recognised where its columns can be told
 /// ([`recognise`](crate::recognise)); [`Dataset::notes`] then say what was taken for granted. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
 ///
+/// ```
+/// use augsim_data::{MissingCells, read_dataset};
+/// let folder = tempfile::tempdir()?;
+/// let file = folder.path().join("drops.csv");
+/// std::fs::write(&file, "trajectory,t_s,height_m\na,0,1.5\na,0.1,1.45\nb,0,2\nb,0.1,1.95\n")?;
+/// let data = read_dataset(&file, MissingCells::Refuse)?;
+/// assert_eq!(data.trajectories().len(), 2);
+/// assert_eq!(data.trajectories()[1].column(0), [2.0, 1.95]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// Any of the readers' [`DataError`]s. A file of none of these layouts is reported as a faulty long form.
 pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {

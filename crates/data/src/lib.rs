@@ -43,7 +43,7 @@ pub use normalise::{ColumnScale, Normaliser};
 pub use npz::{read_npz, write_npz};
 pub use printable::{printable, shown, shown_cause, shown_list};
 pub use random_stream::random_stream;
-pub use sniff::{Reading, Recognised, Recording, Renamed, recognise};
+pub use sniff::{Reading, Recognised, Recording, Renamed, Unrecognised, recognise};
 pub use source::Source;
 pub use split::{Split, SplitSize};
 pub use stream_summary::{PushSummary, StreamSummary};

@@ -2,7 +2,7 @@
 
 use crate::addition::{Addition, labels};
 use crate::candidates::laws;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::judged::Judged;
 use crate::linear::Square;
 use crate::periodicity;
@@ -160,10 +160,10 @@ fn too_much(misfits: &[[f64; 2]], excess: f64) -> f64 {
 }
 
 /// Most that one arc and channel may add to the misfit of smooth shapes: with four terms noise passes it once in a million arcs.
-/// What a model lacks is in many arcs; an outlier that was not masked is in one.
+/// A law that a model lacks shows in many arcs; an outlier that was not masked shows in one.
 const MOST_OF_AN_ARC: f64 = 33.4;
 
-fn lack_of_fit(sample: &Sample<'_>, fit: &Fit) -> f64 {
+fn lack_of_fit(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     const TERMS: usize = 4;
     let rho = sample.correlation;
     let innovation = 1.0 / (1.0 - rho * rho).sqrt();

@@ -1,6 +1,6 @@
 //! Where residuals live: against time and what else the system shows them against, their autocorrelation and quantiles.
 
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::residuals::left;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
@@ -69,11 +69,11 @@ pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
 }
 
 /// Anatomy of the residuals of two fits of the same sample.
-pub(crate) fn anatomy(sample: &Sample<'_>, before: &Fit, after: &Fit) -> Anatomy {
+pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
     compare(collect(sample, before), collect(sample, after))
 }
 
-fn collect(sample: &Sample<'_>, fit: &Fit) -> Collector {
+fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
     for (record, left) in sample.records().zip(left(sample, fit)) {
         let features = sample.data.system.shown_against(&record.seen, &left.events);

@@ -1,7 +1,7 @@
 //! The loop's answer before it is put into words and numbers.
 
 use crate::adequacy::Adequacy;
-use crate::explore::Found;
+use crate::explore::Explored;
 use crate::fit::Fit;
 use crate::judged::Judged;
 use crate::noise::Noise;
@@ -12,11 +12,11 @@ use augsim_physics::system::Declaration;
 use std::collections::BTreeMap;
 
 /// Everything that the result is made of.
-pub(crate) struct Parts<'a> {
+pub(crate) struct AnswerParts<'a> {
     pub model: &'a dyn Declaration,
     pub search: &'a Search<'a>,
     pub noise: &'a Noise,
-    pub found: &'a Found,
+    pub found: &'a Explored,
     pub base: &'a Judged,
     pub best: &'a Judged,
     /// The best model fitted to all trajectories.

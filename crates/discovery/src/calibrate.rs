@@ -1,17 +1,17 @@
 //! The declared model, fitted: where every search begins.
 
-use crate::fit::{Fit, Sample, fit};
+use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
 use crate::statistics::median;
 
 /// The declared model fitted.
-pub(crate) fn calibrate(train: &Sample<'_>) -> Fit {
+pub(crate) fn calibrate(train: &ChosenRecords<'_>) -> Fit {
     let h = Hypothesis::new(train.data, &[]);
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
 /// Nominal values, with the parameter of the events (of each group, where it has its own) at the median of its rough values.
-pub(crate) fn calibration_start(train: &Sample<'_>, h: &Hypothesis) -> Vec<f64> {
+pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.theta_start(0.0);
     let mut at = 0;
     for f in &h.free {

@@ -9,7 +9,7 @@ use augsim_physics::system::Event;
 /// Most groups for which an effect is offered with one value a group: beyond, that is a description, not a law.
 const MOST_GROUPS: usize = 20;
 
-/// What candidates are taken from.
+/// Source that candidates are taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
     /// Effects that somebody described.

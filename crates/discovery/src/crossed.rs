@@ -11,7 +11,7 @@ use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
 use crate::fit::{Fit, fit, merged};
-use crate::folds::{FOLDS, again, open};
+use crate::folds::{FOLDS, folds_that_found, open};
 use crate::judged::Judged;
 use crate::outliers;
 use crate::prepare::{Prepared, split};
@@ -30,8 +30,9 @@ pub(crate) struct Crossed {
     pub found: Vec<Vec<String>>,
 }
 
-/// Records below which one split says little about what another would find; those that are enough for folds.
+/// Records below which one split says little about the findings of another, where laws are idealisations.
 const FEW: usize = 20;
+/// Fewest records for folds where laws are idealisations.
 const ENOUGH: usize = 10;
 
 /// Whether one split leaves an answer open: an effect was added that can lower a forecast's error (a scatter alone cannot;
@@ -46,8 +47,9 @@ impl Crossed {
     /// Those of some additions that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them,
     /// where that leaves none.
     pub fn stable(&self, additions: &[Addition]) -> Vec<Addition> {
-        let found =
-            |a: &&Addition| 2 * again(&self.found, &kinds(std::slice::from_ref(*a))[0]) >= self.found.len();
+        let found = |a: &&Addition| {
+            2 * folds_that_found(&self.found, &kinds(std::slice::from_ref(*a))[0]) >= self.found.len()
+        };
         let stable: Vec<Addition> = additions.iter().filter(found).cloned().collect();
         if stable.is_empty() { additions.to_vec() } else { stable }
     }

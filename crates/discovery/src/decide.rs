@@ -4,7 +4,7 @@ use crate::Progress;
 use crate::addition::{Addition, labels};
 use crate::adequacy::{Adequacy, adequacy};
 use crate::confirmation::holds;
-use crate::explore::Found;
+use crate::explore::Explored;
 use crate::fit::Fit;
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
@@ -24,7 +24,7 @@ const LAWFUL: f64 = 0.8;
 
 /// The answer of one split.
 pub(crate) struct Decided {
-    pub found: Found,
+    pub found: Explored,
     /// The calibrated model.
     pub base: Judged,
     pub best: Judged,
@@ -76,7 +76,7 @@ pub(crate) fn decide(
 /// The answer of a search whose best hypothesis is `best`: what that leaves, laws outside the library, verdict.
 pub(crate) fn settle(
     search: &Search<'_>,
-    found: Found,
+    found: Explored,
     base: Judged,
     mut best: Judged,
     tables: bool,
@@ -122,7 +122,7 @@ pub(crate) fn settle(
 /// no rival either.
 fn without_chance(
     search: &Search<'_>,
-    found: &mut Found,
+    found: &mut Explored,
     base: &Judged,
     best: &Judged,
     surviving: &[Addition],
@@ -136,7 +136,7 @@ fn without_chance(
 }
 
 /// The set with the shortest formulas among those that are as good as `best`.
-fn simplest<'f>(found: &'f Found, best: &'f Judged) -> &'f Judged {
+fn simplest<'f>(found: &'f Explored, best: &'f Judged) -> &'f Judged {
     if !best.additions().iter().any(is_formula) {
         return best;
     }
@@ -150,7 +150,7 @@ fn simplest<'f>(found: &'f Found, best: &'f Judged) -> &'f Judged {
 /// The hypothesis with some of the additions of another, judged on both parts; fitted if it was not tried.
 pub(crate) fn place_of(
     search: &Search<'_>,
-    found: &mut Found,
+    found: &mut Explored,
     from: &Judged,
     additions: &[Addition],
 ) -> Judged {
@@ -177,7 +177,7 @@ fn is_confirmed(judged: &Judged, base: &Judged) -> bool {
 /// The best on both parts together, if it is confirmed. Where the laws of the system are idealisations: the best of all that
 /// are, in its simplest form that is as good. (For exact laws Wald's test is no further evidence and costs drag beside a law
 /// that stands for it: the best total decides.)
-fn confirmed(search: &Search<'_>, found: &Found, base: &Judged) -> Judged {
+fn confirmed(search: &Search<'_>, found: &Explored, base: &Judged) -> Judged {
     if !search.train.data.is_idealised() {
         let trained = |best: &Judged| base.criterion - best.criterion;
         let confirms =

@@ -1,7 +1,7 @@
 //! The loop: noise, calibration, search, adequacy, unlisted laws, verdict, errors.
 
 use crate::anatomy::anatomy;
-use crate::answer::Parts;
+use crate::answer::AnswerParts;
 use crate::calibrate::calibrate;
 use crate::candidates::Family;
 use crate::crossed::{crossed, forecast_limit, worth_crossing};
@@ -28,8 +28,8 @@ use std::time::Instant;
 
 /// Finds what `model` lacks to explain `data`.
 ///
-/// Deterministic: the same inputs and seed give the same answer for any number of threads. Source of the method: see the
-/// crate's documentation.
+/// Deterministic: the same inputs and seed give the same answer for any number of threads. The crate's documentation has an
+/// example that runs, and the sources of the method.
 ///
 /// # Errors
 /// [`DiscoveryError`], when the data or the model do not allow an answer.
@@ -152,7 +152,7 @@ pub fn discover(
         [0; 2]
     };
     let drawn_sd = scattered.as_ref().and_then(|_| scattered::size(&all, &last));
-    let discovery = report(Parts {
+    let discovery = report(AnswerParts {
         model,
         search: &search,
         noise,

@@ -3,7 +3,7 @@
 
 use crate::adequacy::adequacy;
 use crate::decide::Decided;
-use crate::explore::Found;
+use crate::explore::Explored;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
@@ -99,7 +99,7 @@ fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
 /// The calibrated model as the answer, without a search.
 pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let base = search.judge(base);
-    let found = Found { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
+    let found = Explored { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
     let tests = adequacy(search, &base, &found.tried, None);
     let (verdict, best) = (Verdict::NotThisSystem, base.clone());
     Decided { found, best, base, tests, verdict, severe: false, scattered: None, was_cut: false }

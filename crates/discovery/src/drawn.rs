@@ -19,7 +19,7 @@
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Normal, Point, normal};
-use crate::fit::{Fit, Sample, assembled, fit, fit_nuisance, nuisance_step};
+use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance, nuisance_step};
 use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::spread::{interval, most_likely};
@@ -37,7 +37,7 @@ const FEWEST: usize = 15;
 /// lacks.
 const WINDOWS: usize = 2;
 
-/// What all records share, the mean of the draws among it.
+/// Parameters that all records share, the mean of the draws among them.
 pub(crate) struct Shared<'d> {
     drawn: &'d Drawn,
     hypothesis: Hypothesis,
@@ -51,7 +51,7 @@ pub(crate) struct Shared<'d> {
 /// Where the records are.
 #[derive(Clone)]
 struct State {
-    /// What all share.
+    /// Entries of theta that all records share.
     theta: Vec<f64>,
     /// Each record's own values less the common ones.
     own: Vec<Vec<f64>>,
@@ -99,7 +99,12 @@ impl Estimated {
 
 impl<'d> Shared<'d> {
     /// The best fit of a set of additions with common values of what may be drawn; none where the records are few or short.
-    pub fn with(drawn: &'d Drawn, sample: &Sample<'_>, from: &Fit, additions: &[Addition]) -> Option<Self> {
+    pub fn with(
+        drawn: &'d Drawn,
+        sample: &ChosenRecords<'_>,
+        from: &Fit,
+        additions: &[Addition],
+    ) -> Option<Self> {
         let (records, windows) = (sample.chosen.len(), sample.excerpts().len());
         let enough = records >= FEWEST && windows >= WINDOWS * records;
         if !enough && drawn.declared.is_none() {
@@ -138,7 +143,7 @@ impl<'d> Shared<'d> {
     }
 
     /// The same with the mean of the draws at their null.
-    pub fn centre(mut self, sample: &Sample<'_>, from: &Fit) -> Self {
+    pub fn centre(mut self, sample: &ChosenRecords<'_>, from: &Fit) -> Self {
         let mut held = self.hypothesis.clone();
         let mut at = 0;
         let places = self.places.clone();
@@ -161,12 +166,12 @@ impl<'d> Shared<'d> {
         self
     }
 
-    fn lanes(&self, sample: &Sample<'_>) -> Vec<Lanes> {
+    fn lanes(&self, sample: &ChosenRecords<'_>) -> Vec<Lanes> {
         sample.excerpts().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
     }
 
     /// All records at the common values.
-    fn together(&self, sample: &Sample<'_>, theta: &[f64]) -> State {
+    fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, &[]);
         let normals = assembled(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
         let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
@@ -174,7 +179,7 @@ impl<'d> Shared<'d> {
     }
 
     /// At a level of what is no scatter, or at that of these records.
-    pub fn estimate(&self, sample: &Sample<'_>, phi_given: Option<f64>) -> Option<Estimated> {
+    pub fn estimate(&self, sample: &ChosenRecords<'_>, phi_given: Option<f64>) -> Option<Estimated> {
         let least = sample.data.white_share;
         let base = self.together(sample, &self.theta);
         let mut state = base.clone();
@@ -197,7 +202,7 @@ impl<'d> Shared<'d> {
     }
 
     /// -2 ln likelihood at a level of what is no scatter.
-    pub fn value(&self, sample: &Sample<'_>, phi: f64) -> f64 {
+    pub fn value(&self, sample: &ChosenRecords<'_>, phi: f64) -> f64 {
         match self.estimate(sample, Some(phi)) {
             Some(found) => found.value,
             None => {
@@ -208,7 +213,7 @@ impl<'d> Shared<'d> {
     }
 
     /// Gain in -2 ln likelihood by the scatter on the records of another sample, each at its most probable values.
-    pub fn gain_on(&self, sample: &Sample<'_>, found: &Estimated) -> f64 {
+    pub fn gain_on(&self, sample: &ChosenRecords<'_>, found: &Estimated) -> f64 {
         let mut state = self.together(sample, &found.state.theta);
         let none: f64 = state.normals.iter().map(|n| n.q).sum::<f64>() / found.phi;
         let still = vec![0.0; self.theta.len()];
@@ -220,8 +225,8 @@ impl<'d> Shared<'d> {
         none - each.iter().map(|n| self.own(n, found.sd, found.phi)).sum::<f64>()
     }
 
-    /// What each window says of the entries of theta that are not drawn: entry, curvature, gradient.
-    pub fn parts(&self, sample: &Sample<'_>, normals: &[Normal]) -> Vec<Vec<(usize, f64, f64)>> {
+    /// Evidence of each window on the entries of theta that are not drawn: entry, curvature, gradient.
+    pub fn parts(&self, sample: &ChosenRecords<'_>, normals: &[Normal]) -> Vec<Vec<(usize, f64, f64)>> {
         let p = self.theta.len();
         let of = |(lanes, normal): (&Lanes, &Normal)| {
             let (s, u) = reduced(lanes, normal, p);
@@ -231,7 +236,7 @@ impl<'d> Shared<'d> {
         self.lanes(sample).iter().zip(normals).map(of).collect()
     }
 
-    fn quadratics(&self, sample: &Sample<'_>, state: &State) -> Vec<OfRecord> {
+    fn quadratics(&self, sample: &ChosenRecords<'_>, state: &State) -> Vec<OfRecord> {
         let p = self.theta.len();
         let b: Vec<usize> = self.places.clone().collect();
         let lanes = self.lanes(sample);
@@ -323,7 +328,7 @@ impl<'d> Shared<'d> {
     /// joint cost would rise.
     fn step(
         &self,
-        sample: &Sample<'_>,
+        sample: &ChosenRecords<'_>,
         state: &State,
         each: &[OfRecord],
         shared: &[f64],
@@ -342,7 +347,7 @@ impl<'d> Shared<'d> {
 
     fn moved(
         &self,
-        sample: &Sample<'_>,
+        sample: &ChosenRecords<'_>,
         state: &State,
         each: &[OfRecord],
         shared: &[f64],

@@ -1,7 +1,7 @@
 //! Errors before and after as tables with intervals.
 
-use crate::fit::{Fit, Sample, fit_nuisance};
-use crate::forecast::{self, Errors, Piece};
+use crate::fit::{ChosenRecords, Fit, fit_nuisance};
+use crate::forecast::{self, Errors, ForecastSpan};
 use crate::hypothesis::Hypothesis;
 use crate::outliers::left_out;
 use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
@@ -55,10 +55,10 @@ fn appended(errors: &mut Errors, more: Errors) {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lists {
     heldout: usize,
-    /// What `whole` is of, on one split; folds that are added leave it.
-    pieces: Vec<Piece>,
+    /// Spans that the forecasts of `whole` are of, on one split; folds that are added leave it.
+    pieces: Vec<ForecastSpan>,
     whole: Forecasts,
-    /// What noise and scatter leave.
+    /// Errors that noise and scatter alone would leave.
     floor: Errors,
     /// Last samples after each horizon.
     ends: Vec<Forecasts>,
@@ -67,7 +67,7 @@ pub(crate) struct Lists {
 impl Lists {
     /// On `test`, which the fits (calibrated, augmented) have not seen. Windows that both miss by more than `limit` are not
     /// forecast.
-    pub fn of(test: &Sample<'_>, [base, best]: [&Fit; 2], limit: f64, seed: u64) -> Self {
+    pub fn of(test: &ChosenRecords<'_>, [base, best]: [&Fit; 2], limit: f64, seed: u64) -> Self {
         let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
         let held = fit_nuisance(test, &best.hypothesis, &best.theta, &[]);
         let out = if limit.is_finite() {
@@ -77,22 +77,22 @@ impl Lists {
         };
         let ranges = test.of_records();
         let excerpts = test.excerpts();
-        let followed = |piece: &Piece| {
+        let followed = |piece: &ForecastSpan| {
             let windows = ranges[piece.chosen].clone();
             !windows.filter(|&w| out.get(w) == Some(&true)).any(|w| {
                 let left = &excerpts[w].window.samples;
                 left.start < piece.samples.end && piece.samples.start < left.end
             })
         };
-        let on = |pieces: &[Piece]| Forecasts {
+        let on = |pieces: &[ForecastSpan]| Forecasts {
             records: pieces.iter().map(|piece| test.chosen[piece.chosen]).collect(),
             models: [(base, &nominal), (base, &base.theta), (best, &best.theta)]
                 .map(|(fit, theta)| forecast::errors(test, pieces, fit, theta)),
         };
-        let pieces: Vec<Piece> = forecast::whole(test).into_iter().filter(followed).collect();
+        let pieces: Vec<ForecastSpan> = forecast::whole(test).into_iter().filter(followed).collect();
         let horizons = test.data.system.schema().horizons_s.iter();
         let ends = horizons.map(|&horizon_s| {
-            let pieces: Vec<Piece> =
+            let pieces: Vec<ForecastSpan> =
                 forecast::horizon(test, horizon_s).into_iter().filter(followed).collect();
             on(&pieces)
         });
@@ -107,7 +107,7 @@ impl Lists {
 
     /// The pieces that were forecast on one split, with the root mean square errors of the measure that decides, in the unit of
     /// its channels: declared, augmented.
-    pub fn by_piece(&self) -> (&[Piece], Vec<[f64; 2]>) {
+    pub fn by_piece(&self) -> (&[ForecastSpan], Vec<[f64; 2]>) {
         let of = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
         let [declared, _, augmented] = &self.whole.models;
         let errors = (0..self.pieces.len()).map(|i| [of(declared, i), of(augmented, i)]);

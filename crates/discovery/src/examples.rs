@@ -1,7 +1,7 @@
 //! Held-out records with the forecasts of the declared and of the augmented model, to be looked at.
 
 use crate::error_table::Lists;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::result::{Example, ExampleChannel};
@@ -36,7 +36,7 @@ pub(crate) fn finite(value: f64) -> Option<f64> {
 
 /// The best, the median and the worst forecast of a held-out sample, by the lists of errors on it; the fits are the calibrated
 /// model, whose nominal values are the declared ones, and the best.
-pub(crate) fn examples(test: &Sample<'_>, [base, best]: [&Fit; 2], lists: &Lists) -> Vec<Example> {
+pub(crate) fn examples(test: &ChosenRecords<'_>, [base, best]: [&Fit; 2], lists: &Lists) -> Vec<Example> {
     let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
     let schema = test.data.system.schema();
     let (pieces, errors) = lists.by_piece();

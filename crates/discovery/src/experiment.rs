@@ -1,7 +1,7 @@
 //! Which measurement would help most.
 
 use crate::addition::{Addition, kinds};
-use crate::answer::Parts;
+use crate::answer::AnswerParts;
 use crate::judged::Judged;
 use crate::result::{Unexplained, Verdict};
 use crate::separate::separation;
@@ -13,7 +13,7 @@ const MOST_RECORDS: f64 = 300.0;
 
 /// The next experiment in words, from what could not be told apart or explained.
 pub(crate) fn next_experiment(
-    parts: &Parts<'_>,
+    parts: &AnswerParts<'_>,
     alternative: Option<&(&Judged, Vec<String>)>,
     unexplained: &Option<Unexplained>,
 ) -> String {

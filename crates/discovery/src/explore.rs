@@ -3,7 +3,7 @@
 use crate::Progress;
 use crate::addition::{Addition, labels};
 use crate::candidates::may_join;
-use crate::fit::{Fit, Sample, fit};
+use crate::fit::{ChosenRecords, Fit, fit};
 use crate::judged::Judged;
 use crate::pairs::pairs;
 use crate::scan::scan;
@@ -31,7 +31,7 @@ struct Effort {
 
 impl Effort {
     /// Idealised laws are searched with what the dispersion lets through, which is less: a fit is some hundred windows.
-    fn of(sample: &Sample<'_>) -> Self {
+    fn of(sample: &ChosenRecords<'_>) -> Self {
         if sample.data.is_idealised() {
             return Self { starts: 1, beam: 2, first: 6, later: 4, swaps: 2, adds: 1, rounds: 3 };
         }
@@ -47,11 +47,13 @@ const POOL: f64 = 30.0;
 
 /// Thresholds that are fitted from where a scan puts them.
 const MOST_SCANNED: usize = 3;
-/// Pairs that are fitted at once, and the statistic of a pair in that of its better half from which on it is.
+/// Pairs that are fitted at once.
 const MOST_PAIRS: usize = 3;
+/// Ratio of a pair's statistic to that of its better half from which on the pair is fitted.
 const WORTH_A_PAIR: f64 = 1.1;
-/// Records of a first search, at least, and windows of all from which on there is one.
+/// Records of a first search, at least.
 const FEW: usize = 30;
+/// Windows of all records from which on a first search sees a part of them only.
 const MANY_WINDOWS: usize = 200;
 /// Sets that a first search hands on.
 const SEEDS: usize = 3;
@@ -60,7 +62,7 @@ const SEEDS: usize = 3;
 type Move = Vec<(Addition, Vec<f64>)>;
 
 /// The end of a search.
-pub(crate) struct Found {
+pub(crate) struct Explored {
     /// Judged on both parts, best total first; the base among them.
     pub pool: Vec<Judged>,
     /// Everything that was fitted, by increasing criterion.
@@ -72,7 +74,7 @@ pub(crate) struct Found {
 impl Search<'_> {
     /// The search on the training part and the judgement on the held-out part. It begins at the best of `base` and of `known`,
     /// sets that another search came to.
-    pub fn run(&self, base: Fit, known: &[Judged], progress: &mut dyn FnMut(Progress)) -> Found {
+    pub fn run(&self, base: Fit, known: &[Judged], progress: &mut dyn FnMut(Progress)) -> Explored {
         let mut seeds: Vec<Judged> =
             known.par_iter().map(|j| self.refit(&j.fit, j.additions(), &[])).collect();
         seeds.extend(self.seeds(&base));
@@ -95,7 +97,7 @@ impl Search<'_> {
             j.heldout_ll = Some(ll);
         }
         pool.sort_by(|a, b| a.total().total_cmp(&b.total()));
-        Found { pool, tried, base_scores }
+        Explored { pool, tried, base_scores }
     }
 
     /// The best sets of a search on some of the records, fitted to all: such a search finds what is large at a fraction of the
@@ -107,8 +109,8 @@ impl Search<'_> {
         }
         let few: Vec<usize> = self.train.chosen.iter().copied().step_by(stride).collect();
         let search = Search {
-            train: Sample { chosen: &few, ..self.train },
-            test: Sample { chosen: &[], ..self.test },
+            train: ChosenRecords { chosen: &few, ..self.train },
+            test: ChosenRecords { chosen: &[], ..self.test },
             library: self.library.clone(),
             tests: self.tests,
             scatter: self.scatter,

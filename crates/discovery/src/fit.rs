@@ -1,10 +1,10 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
+pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::cluster::{Cluster, clusters};
 use crate::evaluate::{Lanes, Normal, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
-pub(crate) use crate::sample::Sample;
 use augsim_physics::system::{Event, Scatter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -59,7 +59,7 @@ pub(crate) struct Fit {
 }
 
 /// Nuisances of the windows of several samples, in the order of all their records.
-pub(crate) fn merged(parts: &[(&Sample<'_>, &Fit)]) -> Vec<Vec<f64>> {
+pub(crate) fn merged(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
     for (sample, fit) in parts {
         let windows = sample.of_records().into_iter().map(|range| &fit.nuisance[range]);
@@ -76,7 +76,7 @@ struct State {
 }
 
 fn assemble(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],
     theta: Vec<f64>,
@@ -89,7 +89,7 @@ fn assemble(
 
 /// The normal equations of all windows at a point.
 pub(crate) fn assembled(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],
     theta: &[f64],
@@ -159,13 +159,18 @@ pub(crate) fn nuisance_step(
 }
 
 /// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
-pub(crate) fn fit(sample: &Sample<'_>, hypothesis: &Hypothesis, theta: &[f64], nuisance: &[Vec<f64>]) -> Fit {
+pub(crate) fn fit(
+    sample: &ChosenRecords<'_>,
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Fit {
     fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
 /// Fits the nuisances alone, with theta (and the scatter) fixed.
 pub(crate) fn fit_nuisance(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
     theta: &[f64],
     nuisance: &[Vec<f64>],
@@ -174,7 +179,7 @@ pub(crate) fn fit_nuisance(
 }
 
 fn fit_with(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
     theta: &[f64],
     nuisance: &[Vec<f64>],
@@ -284,7 +289,7 @@ fn scatter_bounds(h: &Hypothesis) -> (f64, f64) {
 }
 
 fn minimise(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],
     mut state: State,
@@ -333,7 +338,7 @@ fn minimise(
 /// the path a curved valley that is crawled along. And its own step is shortened before it is believed: one record at a kink
 /// (an event more or less) must not hold back the step of all.
 fn advance(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],
     state: &State,
@@ -416,7 +421,7 @@ fn settle(
 }
 
 /// Records that are followed badly begin anew from their rough start, and keep what is better.
-fn rescue(sample: &Sample<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
+fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
     let State { theta, nuisance, normals, .. } = state;
     let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
         .excerpts()

@@ -13,6 +13,6 @@ pub(crate) fn open(error: &ErrorTable) -> bool {
 }
 
 /// In how many folds a kind was found.
-pub(crate) fn again(folds: &[Vec<String>], kind: &str) -> usize {
+pub(crate) fn folds_that_found(folds: &[Vec<String>], kind: &str) -> usize {
     folds.iter().filter(|found| found.iter().any(|k| k == kind)).count()
 }

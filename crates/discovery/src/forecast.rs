@@ -3,7 +3,7 @@
 //! The initial state is fitted to the first samples alone, each model with its own; the rest is predicted.
 
 use crate::evaluate::{Lanes, Point};
-use crate::fit::{Fit, Sample, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::record::{Excerpt, Measured, Record};
 use crate::statistics::{median, quantile};
@@ -34,7 +34,7 @@ pub(crate) type Errors = Vec<Vec<Error>>;
 
 /// Samples of a record that are forecast from the first of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Piece {
+pub(crate) struct ForecastSpan {
     /// Which of the chosen records.
     pub chosen: usize,
     pub samples: Range<usize>,
@@ -42,7 +42,7 @@ pub(crate) struct Piece {
     pub ends: bool,
 }
 
-impl Piece {
+impl ForecastSpan {
     /// The name of what is forecast: that of the record, with the time at which a piece of a long one begins.
     pub fn name(&self, record: &Record) -> String {
         if self.samples == (0..record.seen.times.len()) {
@@ -53,20 +53,20 @@ impl Piece {
 }
 
 /// The pieces that tables of errors are made of: whole records, or what their system cuts them into.
-pub(crate) fn whole(sample: &Sample<'_>) -> Vec<Piece> {
+pub(crate) fn whole(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
     let of = |(chosen, record): (usize, &Record)| {
         let all = 0..record.seen.times.len();
         let ranges = if record.seen.forecasts.is_empty() { vec![all] } else { record.seen.forecasts.clone() };
-        ranges.into_iter().map(move |samples| Piece { chosen, samples, ends: false })
+        ranges.into_iter().map(move |samples| ForecastSpan { chosen, samples, ends: false })
     };
     sample.records().enumerate().flat_map(of).collect()
 }
 
 /// Pieces of `horizon_s`, of which the last sample counts.
-pub(crate) fn horizon(sample: &Sample<'_>, horizon_s: f64) -> Vec<Piece> {
+pub(crate) fn horizon(sample: &ChosenRecords<'_>, horizon_s: f64) -> Vec<ForecastSpan> {
     let of = |(chosen, record): (usize, &Record)| {
         let ranges = pieces_of(&record.seen.times, horizon_s).into_iter();
-        ranges.map(move |samples| Piece { chosen, samples, ends: true })
+        ranges.map(move |samples| ForecastSpan { chosen, samples, ends: true })
     };
     sample.records().enumerate().flat_map(of).collect()
 }
@@ -190,7 +190,7 @@ pub(crate) fn begun(
     correlation: f64,
 ) -> Begun {
     let known = data.with_records(vec![prefix(data, record, samples.start)]);
-    let sample = Sample { data: &known, chosen: &[0], correlation };
+    let sample = ChosenRecords { data: &known, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
     let nuisance = start.nuisance.into_iter().next().unwrap_or_default();
     let whole = Window { samples: samples.clone(), start: Vec::new() };
@@ -240,7 +240,7 @@ pub(crate) fn squares(
 fn one_error(
     data: &Measured,
     record: &Record,
-    piece: &Piece,
+    piece: &ForecastSpan,
     h: &Hypothesis,
     theta: &[f64],
     correlation: f64,
@@ -252,7 +252,12 @@ fn one_error(
 }
 
 /// Forecasts `[channel][sample]` of a piece of a sample by the hypothesis that was fitted to training trajectories.
-pub(crate) fn path(sample: &Sample<'_>, piece: &Piece, training: &Fit, theta: &[f64]) -> Vec<Vec<f64>> {
+pub(crate) fn path(
+    sample: &ChosenRecords<'_>,
+    piece: &ForecastSpan,
+    training: &Fit,
+    theta: &[f64],
+) -> Vec<Vec<f64>> {
     let (h, record) = (predictor(training), &sample.data.records[sample.chosen[piece.chosen]]);
     let start = begun(sample.data, record, piece.samples.clone(), &h, theta, sample.correlation);
     let run = start.run(&h, theta, record);
@@ -281,9 +286,14 @@ fn by_measure(data: &Measured, each: Vec<Vec<Error>>) -> Errors {
 }
 
 /// Errors of forecasts on a sample with the parameters `theta`, by the hypothesis that was fitted to training trajectories.
-pub(crate) fn errors(sample: &Sample<'_>, pieces: &[Piece], training: &Fit, theta: &[f64]) -> Errors {
+pub(crate) fn errors(
+    sample: &ChosenRecords<'_>,
+    pieces: &[ForecastSpan],
+    training: &Fit,
+    theta: &[f64],
+) -> Errors {
     let h = predictor(training);
-    let one = |piece: &Piece| {
+    let one = |piece: &ForecastSpan| {
         let record = &sample.data.records[sample.chosen[piece.chosen]];
         one_error(sample.data, record, piece, &h, theta, sample.correlation)
     };
@@ -291,16 +301,22 @@ pub(crate) fn errors(sample: &Sample<'_>, pieces: &[Piece], training: &Fit, thet
 }
 
 /// Root mean square error on whole records of a sample in the first measure, in the unit of its channels.
-pub(crate) fn first_rmse(sample: &Sample<'_>, training: &Fit) -> f64 {
+pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
     rmse(errors(sample, &whole(sample), training, &training.theta).first().map_or(&[][..], Vec::as_slice))
 }
 
 /// Errors of the same forecasts on replicates that the fit's own model makes, with its noise and its scatter: the least
 /// that any model can reach. `fit` holds the nuisances of the sample.
-pub(crate) fn floor(sample: &Sample<'_>, pieces: &[Piece], training: &Fit, fit: &Fit, seed: u64) -> Errors {
+pub(crate) fn floor(
+    sample: &ChosenRecords<'_>,
+    pieces: &[ForecastSpan],
+    training: &Fit,
+    fit: &Fit,
+    seed: u64,
+) -> Errors {
     let h = predictor(training);
     let windows = sample.of_records();
-    let one = |(i, piece): (usize, &Piece)| {
+    let one = |(i, piece): (usize, &ForecastSpan)| {
         let record = &sample.data.records[sample.chosen[piece.chosen]];
         let nuisance = &fit.nuisance[windows[piece.chosen].clone()];
         let mut sum = vec![(0.0, 0.0); sample.data.system.schema().measures.len()];
@@ -318,10 +334,10 @@ pub(crate) fn floor(sample: &Sample<'_>, pieces: &[Piece], training: &Fit, fit: 
 /// The record as the fit's own model would have made it from the start of its first window, or in the middle from what was
 /// measured there, with noise and scatter.
 fn replicated(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     fit: &Fit,
     record: &Record,
-    piece: &Piece,
+    piece: &ForecastSpan,
     nuisance: &[Vec<f64>],
     mut rng: impl Rng,
 ) -> Record {

@@ -7,8 +7,8 @@
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
-use crate::fit::{Sample, assembled};
-use crate::forecast::{self, Begun, Error, Piece, begun, rmse};
+use crate::fit::{ChosenRecords, assembled};
+use crate::forecast::{self, Begun, Error, ForecastSpan, begun, rmse};
 use crate::foretold::{Draws, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
@@ -44,7 +44,7 @@ pub fn foretell(
     let spread = spread(&h, &data);
     let asked = |j: &usize| options.asks_for(&data.records[*j].seen.id);
     let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
-    let sample = Sample { data: &data, chosen: &chosen, correlation: noise.correlation };
+    let sample = ChosenRecords { data: &data, chosen: &chosen, correlation: noise.correlation };
     let of =
         Of { sample: &sample, h: &h, theta: &theta, spread: &spread, drawn, noise_sd: &noise.sd, options };
     let pieces = forecast::whole(&sample);
@@ -78,7 +78,7 @@ pub fn foretell(
 
 /// Parameters that are drawn anew for each record.
 struct Redrawn {
-    /// What has them where the declared model has not: they vanish at their nulls.
+    /// Addition that has the scattered parameters where the declared model has not: they vanish at their nulls.
     through: Option<Addition>,
     /// Their places in the system's vector.
     places: Range<usize>,
@@ -87,7 +87,7 @@ struct Redrawn {
 }
 
 impl Redrawn {
-    /// What the model declares of it; `None` where it declares no such scatter.
+    /// The scatter that the model declares; `None` where it declares none.
     fn of(data: &Measured) -> Option<Self> {
         let drawn = data.system.schema().drawn.as_ref()?;
         let sd = drawn.declared?;
@@ -122,9 +122,9 @@ fn spread(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     each.collect()
 }
 
-/// What is foretold of, and how.
+/// Records that are foretold, the model with its scatter, and the settings.
 struct Of<'a> {
-    sample: &'a Sample<'a>,
+    sample: &'a ChosenRecords<'a>,
     /// The model, with its scatter.
     h: &'a Hypothesis,
     theta: &'a [f64],
@@ -138,7 +138,7 @@ struct Of<'a> {
 
 impl Of<'_> {
     /// One record, or a piece of a long one, and its error in each measure.
-    fn one(&self, piece: &Piece) -> (Foretold, Vec<Error>) {
+    fn one(&self, piece: &ForecastSpan) -> (Foretold, Vec<Error>) {
         let (data, j) = (self.sample.data, self.sample.chosen[piece.chosen]);
         let (record, theta, options) = (&data.records[j], self.theta, self.options);
         let h = Hypothesis { scatter: None, ..self.h.clone() };
@@ -217,7 +217,7 @@ struct StartLaw<'a> {
 impl<'a> StartLaw<'a> {
     fn of(start: &'a Begun, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
         let Begun { known, lanes, nuisance, .. } = start;
-        let sample = Sample { data: known, chosen: &[0], correlation };
+        let sample = ChosenRecords { data: known, chosen: &[0], correlation };
         let (lanes_of, starts) = (std::slice::from_ref(lanes), std::slice::from_ref(nuisance));
         let normals = assembled(&sample, h, lanes_of, theta, starts);
         let size = lanes.common() + lanes.nuisances();

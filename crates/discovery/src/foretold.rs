@@ -76,7 +76,7 @@ pub struct Foretelling {
     pub squares: Vec<(f64, f64)>,
     /// Standard deviation of the sensor by channel, in the unit of each, as the data show it.
     pub noise_sd: Vec<f64>,
-    /// What the start of each record was fitted to, in words.
+    /// The samples that the start of each record was fitted to, in words.
     pub start: String,
 }
 

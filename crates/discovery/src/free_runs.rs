@@ -4,7 +4,7 @@
 //! never put right by data; a forecast is such a run.
 
 use crate::blocks::known;
-use crate::fit::{Fit, Sample, fit, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
 use crate::forecast::{beginning, foretold, predictor};
 use crate::record::{Measured, Record};
 use augsim_physics::system::Window;
@@ -34,7 +34,7 @@ struct Run {
 impl FreeRuns {
     /// Free runs of the recordings that the records of `heldout` are parts of, compared on these parts; `None` where fits see no
     /// recording in several windows.
-    pub fn new(heldout: &Sample<'_>) -> Option<Self> {
+    pub fn new(heldout: &ChosenRecords<'_>) -> Option<Self> {
         let data = heldout.data;
         let mut runs: Vec<Run> = data
             .recordings
@@ -65,7 +65,8 @@ impl FreeRuns {
             .runs
             .par_iter()
             .map(|run| {
-                let sample = Sample { data: &run.beginning, chosen: &[0], correlation: self.correlation };
+                let sample =
+                    ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
                 let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
                 let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
                 let out = foretold(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
@@ -107,13 +108,13 @@ fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Recor
 
 /// The fit `from` of `sample` with parameters that are fitted over whole recordings, to those of their samples that belong to
 /// `sample`: what a window forgives over its own start, a recording does not.
-pub(crate) fn fit_whole(sample: &Sample<'_>, from: &Fit) -> Fit {
+pub(crate) fn fit_whole(sample: &ChosenRecords<'_>, from: &Fit) -> Fit {
     let data = sample.data;
     let records = (0..data.recordings.len()).map(|i| whole(data, i, |j| sample.chosen.contains(&j)));
     let records: Vec<Record> = records.filter(|r| r.weight.iter().flatten().any(|w| *w > 0.0)).collect();
     let everything: Vec<usize> = (0..records.len()).collect();
     let long = data.with_records(records);
-    let long = Sample { data: &long, chosen: &everything, correlation: sample.correlation };
+    let long = ChosenRecords { data: &long, chosen: &everything, correlation: sample.correlation };
     let starts = fit_nuisance(&long, &from.hypothesis, &from.theta, &[]);
     let found = fit(&long, &from.hypothesis, &from.theta, &starts.nuisance);
     fit_nuisance(sample, &found.hypothesis, &found.theta, &from.nuisance)

@@ -1,4 +1,4 @@
-//! What a fit says of its parameters: covariance, intervals, dispersion, and whether an addition is away from its null.
+//! Inference on the parameters of a fit: covariance, intervals, dispersion, and whether an addition is away from its null.
 
 use crate::addition::Addition;
 use crate::covariance::{sandwich, undetermined};

@@ -15,7 +15,7 @@ pub(crate) struct Judged {
     pub criterion: f64,
     /// Penalty in it.
     pub penalty: f64,
-    /// What one unit of the gain is: the dispersion in the directions of what was added, 1 where residuals are taken for white.
+    /// Size of one unit of the gain: the dispersion in the directions of the additions, 1 where residuals are taken for white.
     pub unit: f64,
     /// Ln likelihood of the held-out part.
     pub heldout_ll: Option<f64>,

@@ -4,7 +4,7 @@
 //! gain of a pair follows from the same normal equations as those of single effects, and costs one simulation for all of them.
 
 use crate::addition::Addition;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::linear::{Square, eliminate};
 use crate::score::{Joint, OBSERVABLE, RANK_CUT, joint, unit};
 use crate::scored::Score;
@@ -25,7 +25,7 @@ pub(crate) struct Pair {
 
 /// Pairs of the candidates whose scores are highest whatever their sign, best first. Amounts that have a sign have it in the
 /// estimate of a pair.
-pub(crate) fn pairs(sample: &Sample<'_>, fit: &Fit, scores: &[Score]) -> Vec<Pair> {
+pub(crate) fn pairs(sample: &ChosenRecords<'_>, fit: &Fit, scores: &[Score]) -> Vec<Pair> {
     let mut list: Vec<&Score> = scores.iter().filter(|s| s.rank > 0.0).collect();
     list.sort_by(|a, b| b.unsigned.total_cmp(&a.unsigned));
     let mut width = 0;

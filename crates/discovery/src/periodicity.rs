@@ -1,7 +1,7 @@
 //! Is a scatter a rhythm? Periodograms of the offsets on the session clock.
 
 use crate::evaluate::Lanes;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
@@ -22,7 +22,7 @@ struct Point {
 /// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of the offsets, and
 /// of the offsets times the strength of their events. Slow frequencies are as many as there are offsets (Horne and Baliunas 1986), fast ones are
 /// counted one by one.
-pub(crate) fn p_value(sample: &Sample<'_>, fit: &Fit) -> f64 {
+pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     let points = points(sample, fit);
     if points.len() < FEWEST {
         return 1.0;
@@ -44,7 +44,7 @@ pub(crate) fn p_value(sample: &Sample<'_>, fit: &Fit) -> f64 {
     (4.0 * p[0].min(p[1])).min(1.0)
 }
 
-fn points(sample: &Sample<'_>, fit: &Fit) -> Vec<Point> {
+fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
     let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Record);
     let schema = fit.hypothesis.system.schema();
     let strength = schema.event.as_ref().and_then(|e| e.strength);

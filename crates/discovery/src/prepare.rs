@@ -3,7 +3,7 @@
 use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::deal;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::lone;
 use crate::noise::{Noise, estimate};
 use crate::pieces;
@@ -26,14 +26,14 @@ pub(crate) struct Prepared {
     pub smooth: bool,
     pub train: Vec<usize>,
     pub test: Vec<usize>,
-    /// What a reader of the result must know.
+    /// Remarks on the records that the result repeats for its reader, one sentence each.
     pub notes: Vec<String>,
 }
 
 impl Prepared {
     /// Some of the trajectories, with the noise of all.
-    pub fn sample<'a>(&'a self, chosen: &'a [usize]) -> Sample<'a> {
-        Sample { data: &self.data, chosen, correlation: self.noise.correlation }
+    pub fn sample<'a>(&'a self, chosen: &'a [usize]) -> ChosenRecords<'a> {
+        ChosenRecords { data: &self.data, chosen, correlation: self.noise.correlation }
     }
 
     /// Whether the noise is only bounded from above, by what polynomials leave that do not follow the motion.
@@ -73,9 +73,9 @@ const QUIETEST: f64 = 1e-6;
 /// Ratio of a new estimate of the noise to the old one above which nothing changes.
 const TELLING: f64 = 0.9;
 
-/// What a fit leaves in each channel, as a standard deviation: freedom is what remains of the samples after the starts of windows and
+/// Standard deviation of a fit's residuals in each channel; freedom is the number of samples less the starts of windows and
 /// the parameters.
-pub(crate) fn misfit(sample: &Sample<'_>, fit: &Fit) -> Vec<f64> {
+pub(crate) fn misfit(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
     let left = left(sample, fit);
     let channels = sample.data.system.schema().channels.len();
     let each = |c: usize| left.iter().flat_map(move |l| l.residuals[c].iter().filter(|r| r.is_finite()));
@@ -101,7 +101,7 @@ pub(crate) struct Readied {
     pub noise: Noise,
     /// Whether polynomials follow the motion between samples.
     pub smooth: bool,
-    /// What is to be told of the records.
+    /// Remarks on the records for the reader of the result, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -177,7 +177,7 @@ pub(crate) fn ready(
     }
     let everything: Vec<usize> = (0..data.records.len()).collect();
     if noise.findings.contains(&"outliers") {
-        let sample = Sample { data: &data, chosen: &everything, correlation: noise.correlation };
+        let sample = ChosenRecords { data: &data, chosen: &everything, correlation: noise.correlation };
         let found = spikes(&sample, &calibrate(&sample));
         noise.outliers += found.len();
         mask(&mut data, &found);

@@ -25,7 +25,7 @@ pub(crate) struct Excerpt<'a> {
 }
 
 impl Record {
-    /// Its windows.
+    /// Windows of the record, in order.
     pub fn excerpts(&self) -> impl Iterator<Item = Excerpt<'_>> {
         self.seen.windows.iter().map(|window| Excerpt { record: self, window })
     }

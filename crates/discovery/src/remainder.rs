@@ -1,7 +1,7 @@
 //! Structure that the library does not know: where it lives, against which quantity, and the closed term that is nearest.
 
 use crate::addition::{Addition, Tabulated};
-use crate::answer::Parts;
+use crate::answer::AnswerParts;
 use crate::result::Unexplained;
 
 /// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
@@ -63,7 +63,7 @@ fn tabulated(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
 
 /// The law that the library lacks, from the tables of the last model or, where nothing describes what is left, from the score
 /// of the worst law.
-pub(crate) fn unexplained(parts: &Parts<'_>) -> Option<Unexplained> {
+pub(crate) fn unexplained(parts: &AnswerParts<'_>) -> Option<Unexplained> {
     let fit = parts.full;
     let h = &fit.hypothesis;
     let (covariance, theta) = (fit.covariance(), &fit.theta);

@@ -3,11 +3,11 @@
 use crate::DiscoveryError;
 use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
-use crate::answer::Parts;
+use crate::answer::AnswerParts;
 use crate::error_table::measured_in;
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
-use crate::folds::again;
+use crate::folds::folds_that_found;
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::judged::Judged;
@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
 pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
-/// The same on the training part alone.
+/// Odds of 10:1 on the training part alone, below which an alternative is as good.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
 
 /// Share of the gain in likelihood below which an effect is small: it is named in a sentence of its own.
@@ -46,7 +46,7 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 }
 
 /// Estimates of the free parameters of one addition, or of the declared model.
-fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
+fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let h = &fit.hypothesis;
     let (ci, all) = (fit.ci95(), names(h));
     let covariance = fit.covariance();
@@ -104,7 +104,7 @@ fn estimates(parts: &Parts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<
 }
 
 /// Other sets that explain the data as well, best first, with their kinds.
-fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
+fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
     if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
@@ -129,7 +129,7 @@ fn alternatives<'p>(parts: &Parts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     out
 }
 
-fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
+fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (base, best) = (parts.base, parts.best);
     let records = &parts.search.train.data.system.schema().record[1];
     let mut out: Vec<Candidate> = Vec::new();
@@ -233,7 +233,7 @@ fn candidates(parts: &Parts<'_>) -> Vec<Candidate> {
     out
 }
 
-fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
+fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
     let best = parts.best;
     let whole = 2.0 * (best.fit.ll - parts.base.fit.ll);
     let additions = best.additions();
@@ -257,7 +257,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
             parameters: estimates(parts, parts.full, Some(n)),
             folds: (!parts.folds.is_empty()).then(|| {
                 let label = kinds(std::slice::from_ref(a));
-                [again(&parts.folds, &label[0]), parts.folds.len()]
+                [folds_that_found(&parts.folds, &label[0]), parts.folds.len()]
             }),
             share: (2.0 * (best.fit.ll - without.ll) / whole).clamp(0.0, 1.0),
             formula: a.listed().and_then(|effect| {
@@ -282,7 +282,7 @@ fn effects(parts: &Parts<'_>) -> Vec<FoundEffect> {
 
 /// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of
 /// what was added.
-fn drawn(parts: &Parts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
+fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let (scattered, sd) = parts.scattered.filter(|s| !s.declared).zip(parts.drawn_sd.clone())?;
     let schema = parts.search.train.data.system.schema();
     let effect = &schema.drawn.as_ref()?.scatter;
@@ -302,7 +302,7 @@ fn drawn(parts: &Parts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
 }
 
 fn sentence(
-    parts: &Parts<'_>,
+    parts: &AnswerParts<'_>,
     effects: &[FoundEffect],
     unexplained: &Option<Unexplained>,
     alternatives: &[Vec<String>],
@@ -372,7 +372,7 @@ fn sentence(
     }
 }
 
-pub(crate) fn report(parts: Parts<'_>) -> Result<Discovery, DiscoveryError> {
+pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
     let found_effects = effects(&parts);
     let unexplained = unexplained(&parts);
     let others = alternatives(&parts);

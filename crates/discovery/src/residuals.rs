@@ -1,7 +1,7 @@
 //! Residuals of a fit, sample by sample.
 
 use crate::evaluate::{Lanes, Point};
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use augsim_physics::system::Event;
 
 /// Residuals of a fit in one record.
@@ -15,13 +15,13 @@ pub(crate) struct Left {
 }
 
 /// Residuals of a fit in each record of its sample.
-pub(crate) fn left(sample: &Sample<'_>, fit: &Fit) -> Vec<Left> {
+pub(crate) fn left(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Left> {
     use rayon::prelude::*;
     let ranges = sample.of_records();
     ranges.into_par_iter().enumerate().map(|(i, windows)| one(sample, fit, i, windows)).collect()
 }
 
-fn one(sample: &Sample<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> Left {
+fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> Left {
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
     let blank = vec![f64::NAN; record.seen.times.len()];

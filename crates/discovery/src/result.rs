@@ -76,7 +76,7 @@ pub struct FoundEffect {
     pub kind: String,
     /// Other causes with the same term, which one apparatus cannot tell apart.
     pub stands_for: Vec<String>,
-    /// Its parameters by name.
+    /// Parameters of the effect, by name.
     pub parameters: BTreeMap<String, Estimate>,
     /// Share of the gain in likelihood that is lost without it.
     pub share: f64,
@@ -102,7 +102,7 @@ pub struct FoundFormula {
     pub text: String,
     /// The quantity that it is a shape of.
     pub of: String,
-    /// Its unit; empty for a pure number.
+    /// Unit of that quantity; empty for a pure number.
     pub unit: String,
     /// Smallest and largest value of the quantity in the data: outside nothing is known.
     pub range: [f64; 2],
@@ -242,17 +242,17 @@ pub struct Bin {
 /// Residuals against features, before (calibrated) and after (augmented), all trajectories.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Bins by feature (`time_s`, …) before.
+    /// Bins of the residuals by feature (`time_s`, …) before anything was added.
     pub before: BTreeMap<String, Vec<Bin>>,
-    /// The same after.
+    /// Bins of the residuals by feature with what was added.
     pub after: BTreeMap<String, Vec<Bin>>,
     /// Autocorrelation of the residuals at lags 0, 1, … before.
     pub autocorrelation_before: Vec<f64>,
-    /// The same after.
+    /// Autocorrelation of the residuals at lags 0, 1, … after.
     pub autocorrelation_after: Vec<f64>,
     /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, before.
     pub quantiles_before: Vec<f64>,
-    /// The same after.
+    /// The same percentiles of the residuals, after.
     pub quantiles_after: Vec<f64>,
 }
 
@@ -379,10 +379,10 @@ pub struct Discovery {
     /// Suspicions about the data, none of which refuses them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
-    /// What a reader of the result must know: how a recording was read, what one trajectory cannot show.
+    /// Remarks for the reader of the result: how a recording was read, what one trajectory cannot show.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// What was added, largest share first.
+    /// Effects that were added, largest share first.
     pub effects: Vec<FoundEffect>,
     /// The declared parameters calibrated on the training part, nothing added.
     pub calibrated: BTreeMap<String, Estimate>,

@@ -6,7 +6,7 @@
 use crate::addition::Addition;
 use crate::candidates::may_join;
 use crate::evaluate::Lanes;
-use crate::fit::{Fit, Sample, assembled, reduce};
+use crate::fit::{ChosenRecords, Fit, assembled, reduce};
 use crate::hypothesis::Hypothesis;
 
 /// An addition with the place from which a fit of it begins, and the gain in cost that is foretold.
@@ -18,7 +18,7 @@ pub(crate) struct Scanned {
 }
 
 /// The best place of every threshold of `library` that may join a fit, best gain first.
-pub(crate) fn scan(sample: &Sample<'_>, fit: &Fit, library: &[Addition]) -> Vec<Scanned> {
+pub(crate) fn scan(sample: &ChosenRecords<'_>, fit: &Fit, library: &[Addition]) -> Vec<Scanned> {
     let mut out: Vec<Scanned> = Vec::new();
     for addition in library.iter().filter(|a| may_join(a, &fit.hypothesis)) {
         let Addition::Effect(listed, _) = addition else { continue };
@@ -34,7 +34,7 @@ pub(crate) fn scan(sample: &Sample<'_>, fit: &Fit, library: &[Addition]) -> Vec<
 }
 
 /// The decrease in cost that a Gauss-Newton step from `start` leads to; `None` where nothing can be simulated there.
-fn foretold(sample: &Sample<'_>, fit: &Fit, addition: &Addition, start: &[f64]) -> Option<f64> {
+fn foretold(sample: &ChosenRecords<'_>, fit: &Fit, addition: &Addition, start: &[f64]) -> Option<f64> {
     sample.data.tally.score();
     let mut additions = fit.hypothesis.additions.clone();
     additions.push(addition.clone());

@@ -5,7 +5,7 @@ use crate::confirmation::holds;
 use crate::dispersion::Dispersion;
 use crate::drawn::{Estimated, Shared};
 use crate::evaluate::Normal;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::judged::Judged;
 use crate::result::Estimate;
 use crate::search::Search;
@@ -21,16 +21,16 @@ pub(crate) struct Scattered {
     pub declared: bool,
     /// The training windows at the values of their records.
     pub normals: Vec<Normal>,
-    /// What each training window says of the entries of theta that are not drawn: entry, curvature, gradient.
+    /// Evidence of each training window on the entries of theta that are not drawn: entry, curvature, gradient.
     pub parts: Vec<Vec<(usize, f64, f64)>>,
 }
 
-/// What may be drawn anew in the system of a search.
-fn drawn<'s>(sample: &'s Sample<'_>) -> Option<&'s Drawn> {
+/// Parameters that may be drawn anew for each record in the system of a search.
+fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
     sample.data.system.schema().drawn.as_ref()
 }
 
-/// What chance would gain by an addition of so many parameters.
+/// Gain that chance would bring to an addition of so many parameters.
 fn penalty(found: &Estimated, search: &Search<'_>, size: f64) -> f64 {
     let dispersion = Dispersion { factor: found.phi, clusters: found.freedom + 1.0 };
     search.resolution() / found.phi + dispersion.widened(search.quantile(size), size)
@@ -90,7 +90,7 @@ pub(crate) fn surviving_additions(search: &Search<'_>, judged: &Judged) -> Optio
 }
 
 /// The standard deviation at a fit to `sample`.
-pub(crate) fn size(sample: &Sample<'_>, fit: &Fit) -> Option<Estimate> {
+pub(crate) fn size(sample: &ChosenRecords<'_>, fit: &Fit) -> Option<Estimate> {
     let drawn = drawn(sample)?;
     let found = Shared::with(drawn, sample, fit, &fit.hypothesis.additions)?.estimate(sample, None)?;
     let unit = drawn.scatter.parameters.first().map_or_else(String::new, |p| p.unit.clone());

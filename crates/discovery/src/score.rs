@@ -4,7 +4,7 @@ use crate::addition::Addition;
 use crate::cluster::ranges;
 use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::evaluate::{Lanes, Point, normals};
-use crate::fit::{Fit, Sample, assembled};
+use crate::fit::{ChosenRecords, Fit, assembled};
 use crate::linear::{Square, eliminate};
 use crate::scored::Score;
 use crate::structural::structural_score;
@@ -22,7 +22,7 @@ pub(crate) const RANK_CUT: f64 = 1e-4;
 pub(crate) const OBSERVABLE: f64 = 1e-7;
 
 /// Score tests of candidates (no scatter) at a fit, in the order given.
-pub(crate) fn scores(sample: &Sample<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
+pub(crate) fn scores(sample: &ChosenRecords<'_>, fit: &Fit, candidates: &[Addition]) -> Vec<Score> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
     let (structural, others): (Vec<usize>, Vec<usize>) =
         (0..candidates.len()).partition(|&i| candidates[i].is_structural());
@@ -87,7 +87,7 @@ pub(crate) struct Joint<'b> {
 /// The joint information of a fit and of the candidates of a batch, each at its point; `None` for candidates that cannot stand
 /// in one system.
 pub(crate) fn joint<'b>(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     fit: &Fit,
     candidates: &[Addition],
     batch: &[&'b (usize, Vec<f64>)],
@@ -206,7 +206,7 @@ impl Joint<'_> {
 }
 
 fn batch_scores(
-    sample: &Sample<'_>,
+    sample: &ChosenRecords<'_>,
     fit: &Fit,
     candidates: &[Addition],
     batch: &[&(usize, Vec<f64>)],
@@ -318,7 +318,7 @@ pub(crate) fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
 
 /// Heterogeneity of each entry of theta over trajectories: statistic and degrees of freedom
 /// (Kristensen and Madsen 2004, pinpointing of model deficiencies).
-pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
+pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     let h = &fit.hypothesis;
     let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
     let parts: Vec<Vec<(usize, f64, f64)>> = assembled(sample, h, &lanes, &fit.theta, &fit.nuisance)
@@ -334,7 +334,7 @@ pub(crate) fn heterogeneity(sample: &Sample<'_>, fit: &Fit) -> Vec<(f64, f64)> {
 
 /// Statistic and degrees of freedom of the differences between records in each entry of theta, from what each window says of
 /// it (entry, curvature, gradient).
-pub(crate) fn differences(sample: &Sample<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
+pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
     let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     for windows in sample.of_records() {

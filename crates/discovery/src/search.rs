@@ -1,4 +1,4 @@
-//! What a search works on: penalties, fits of sets of additions, and their judgement.
+//! The ground of a search: penalties, fits of sets of additions, and their judgement.
 
 use crate::Options;
 use crate::addition::Addition;
@@ -6,7 +6,7 @@ use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
 use crate::cut::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
-use crate::fit::{Fit, Sample, fit, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
 use crate::free_runs::{FreeRuns, fit_whole};
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
@@ -27,7 +27,7 @@ const MOST_OF_AN_OFFSET: f64 = 0.6;
 const NO_EFFECT: f64 = 0.1;
 
 /// Gain, in -2 ln likelihood, of an effect too small to be one; 0 for a system whose laws are exact.
-pub(crate) fn resolution(sample: &Sample<'_>) -> f64 {
+pub(crate) fn resolution(sample: &ChosenRecords<'_>) -> f64 {
     let system = &*sample.data.system;
     if !sample.data.is_idealised() {
         return 0.0;
@@ -46,8 +46,8 @@ pub(crate) fn resolution(sample: &Sample<'_>) -> f64 {
 
 /// A search: its two samples, its library, and how many tests that amounts to.
 pub(crate) struct Search<'a> {
-    pub train: Sample<'a>,
-    pub test: Sample<'a>,
+    pub train: ChosenRecords<'a>,
+    pub test: ChosenRecords<'a>,
     pub library: Vec<Addition>,
     /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
     pub tests: usize,
@@ -79,7 +79,7 @@ fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(train: Sample<'a>, test: Sample<'a>, family: Family, options: &Options) -> Self {
+    pub fn new(train: ChosenRecords<'a>, test: ChosenRecords<'a>, family: Family, options: &Options) -> Self {
         let library = library(train.data, family);
         let system = &train.data.system;
         let points = |a: &Addition| match a {
@@ -102,7 +102,7 @@ impl<'a> Search<'a> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
-    /// What the gain by so many parameters under chance alone exceeds with probability [`ALPHA`] over the library.
+    /// Gain that chance alone exceeds with so many parameters, with probability [`ALPHA`] over the library.
     pub fn quantile(&self, size: f64) -> f64 {
         chi2_quantile(ALPHA / (self.tests.max(1) as f64 + 2.0), size)
     }

@@ -1,7 +1,7 @@
 //! Which experiment tells two explanations apart: the T-criterion (Atkinson and Fedorov 1975) over the system's designs.
 
 use crate::evaluate::{Lanes, Point, normal};
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::linear::Square;
 use crate::record::Record;
 use crate::statistics::median;
@@ -24,7 +24,7 @@ pub(crate) struct Separation {
 }
 
 /// The experiment that separates two fitted explanations best, with the noise and the sampling of `sample`.
-pub(crate) fn separation(sample: &Sample<'_>, noise: &[f64], a: &Fit, b: &Fit) -> Separation {
+pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: &Fit) -> Separation {
     let times = sample.records().map(|r| &r.seen.times);
     let mut steps: Vec<f64> = times.flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let step = median(&mut steps).max(1e-4);
@@ -44,7 +44,13 @@ pub(crate) fn separation(sample: &Sample<'_>, noise: &[f64], a: &Fit, b: &Fit) -
 
 /// The remaining misfit of `other` to a record that `truth` predicts, once its start and its parameters (within what the
 /// data so far allow) have moved as near as they can.
-fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, other: &Fit) -> Option<f64> {
+fn distance(
+    sample: &ChosenRecords<'_>,
+    noise: &[f64],
+    design: &Design,
+    truth: &Fit,
+    other: &Fit,
+) -> Option<f64> {
     let mut record = Record { seen: design.record.clone(), weight: Vec::new(), tolerated: false };
     let planned = record.excerpts().next()?;
     let h = &truth.hypothesis;
@@ -64,7 +70,7 @@ fn distance(sample: &Sample<'_>, noise: &[f64], design: &Design, truth: &Fit, ot
 }
 
 /// Least misfit of a fitted explanation to one more record, its parameters held by their information so far.
-fn nearest(sample: &Sample<'_>, record: &Record, fit: &Fit) -> Option<f64> {
+fn nearest(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
     let planned = record.excerpts().next()?;
     let lanes = Lanes::new(h, planned, &[]);

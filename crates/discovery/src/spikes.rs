@@ -3,7 +3,7 @@
 //! A short arc's polynomial bends towards an outlier, and samples near events lie in no arc. Against the calibrated model a
 //! spike stands out all the same: alone, between neighbours that agree. What a missing effect leaves is smooth there.
 
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::record::Measured;
 use crate::residuals::left;
 
@@ -11,7 +11,7 @@ use crate::residuals::left;
 const SPIKE: f64 = 4.5;
 
 /// Samples `(record, channel, index)` that stand alone against `fit`, which is on all records of the sample.
-pub(crate) fn spikes(sample: &Sample<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
+pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
     for (&j, left) in sample.chosen.iter().zip(left(sample, fit)) {
         let record = &sample.data.records[j];

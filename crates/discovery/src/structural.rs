@@ -4,7 +4,7 @@ use crate::addition::Addition;
 use crate::cluster::clusters;
 use crate::dispersion::{Quadratic, dispersion};
 use crate::evaluate::Lanes;
-use crate::fit::{Fit, Sample, assembled, reduce};
+use crate::fit::{ChosenRecords, Fit, assembled, reduce};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::scored::Score;
@@ -19,8 +19,8 @@ pub(crate) fn probe(effect: &Effect) -> Vec<f64> {
     }
 }
 
-/// What an addition promises by one Gauss-Newton step of everything from its probe.
-pub(crate) fn structural_score(sample: &Sample<'_>, fit: &Fit, addition: &Addition) -> Score {
+/// Score of an addition by one Gauss-Newton step of all parameters from its probe.
+pub(crate) fn structural_score(sample: &ChosenRecords<'_>, fit: &Fit, addition: &Addition) -> Score {
     sample.data.tally.score();
     let additions = [&fit.hypothesis.additions[..], std::slice::from_ref(addition)].concat();
     let mut h = Hypothesis::new(sample.data, &additions);

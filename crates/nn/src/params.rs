@@ -16,7 +16,7 @@ pub enum Init {
         /// Half-width of the interval.
         bound: f64,
     },
-    /// The same value everywhere.
+    /// One value for all parameters of the tensor.
     Constant(f64),
 }
 

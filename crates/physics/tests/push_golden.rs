@@ -81,7 +81,7 @@ impl Motion<f64> for Sine {
 }
 
 impl Path<f64> for Sine {
-    type Piece = Sine;
+    type MotionPiece = Sine;
     fn piece(&self, _time: f64) -> Sine {
         *self
     }

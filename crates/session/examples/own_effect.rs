@@ -28,7 +28,7 @@ omega_rad_s = "-gravity_m_s2 / length_m * sin(theta_rad) - damping_per_s * omega
 angle_rad = { value = "theta_rad", sd = "estimate" }
 "#;
 
-/// What may be missing: a force towards the middle that ends within `w`. It vanishes at `k = 0`.
+/// The suspected effect: a force towards the middle that ends within `w`. It vanishes at `k = 0`.
 const MAGNET: &str = r#"
 [[candidate]]
 kind = "magnet"

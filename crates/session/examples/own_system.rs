@@ -151,7 +151,7 @@ fn measured() -> Result<Dataset, Box<dyn std::error::Error>> {
     Ok(Dataset::from_names(&["level_m"], (0..12).map(draining).collect::<Result<_, _>>()?)?)
 }
 
-/// What the tank's model lacks to explain its drainings.
+/// Discovery of the law that the tank's model lacks to explain its drainings.
 pub fn found() -> Result<Discovery, Box<dyn std::error::Error>> {
     Ok(discover(&Declared, &measured()?, &Options::default(), &mut |_| {})?)
 }

@@ -52,6 +52,18 @@ pub struct Trajectories {
 
 /// Simulates a model from given starts. Each draw has a random stream of its own: the values do not depend on threads.
 ///
+/// ```
+/// use augsim_session::Subject;
+/// use augsim_session::simulate::{Plan, simulate};
+/// let text = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = 9.81\nrestitution = 0.5\n";
+/// let model = Subject::parse(text, "model.toml")?;
+/// let start = vec![("height_m".to_owned(), vec![20.0]), ("velocity_m_s".to_owned(), vec![0.0])];
+/// let fall = simulate(&model, &Plan { start, times: vec![0.0, 1.0], ..Plan::default() })?;
+/// assert_eq!((fall.shape, &fall.columns[..]), ([1, 1, 2], &["height_m".to_owned()][..]));
+/// assert!((fall.values[1] - (20.0 - 9.81 / 2.0)).abs() < 1e-12);
+/// # Ok::<(), anyhow::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Usage`], where a start, an input or the times do not fit the model; an error of the engine otherwise.
 pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> {

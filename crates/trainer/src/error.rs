@@ -71,7 +71,7 @@ pub enum TrainerError {
         id: String,
         /// First step that is no number, from 0.
         step: usize,
-        /// What stands there.
+        /// The number that stands there.
         value: f32,
     },
     /// The rows seen of a trajectory leave its start open.

@@ -54,6 +54,24 @@ pub struct TrainingState {
 }
 
 /// A training run in memory.
+///
+/// ```
+/// use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+/// use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training};
+///
+/// let (data, _) = PaperLaw::default().generate(20, 5)?;
+/// let drops = Sequences::new(&data, &["height_m", "velocity_m_s"])?;
+/// let settings = Settings::new(Recipe::HybridPlus, 30, 3, Engine::PybulletBall(paper_engine()));
+/// let mut training = Training::new(settings, &drops)?;
+/// let first = training.step()?.loss;
+/// let last = (1..30).try_fold(first, |_, _| training.step().map(|losses| losses.loss))?;
+/// assert!(last < first);
+///
+/// let model = NetModel::new(training.finish()?.clone())?;
+/// let from_4_m = Task { start: &[4.0, 0.0], actions: &[], time: 50, index: 0 };
+/// assert_eq!(model.forecast(from_4_m, 10)?.values.len(), 50 * 2 * 10); // [time, state, sample]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Training {
     state: TrainingState,

@@ -1,4 +1,4 @@
-//! What sampled trajectories do that no body can: a ball below the ground or gaining energy in a rebound, a rod inside the object, an
+//! Violations of mechanics in sampled trajectories: a ball below the ground or gaining energy in a rebound, a rod inside the object, an
 //! object that moves before it is touched.
 
 use crate::engine::{Engine, ModelPush};
@@ -12,7 +12,7 @@ const ENERGY_SLOP: f64 = 1e-2;
 /// Gap at which rod and object count as touching, m: twice the noise of a pose or so.
 const TOUCH_M: f64 = 7e-4;
 
-/// What samples of one trajectory violate.
+/// Violations of mechanics in the samples of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Violations {
     /// A ball over flat ground.

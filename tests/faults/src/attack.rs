@@ -17,7 +17,7 @@ pub struct Target<'a> {
     pub augsim: &'a Path,
     /// The command.
     pub scene: &'a Scene,
-    /// What an undisturbed run writes.
+    /// Files that an undisturbed run writes.
     pub undisturbed: Files,
 }
 

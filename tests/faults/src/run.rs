@@ -14,7 +14,7 @@ pub const CHANGING: &str = "write,writev,pwrite64,openat,rename,renameat,renamea
 pub struct Ended {
     /// Exit code; `None` if a signal ended it.
     pub code: Option<i32>,
-    /// What it wrote to standard error.
+    /// Text that the program wrote to standard error.
     pub stderr: String,
 }
 

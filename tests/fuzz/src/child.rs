@@ -81,7 +81,7 @@ pub fn campaign(
             Ok(false) => count.refused += 1,
             Err((class, detail)) => {
                 if known.insert((class, reader.name, kind(class, &detail))) {
-                    files.write(&kept(keep, class, reader.name, index))?;
+                    files.write(&finding_folder(keep, class, reader.name, index))?;
                     writeln!(out, "finding\t{}\t{}\t{index}\t{detail}", class.name(), reader.name)?;
                 }
             }
@@ -114,7 +114,7 @@ pub fn case(reader: &Reader, folder: &Path, limit: Duration) -> io::Result<()> {
 }
 
 /// Folder of a finding's input below `keep`.
-pub fn kept(keep: &Path, class: Class, reader: &str, index: u64) -> PathBuf {
+pub fn finding_folder(keep: &Path, class: Class, reader: &str, index: u64) -> PathBuf {
     keep.join(reader).join(format!("{}-{index}", class.name()))
 }
 

@@ -126,7 +126,7 @@ fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
         let index: u64 = index.parse().with_context(complaint)?;
         anyhow::ensure!(index >= first, "a child ended before its first input: {}", complaint());
         if let Some(finding) = death(&output, reader, index) {
-            Files::read(&scratch.join("input"))?.write(&child::kept(
+            Files::read(&scratch.join("input"))?.write(&child::finding_folder(
                 &plan.keep,
                 finding.class,
                 reader,

@@ -53,7 +53,7 @@ impl Files {
 pub struct Reader {
     /// Name in reports and of its folder in the corpus.
     pub name: &'static str,
-    /// What its files are wrapped in.
+    /// Envelope that its files are wrapped in.
     pub envelope: Envelope,
     /// Whether it takes the folder of the files instead of the first one.
     pub takes_folder: bool,

@@ -66,7 +66,7 @@ fn converted(path: &Path, set: &str) -> Verdict {
     examine(path, read)
 }
 
-/// What was read can be described, and is the same after it was written and read again.
+/// A data set that was read can be described, and is the same after it was written and read again.
 fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
     let data = match read {
         Ok(data) => data,

@@ -7,7 +7,7 @@ const G: f64 = 9.81;
 const RADIUS: f64 = 0.02;
 const INERTIA: f64 = 0.4;
 
-/// What one trajectory starts with.
+/// Start of one trajectory.
 #[derive(Clone, Debug)]
 pub struct Start {
     pub x: f64,

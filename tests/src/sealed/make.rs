@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A set with its truth closed away.
 pub struct Sealed {
-    /// What was measured.
+    /// Simulated measurements.
     pub data: Dataset,
     /// The model file that goes with it.
     pub model: String,

@@ -1,4 +1,4 @@
-//! What is true in a sealed set.
+//! Truth of a sealed set: the effect in it and its parameters.
 
 use rand::{Rng, RngExt};
 use rand_xoshiro::Xoshiro256PlusPlus;

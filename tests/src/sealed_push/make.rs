@@ -54,7 +54,7 @@ impl PushKind {
     }
 }
 
-/// What is true of a set.
+/// Truth of a set of pushes.
 #[derive(Clone, Debug)]
 pub struct PushTruth {
     pub effect: Option<PushKind>,

@@ -86,7 +86,7 @@ impl Stream {
     }
 
     /// Without repeats of the same measurement: three values equal to those before, for no longer than 50 ms.
-    /// What stands still for longer is kept whole, so that a rest stays a rest.
+    /// A longer standstill is kept whole, so that a rest stays a rest.
     pub fn without_repeats(&self) -> Stream {
         let mut repeat = vec![false; self.len()];
         let mut first = 0;

@@ -1,5 +1,6 @@
 //! Separator, decimal mark, comments and header of a file, told by what makes most of its cells numbers.
 
+use super::unrecognised::Unrecognised;
 use crate::error::DataError;
 use crate::limits::Limit;
 use crate::source::Source;
@@ -158,7 +159,6 @@ pub(super) fn sheet(
     separator: Option<char>,
     decimal: Option<char>,
 ) -> Result<Sheet, DataError> {
-    let not = |what: &str| DataError::NotRecognised { path: path.to_owned(), what: what.to_owned() };
     let numbered = || (1u64..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
     let plain: Vec<&str> =
         numbered().map(|(_, l)| l).filter(|l| comment(l).is_none()).take(TELLING).collect();
@@ -176,10 +176,8 @@ pub(super) fn sheet(
     let tail = &plain[plain.len().min(PREAMBLE) / 2..];
     let dialect =
         dialect_of_lines(tail, separator, decimal).or_else(|| dialect_of_lines(&plain, separator, decimal));
-    let dialect = dialect.ok_or_else(|| {
-        not("its lines are no rows of numbers; give the character between cells by --sep and the decimal mark by --decimal \
-             (augsim start)")
-    })?;
+    let no_numbers = || DataError::NotRecognised { path: path.to_owned(), open: Unrecognised::NoNumbers };
+    let dialect = dialect.ok_or_else(no_numbers)?;
     let cells_of = |line: &str| cut(line, dialect.separator);
     let tail: Vec<Vec<String>> = tail.iter().map(|line| cells_of(line)).collect();
     let (columns, _) = usual_width(&tail);

@@ -4,7 +4,7 @@
 pub(super) const KNOWN_UNITS: &str = "known are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
                                       m/s, cm/s, mm/s, rad/s, deg/s";
 
-/// What a unit measures.
+/// Quantity that a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Measures {
     Length,

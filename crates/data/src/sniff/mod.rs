@@ -5,6 +5,7 @@
 //! [`heading`] reads names and units, [`roles`] gives each column its part, [`rows`] makes trajectories, [`scene`] tells clock,
 //! unit and direction of up, where names do not from how things [`fall`]. A wrong guess is overridden by [`Reading`].
 
+mod assumptions;
 mod dialect;
 mod fall;
 mod heading;
@@ -15,14 +16,15 @@ mod roles;
 mod rows;
 mod scene;
 mod text;
-mod told;
+mod unrecognised;
 
 pub(crate) use named::in_long_form;
 pub(crate) use recognised::recognise_bytes;
 pub use recognised::{Recognised, recognise};
 pub use recording::Recording;
+pub use unrecognised::Unrecognised;
 
-/// What a user says about files, where the sniffing would guess otherwise.
+/// Statements of a user about files, where the sniffing would guess otherwise.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reading {
     /// Character between cells; a blank stands for any run of blanks.

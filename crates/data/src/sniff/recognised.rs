@@ -1,6 +1,7 @@
 //! From files to a data set, with what was taken for granted on the way.
 
 use super::Reading;
+use super::assumptions::{columns_assumed, layout, rows_assumed};
 use super::dialect::{Sheet, sheet};
 use super::heading::Heading;
 use super::recording::{Recorded, Recording, Target};
@@ -8,12 +9,11 @@ use super::roles::{Axis, Part, roles};
 use super::rows::{Done, Draft, drafts};
 use super::scene::Scene;
 use super::text::decoded;
-use super::told::{columns_told, layout, rows_told};
+use super::unrecognised::Unrecognised;
 use crate::column::Column;
 use crate::csv_long::MissingCells;
 use crate::dataset::Dataset;
 use crate::error::DataError;
-use crate::printable::shown_list;
 use crate::source::Source;
 use crate::trajectory::Trajectory;
 use crate::whole_file::{gunzip, is_gzip, read_whole};
@@ -28,9 +28,9 @@ const ONLY: &str = "run";
 pub struct Recognised {
     /// In the long form's columns.
     pub data: Dataset,
-    /// What it is.
+    /// Kind of the recording.
     pub recording: Recording,
-    /// What was taken for granted, one sentence each.
+    /// Assumptions that were made, one sentence each.
     pub assumed: Vec<String>,
 }
 
@@ -84,8 +84,8 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     }
     files.sort();
     if files.is_empty() {
-        let what = format!("the folder holds no recordings; they end in .{}", ENDINGS.join(", ."));
-        return Err(DataError::NotRecognised { path: folder.to_owned(), what });
+        let open = Unrecognised::NoRecordings { endings: &ENDINGS };
+        return Err(DataError::NotRecognised { path: folder.to_owned(), open });
     }
     Ok(files)
 }
@@ -97,10 +97,7 @@ fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &Reading) -> Result<Shee
     if bytes.is_empty() {
         return Err(DataError::Empty { path: path.to_owned() });
     }
-    let not_text = || DataError::NotRecognised {
-        path: path.to_owned(),
-        what: "it is no text; export the recording as CSV".into(),
-    };
+    let not_text = || DataError::NotRecognised { path: path.to_owned(), open: Unrecognised::NoText };
     let (text, encoding) = decoded(&bytes).ok_or_else(not_text)?;
     let mut out = sheet(path, &text, reading.separator, reading.decimal)?;
     if let Some(encoding) = encoding {
@@ -117,7 +114,7 @@ fn recognised(
 ) -> Result<Recognised, DataError> {
     let files = with_parts(sheets, reading)?;
     let Some(first) = files.first() else {
-        return Err(DataError::NotRecognised { path: origin.to_owned(), what: "there is no file".into() });
+        return Err(DataError::NotRecognised { path: origin.to_owned(), open: Unrecognised::NoFile });
     };
     let mut assumed = vec![layout(first)];
     let mut done = Done::default();
@@ -141,10 +138,10 @@ fn recognised(
         .zip(&first.parts)
         .filter(|(_, p)| matches!(p, Part::Axis(..) | Part::Named(..)))
         .collect();
-    let (columns, recording, all, told) = Scene::new(origin, reading, first, all, used).settled()?;
-    assumed.extend(columns_told(first, &columns));
-    assumed.extend(told);
-    assumed.extend(rows_told(&files, &all, done));
+    let (columns, recording, all, of_scene) = Scene::new(origin, reading, first, all, used).settled()?;
+    assumed.extend(columns_assumed(first, &columns));
+    assumed.extend(of_scene);
+    assumed.extend(rows_assumed(&files, &all, done));
     let data = dataset(origin, &columns, all, missing)?.with_notes(assumed.clone());
     Ok(Recognised { data, recording, assumed })
 }
@@ -153,7 +150,7 @@ fn recognised(
 fn with_parts(sheets: Vec<Sheet>, reading: &Reading) -> Result<Vec<Recorded>, DataError> {
     let mut out: Vec<Recorded> = Vec::with_capacity(sheets.len());
     for sheet in sheets {
-        let refuse = |what: String| DataError::NotRecognised { path: sheet.path.clone(), what };
+        let refuse = |open| DataError::NotRecognised { path: sheet.path.clone(), open };
         let headings: Vec<Heading> = match &sheet.names {
             Some(names) => names
                 .iter()
@@ -165,23 +162,16 @@ fn with_parts(sheets: Vec<Sheet>, reading: &Reading) -> Result<Vec<Recorded>, Da
         if let Some(first) = out.first()
             && first.headings.iter().map(|h| &h.raw).ne(headings.iter().map(|h| &h.raw))
         {
-            let theirs: Vec<&str> = first.headings.iter().map(|h| h.raw.as_str()).collect();
-            return Err(refuse(format!(
-                "its columns are other than those of {} ({}); read it by itself",
-                first.sheet.path.display(),
-                shown_list(&theirs)
-            )));
+            let columns = first.headings.iter().map(|h| h.raw.clone()).collect();
+            return Err(refuse(Unrecognised::OtherColumns { first: first.sheet.path.clone(), columns }));
         }
         let parts = match out.first() {
             Some(first) => first.parts.clone(),
             None => {
                 let mut parts = roles(&headings, reading).map_err(refuse)?;
                 if sheet.names.is_none() && reading.columns.is_empty() {
-                    parts = parts_without_names(&sheet, &parts).ok_or_else(|| {
-                        let what = "it has no header, and its columns cannot be told apart; name them by \
-                                    --time 1 --columns 2=x_m:cm,3=z_m:cm (augsim start)";
-                        DataError::NotRecognised { path: sheet.path.clone(), what: what.into() }
-                    })?;
+                    let unnamed = || refuse(Unrecognised::NoHeader);
+                    parts = parts_without_names(&sheet, &parts).ok_or_else(unnamed)?;
                 }
                 parts
             }

@@ -1,10 +1,10 @@
-//! What files of a recording hold: rows under headings, the columns that they become, and what kind of recording it is.
+//! Contents of the files of a recording: rows under headings, the columns that they become, and the kind of recording.
 
 use super::dialect::Sheet;
 use super::heading::Heading;
 use super::roles::Part;
 
-/// What kind of recording it is.
+/// Kind of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Recording {
     /// Something falls and is seen in this many coordinates.

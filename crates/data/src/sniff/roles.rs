@@ -2,6 +2,7 @@
 
 use super::Reading;
 use super::heading::{Heading, Measures, Scale};
+use super::unrecognised::Unrecognised;
 use crate::column::{Column, GROUP};
 
 /// A coordinate, before it is known which way is up.
@@ -24,7 +25,7 @@ impl Axis {
     }
 }
 
-/// What a column is.
+/// Role of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Part {
     /// The time; its unit where that is known.
@@ -127,18 +128,18 @@ fn is(words: &[&str], of: &[&str]) -> bool {
 ///
 /// # Errors
 /// A column that the user names is not there.
-pub(super) fn roles(headings: &[Heading], reading: &Reading) -> Result<Vec<Part>, String> {
+pub(super) fn roles(headings: &[Heading], reading: &Reading) -> Result<Vec<Part>, Unrecognised> {
     let mut parts: Vec<Part> = headings.iter().map(|_| Part::Extra).collect();
     let mut taken = vec![false; headings.len()];
-    let place = |name: &str, option: &str| {
+    let place = |name: &str, option: &'static str| {
         let same = |h: &&Heading| h.raw == name || h.raw.eq_ignore_ascii_case(name);
         headings
             .iter()
             .position(|h| same(&h))
             .or_else(|| headings.iter().position(|h| h.words.join("_") == name.to_lowercase()))
             .ok_or_else(|| {
-                let all: Vec<&str> = headings.iter().map(|h| h.raw.as_str()).collect();
-                format!("{option} {name}: there is no such column; the file has {}", crate::shown_list(&all))
+                let columns = headings.iter().map(|h| h.raw.clone()).collect();
+                Unrecognised::NoSuchColumn { option, name: name.to_owned(), columns }
             })
     };
     if let Some(time) = &reading.time {

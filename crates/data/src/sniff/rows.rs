@@ -23,7 +23,7 @@ pub(super) struct Draft {
     pub lines: Vec<u64>,
 }
 
-/// What was done to the rows.
+/// Changes that were made to the rows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Done {
     pub sorted: bool,

@@ -6,8 +6,9 @@ use super::heading::{Heading, Measures, Scale};
 use super::recording::{Recorded, Recording, Target};
 use super::roles::{Axis, Part};
 use super::rows::Draft;
+use super::unrecognised::Unrecognised;
 use crate::error::DataError;
-use crate::printable::{shown, shown_list};
+use crate::printable::shown;
 use crate::statistics::{digits, median};
 use std::path::Path;
 
@@ -57,8 +58,13 @@ impl<'a> Scene<'a> {
         Ok((columns, recording, self.all, self.assumed))
     }
 
-    fn refuse<T>(&self, what: String) -> Result<T, DataError> {
-        Err(DataError::NotRecognised { path: self.origin.to_owned(), what })
+    fn refuse<T>(&self, open: Unrecognised) -> Result<T, DataError> {
+        Err(DataError::NotRecognised { path: self.origin.to_owned(), open })
+    }
+
+    /// Names of the columns of the file.
+    fn names(&self) -> Vec<String> {
+        self.first.headings.iter().map(|h| h.raw.clone()).collect()
     }
 
     /// Brings the times to seconds from the beginning of each trajectory.
@@ -126,20 +132,10 @@ impl<'a> Scene<'a> {
             self.assumed.push(format!("frames are numbered; the fall says {} Hz", digits(rate)));
             return Ok(rate);
         }
-        let what = match numbered {
-            true => {
-                "times are frame numbers; give the frames a second by --rate-hz (augsim start)".to_owned()
-            }
-            false => {
-                let names: Vec<&str> = self.first.headings.iter().map(|h| h.raw.as_str()).collect();
-                format!(
-                    "no column of times was recognised among {}; name it by --time NAME, or give the rows a second by \
-                     --rate-hz (augsim start), or call it t_s",
-                    shown_list(&names)
-                )
-            }
-        };
-        self.refuse(what)
+        self.refuse(match numbered {
+            true => Unrecognised::NoFrameRate,
+            false => Unrecognised::NoTimes { columns: self.names() },
+        })
     }
 
     /// The columns of the data set, and what kind of recording it is.
@@ -158,12 +154,7 @@ impl<'a> Scene<'a> {
         if let Some((value, ..)) =
             axes.iter().find(|(_, _, s)| s.is_some_and(|s| s.measures == Measures::Pixels))
         {
-            let name = self.used[*value].0.raw.clone();
-            return self.refuse(format!(
-                "`{}` is in pixels; say how many metres one is, such as --columns '{}=height_m:0.0021' (augsim start)",
-                shown(&name),
-                shown(&name)
-            ));
+            return self.refuse(Unrecognised::Pixels { column: self.used[*value].0.raw.clone() });
         }
         let has = |axis: Axis| axes.iter().any(|(_, a, _)| *a == axis);
         if has(Axis::PusherX) && has(Axis::PusherY) && has(Axis::X) && has(Axis::Y) {
@@ -190,11 +181,7 @@ impl<'a> Scene<'a> {
         let count = positions.iter().chain(&out).filter(|t| SETTLED.contains(&t.name.as_str())).count();
         out.splice(0..0, positions);
         if out.is_empty() {
-            let names: Vec<&str> = self.first.headings.iter().map(|h| h.raw.as_str()).collect();
-            return self.refuse(format!(
-                "no column of positions was recognised among {}; name them by --columns x=x_m:cm,y=z_m:cm (augsim start)",
-                shown_list(&names)
-            ));
+            return self.refuse(Unrecognised::NoPositions { columns: self.names() });
         }
         let recording = match vertical {
             None => Recording::Other,
@@ -256,11 +243,9 @@ impl<'a> Scene<'a> {
                 match (0..axes.len()).find(is) {
                     Some(i) => (i, downwards),
                     None => {
-                        let names: Vec<String> = (0..axes.len()).map(name).collect();
-                        return self.refuse(format!(
-                            "--up {wanted}: no coordinate is called so; there are {}",
-                            shown_list(&names)
-                        ));
+                        let columns = (0..axes.len()).map(name).collect();
+                        return self
+                            .refuse(Unrecognised::NoSuchCoordinate { name: wanted.to_owned(), columns });
                     }
                 }
             }

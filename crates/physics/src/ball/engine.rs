@@ -28,7 +28,7 @@ pub enum Offsets<'a, S> {
     None,
     /// One per impact; 0 beyond the end of the slice.
     PerImpact(&'a [S]),
-    /// The same at every impact.
+    /// One offset for every impact.
     Shared(S),
 }
 

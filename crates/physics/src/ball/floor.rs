@@ -49,7 +49,7 @@ pub struct Floor {
     pub one_sample: BallScore,
     /// Continuous ranked probability score of the exact law in height, m.
     pub crps_height_m: Estimate,
-    /// The same in velocity, m/s.
+    /// Continuous ranked probability score of the exact law in velocity, m/s.
     pub crps_velocity_m_s: Estimate,
 }
 

@@ -1,4 +1,4 @@
-//! What throws show of their scene before any model is fitted.
+//! The scene of throws, as it shows before any model is fitted.
 
 use super::segment::{ballistic, segment};
 use crate::statistics::median;

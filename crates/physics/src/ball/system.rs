@@ -45,9 +45,9 @@ pub struct Ball {
 /// Statements of a model file beside its world and parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Declares {
-    /// It names the restitution: a model that does not is one of flight.
+    /// Whether the model names the restitution: one that does not is of flight.
     pub bounces: bool,
-    /// It names the height of the floor.
+    /// Whether the model names the height of the floor.
     pub floor: bool,
     /// Kinds of its effects, scatter included.
     pub kinds: Vec<String>,

@@ -51,7 +51,7 @@ fn alike(a: f64, b: f64, factor: f64) -> bool {
     (1.0 / factor..=factor).contains(&(a / b))
 }
 
-/// What may be wrong where things fall `ratio` times as fast as they should.
+/// Advice where things fall `ratio` times as fast as they should.
 fn remedy(ratio: f64) -> String {
     let units = [(100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"), (3.281, "feet")];
     let unit = units.into_iter().find(|(factor, _)| alike(ratio, *factor, 1.3));

@@ -81,6 +81,6 @@ pub trait Law<S: Scalar>: Send + Sync {
 
 /// A named effect of the library: a [`Law`] for every scalar, with its description.
 pub trait Effect<S: Scalar>: Law<S> {
-    /// Its description.
+    /// Description of the effect: kind, place, parameters with units, sources.
     fn spec(&self) -> &'static EffectSpec;
 }

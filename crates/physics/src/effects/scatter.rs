@@ -9,7 +9,7 @@ use crate::system::ScatterPer;
 /// Kind of the scatter of restitution.
 pub const SCATTER_KIND: &str = "restitution-scatter";
 
-/// Its description.
+/// Description of the scatter of restitution.
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Impact,

@@ -76,7 +76,7 @@ pub enum Needs {
 }
 
 impl Needs {
-    /// What has to be in the data, in words; empty where nothing special is needed.
+    /// Quantities that have to be in the data, in words; empty where nothing special is needed.
     pub fn words(self) -> &'static str {
         match self {
             Needs::Nothing => "",
@@ -96,7 +96,7 @@ impl Needs {
 /// Another explanation, seen from an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rival {
-    /// This kind.
+    /// An effect of this kind.
     Kind(&'static str),
     /// Any kind that acts at this place.
     At(Location),
@@ -186,7 +186,7 @@ pub struct EffectSpec {
     pub kind: &'static str,
     /// Where it acts.
     pub location: Location,
-    /// Its parameters, in order.
+    /// Parameters of the effect, in the order of its vector of values.
     pub parameters: &'static [ParameterSpec],
     /// Data without which it is not looked for.
     pub needs: Needs,

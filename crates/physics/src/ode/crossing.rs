@@ -10,9 +10,9 @@ const BISECTIONS: usize = 52;
 /// The first passage of a function through zero within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Crossing {
-    /// It does not fall through zero.
+    /// The function does not fall through zero.
     None,
-    /// It first does so at this share of the step.
+    /// The function first falls through zero at this share of the step.
     At(f64),
     /// It rises from zero and is below it again before any number tells the two apart: hops without end.
     Zeno,

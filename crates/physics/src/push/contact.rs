@@ -13,13 +13,13 @@ use crate::Scalar;
 pub enum Mode {
     /// The rod does not touch.
     Free,
-    /// It touches and does not slide.
+    /// The rod touches and does not slide.
     Stick,
     /// The rod slides to the side of `t = rot90(n)` relative to the object.
     Left,
     /// The rod slides to the other side.
     Right,
-    /// It touches, and moves away or rests.
+    /// The rod touches, and moves away or rests.
     Separate,
 }
 

@@ -231,7 +231,7 @@ fn orthogonality<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>, angle: S) -> S {
     dot([cos * a - p[0], sin * b - p[1]], [sin * -a, cos * b])
 }
 
-/// Its derivative with respect to the angle.
+/// Derivative of [`orthogonality`] with respect to the angle.
 fn slope([a, b]: Vector<f64>, p: Vector<f64>, angle: f64) -> f64 {
     let (cos, sin) = (angle.cos(), angle.sin());
     let tangent = [-a * sin, b * cos];

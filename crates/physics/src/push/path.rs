@@ -14,9 +14,9 @@ pub trait Motion<S: Scalar>: Copy {
 /// The rod's motion, in smooth pieces.
 pub trait Path<S: Scalar>: Sync {
     /// A piece.
-    type Piece: Motion<S>;
+    type MotionPiece: Motion<S>;
     /// The piece that begins at `time` or holds it, s.
-    fn piece(&self, time: f64) -> Self::Piece;
+    fn piece(&self, time: f64) -> Self::MotionPiece;
     /// When the piece at `time` ends, s; infinity if it does not.
     fn end_of_piece(&self, time: f64) -> f64;
 }
@@ -44,7 +44,7 @@ impl<S: Scalar> Motion<S> for Straight<S> {
 }
 
 impl<S: Scalar> Path<S> for Straight<S> {
-    type Piece = Self;
+    type MotionPiece = Self;
     fn piece(&self, _time: f64) -> Self {
         *self
     }
@@ -115,7 +115,7 @@ pub fn enough(times: &[f64], x: &[f64], y: &[f64], tolerance_m: f64) -> Vec<usiz
 }
 
 impl<S: Scalar> Path<S> for Recorded<'_> {
-    type Piece = Straight<S>;
+    type MotionPiece = Straight<S>;
 
     fn piece(&self, time: f64) -> Straight<S> {
         let next = self.after(time);
@@ -202,7 +202,7 @@ impl<S: Scalar> Motion<S> for StraightPiece {
 }
 
 impl<S: Scalar> Path<S> for StraightPush {
-    type Piece = StraightPiece;
+    type MotionPiece = StraightPiece;
 
     fn piece(&self, time: f64) -> StraightPiece {
         let piece = match time {

@@ -1,4 +1,4 @@
-//! What residuals of pushes are shown against.
+//! Quantities that residuals of pushes are shown against.
 
 use super::path::{Motion, Path, Recorded};
 use crate::system::Record;

@@ -42,7 +42,7 @@ pub struct Pushing {
     laws: Vec<Law>,
 }
 
-/// What a model of pushes declares beside its parameters.
+/// Declarations of a model of pushes beside its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PushDeclares {
     /// Kinds of its effects, scatter among them.

@@ -1,4 +1,4 @@
-//! What a view from above shows of a push beside the poses.
+//! Outline and rod of a push, which a view from above shows beside the poses.
 
 use super::ROD_RADIUS;
 use super::world::World;

@@ -45,7 +45,7 @@ pub struct Augmentation {
     pub additions: Vec<Addition>,
     /// Standard deviation of the scatter, declared or added.
     pub scatter_sd: Option<f64>,
-    /// Its 95 % interval, where it is known.
+    /// 95 % interval of that standard deviation, where it is known.
     pub scatter_ci95: Option<[f64; 2]>,
 }
 

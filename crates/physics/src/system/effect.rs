@@ -53,7 +53,7 @@ pub enum Start {
 /// Another explanation, seen from an effect.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rival {
-    /// This kind.
+    /// An effect of this kind.
     Kind(String),
     /// Any kind that acts at this place.
     At(String),
@@ -71,7 +71,7 @@ pub struct Effect {
     pub kind: String,
     /// Where it acts, in the system's words.
     pub place: String,
-    /// Its parameters, in order.
+    /// Parameters of the effect, in the order of its vector of values.
     pub parameters: Vec<EffectParameter>,
     /// The law in one line.
     pub formula: String,
@@ -105,7 +105,7 @@ pub struct Effect {
     pub grammar: Option<Grammar>,
 }
 
-/// What is known of a formula of a grammar.
+/// Simplicity and place of a formula that a grammar made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grammar {
     /// Numbers, names and operations in it.

@@ -190,7 +190,7 @@ pub trait System: Debug + Send + Sync {
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
     }
 
-    /// What a view from above shows beside the states, at these times of a record, with parameter `values`; none for a system that
+    /// Scene of a view from above beside the states, at these times of a record, with parameter `values`; none for a system that
     /// has no such view.
     fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
         None

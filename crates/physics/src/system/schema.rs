@@ -50,9 +50,9 @@ pub struct Channel {
 /// How an input goes between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// It keeps the last value.
+    /// The input keeps the last value.
     Held,
-    /// It goes in straight lines.
+    /// The input goes in straight lines.
     Linear,
 }
 

@@ -20,7 +20,7 @@ pub enum Offsets<'a> {
     /// None.
     #[default]
     None,
-    /// The same at every event of the window.
+    /// One offset for every event of the window.
     Shared(f64),
     /// One for each event, in order; 0 beyond the last.
     Each(&'a [f64]),

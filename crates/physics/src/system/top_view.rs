@@ -9,6 +9,6 @@ pub struct TopView {
     pub outline_m: Vec<[f64; 2]>,
     /// Centre of the rod at the times of the samples, m.
     pub rod_m: Vec<[f64; 2]>,
-    /// Its radius, m.
+    /// Radius of the rod, m.
     pub rod_radius_m: f64,
 }

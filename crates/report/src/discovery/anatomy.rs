@@ -11,7 +11,7 @@ use crate::plot::text::capitalised;
 
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
-/// What is counted, and has no halves.
+/// Quantities that are counted, and have no halves.
 const COUNTED: [&str; 1] = ["bounce"];
 
 pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
@@ -90,7 +90,7 @@ fn profile(p: &Profile) -> Line {
     line
 }
 
-/// What was added, over the range of the data.
+/// Curves of the laws that were added, over the range of the data.
 pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
     if laws.is_empty() {
         return Vec::new();

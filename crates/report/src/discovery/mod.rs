@@ -39,7 +39,7 @@ pub struct DiscoveryReport {
     /// Held-out trajectories with the predictions of the declared and the augmented model.
     #[serde(default)]
     pub examples: Vec<Example>,
-    /// What is said below them; empty: that no fit has seen them.
+    /// Sentence below the examples; empty: that no fit has seen them.
     #[serde(default)]
     pub examples_note: String,
     /// Laws that were added, as curves over what they depend on.
@@ -335,9 +335,9 @@ pub struct TopView {
 pub struct LawCurve {
     /// Its name.
     pub title: String,
-    /// What it changes, e.g. `d(speed)/dt`.
+    /// The quantity that the law changes, e.g. `d(speed)/dt`.
     pub adds: String,
-    /// Unit of what it adds.
+    /// Unit of the addition.
     pub unit: String,
     /// The quantity that it depends on.
     pub of: String,
@@ -346,7 +346,7 @@ pub struct LawCurve {
     /// Values of the quantity.
     #[serde(with = "crate::nullable")]
     pub x: Vec<f64>,
-    /// What is added there.
+    /// The addition at each place of `x`.
     #[serde(with = "crate::nullable")]
     pub y: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! What every drawing must satisfy, whatever its data.
+//! Rules that every drawing must satisfy, whatever its data.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 

@@ -1,4 +1,4 @@
-//! What is seen: how many rows, which columns, how well.
+//! The view of a prefix: how many rows, which columns, how well.
 
 use crate::Usage;
 use augsim_trainer::filter::Sensor;

@@ -35,7 +35,7 @@ pub struct ThrowEngine {
     motion: Arc<ModelBall>,
 }
 
-/// What configurations and checkpoints hold.
+/// The engine as configurations and checkpoints hold it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Declared {
     room: Room,

@@ -26,7 +26,7 @@ impl FilterSettings {
     }
 }
 
-/// What a model is told: the rows seen, through which sensor, and what is known of the start.
+/// Knowledge that a model forecasts from: the rows seen, through which sensor, and the law of the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Prefix<'a> {
     /// Name of the trajectory.
@@ -35,7 +35,7 @@ pub struct Prefix<'a> {
     pub rows: &'a [f64],
     /// The sensor.
     pub sensor: &'a Sensor,
-    /// What is known of first states.
+    /// Law of first states.
     pub start: &'a StartLaw,
     /// Actions `[T, A]`, known beforehand.
     pub actions: &'a [f64],

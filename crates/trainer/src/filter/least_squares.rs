@@ -1,4 +1,4 @@
-//! What a filter competes with: PyBullet's ball, its unknowns fitted to the prefix by least squares. A point forecast.
+//! The competitor of a filter: PyBullet's ball, its unknowns fitted to the prefix by least squares. A point forecast.
 
 use super::Sensor;
 use augsim_physics::ball::bullet::BulletBall;
@@ -15,7 +15,7 @@ const STEPS: usize = 40;
 /// Steps of the difference quotients: height m, restitution, damping 1/s.
 const NUDGE: [f64; 3] = [1e-5, 1e-4, 1e-4];
 
-/// What is fitted beside the height of the drop.
+/// Unknowns that are fitted beside the height of the drop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Freedom {
     /// Nothing: the engine as declared.
@@ -31,7 +31,7 @@ pub enum Freedom {
 pub struct FittedDrop {
     /// The engine, with declared values.
     pub ball: BulletBall,
-    /// What is fitted.
+    /// Unknowns that are fitted.
     pub freedom: Freedom,
 }
 

@@ -1,6 +1,6 @@
 //! Filtered forecasts: the beginning of a trajectory is seen, the rest is forecast.
 //!
-//! What differs from trajectory to trajectory (the latent of Hybrid+, a restitution that scatters) is a particle; the state,
+//! A quantity that differs from trajectory to trajectory (the latent of Hybrid+, a restitution that scatters) is a particle; the state,
 //! given a particle, is Gaussian and follows in closed form (a Rao-Blackwellised particle filter: Doucet, de Freitas,
 //! Murphy, Russell 2000). A [`StepLaw`] says how a state moves on; a [`Sensor`] what is seen of it; [`Filter`] takes one row
 //! after another and forecasts from there. It never sees a later row.

@@ -149,7 +149,7 @@ fn weights(
     Some((0..targets.len()).map(|t| (0..n).map(|i| solved[(i, t)]).collect()).collect())
 }
 
-fn told(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: &[f64], at: &[f64]) -> f64 {
+fn kernel_mean(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: &[f64], at: &[f64]) -> f64 {
     let (scales, size) = kernel.scales(variances);
     known.iter().zip(weights).map(|(a, w)| w * kernel.at(a, at, (&scales, size))).sum()
 }
@@ -186,7 +186,8 @@ impl Conditional {
                 let found = weights(&kernel, &known[..few], &variances, &some)?;
                 let error = |(w, y): (&Vec<f64>, &Vec<f64>)| {
                     let each = asked.iter().zip(y);
-                    each.map(|(x, y)| (y - told(&kernel, w, &known[..few], &variances, x)).powi(2)).sum()
+                    each.map(|(x, y)| (y - kernel_mean(&kernel, w, &known[..few], &variances, x)).powi(2))
+                        .sum()
                 };
                 Some((kernel, found.iter().zip(&wanted).map(error).collect()))
             })
@@ -202,7 +203,7 @@ impl Conditional {
         let errors: Vec<Vec<f64>> = (asked.iter().enumerate())
             .map(|(j, x)| {
                 let each = processes.iter().zip(&wanted);
-                each.map(|((kernel, w), y)| y[j] - told(kernel, w, &known, &variances, x)).collect()
+                each.map(|((kernel, w), y)| y[j] - kernel_mean(kernel, w, &known, &variances, x)).collect()
             })
             .collect();
         let mut covariance = vec![0.0; m * m];
@@ -240,7 +241,7 @@ impl PrefixForecaster for Remembered {
             let at = scores(&law.seen, &seen);
             let each = law.processes.iter();
             let centre: Vec<f64> =
-                each.map(|(kernel, w)| told(kernel, w, &law.known, &law.variances, &at)).collect();
+                each.map(|(kernel, w)| kernel_mean(kernel, w, &law.known, &law.variances, &at)).collect();
             let (m, count) = (centre.len(), settings.samples);
             let mut rng = random_stream(settings.seed ^ n as u64, "remembered", prefix.index);
             let mut values = vec![0.0; (prefix.time - n) * s * count];

@@ -1,4 +1,4 @@
-//! What is seen of a state, and what is known of the first one before anything is seen.
+//! The sensor that sees a state, and the law of first states before anything is seen.
 
 use crate::{Sequences, TrainerError};
 
@@ -59,7 +59,7 @@ impl Sensor {
     }
 }
 
-/// What is known of a first state before it is seen: the law of the first states of the training set.
+/// Law of a first state before it is seen: that of the first states of the training set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartLaw {
     /// Mean, `[S]`.

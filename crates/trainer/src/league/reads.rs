@@ -1,4 +1,4 @@
-//! What the classes of the league read and give: steps of the motion, or nothing but the trajectories themselves.
+//! Inputs and targets of the classes of the league: steps of the motion, or nothing but the trajectories themselves.
 
 use super::{states, strides};
 use crate::prepared::Prepared;
@@ -8,7 +8,7 @@ use crate::settings::Settings;
 use augsim_data::random_stream;
 use rand_distr::{Distribution, Poisson};
 
-/// What a class reads and gives.
+/// Inputs and targets of a class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reads {
     /// Single steps of the motion, with `physics` as corrections of the physics' own. Each of `members` nets has a weight for each

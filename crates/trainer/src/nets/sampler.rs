@@ -6,6 +6,26 @@ use augsim_nn::inference::{DrawRunner, GruRunner, LinearRunner, SdRunner};
 
 /// Prior and decoder with their states, for a number of trajectories in lanes. Nothing is allocated after
 /// construction, and no activation outlives a call.
+///
+/// ```
+/// use augsim_data::random_stream;
+/// use augsim_nn::Params;
+/// use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};
+///
+/// let (time, state, condition, latent) = (10, 2, 3, 4);
+/// let sizes = DcvrnnSizes { state, condition, latent, hidden: 16, layers: 2, sd_floor: 1e-3, decoder: Decoder::Fixed };
+/// let mut params = Params::<f32>::new(random_stream(1, "init", 0));
+/// let net = Dcvrnn::new(&mut params, sizes);
+/// let mut sampler = DcvrnnSampler::new(&net, &params, 1, time);
+///
+/// let (u, eps) = (vec![0.1; time * condition], vec![0.5; time * latent]);
+/// let at_once = sampler.advance(&u, &eps).mean.to_vec();
+/// sampler.reset();
+/// for expected in at_once.chunks(state) {
+///     let step = sampler.advance(&u[..condition], &eps[..latent]).mean;
+///     assert!(step.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6));
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub struct DcvrnnSampler {
     prior: (GruRunner, DrawRunner),

@@ -139,7 +139,7 @@ fn count_tokens(text: &str) -> usize {
     }
 }
 
-/// What the loop knows of a formula of the grammar; nothing for an effect that somebody described.
+/// Simplicity and place of a formula that the grammar made; none for an effect that somebody described.
 pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<Grammar> {
     let of = candidate.shape.as_ref()?;
     let unit = size_unit(of, &[], model).map_or_else(String::new, Unit::symbol);

@@ -8,20 +8,20 @@ use augsim_data::Unit;
 /// Points of a curve.
 const POINTS: usize = 81;
 
-/// What an addition of a model adds, over the values that the quantity takes in data.
+/// Curve of an addition of a model, over the values that the quantity takes in data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Kind of the addition.
     pub kind: String,
-    /// What it changes: a rate, an output, an input or a parameter, in words.
+    /// Target of the addition: a rate, an output, an input or a parameter, in words.
     pub target: String,
-    /// Unit of what it adds; empty for a pure number and for a factor.
+    /// Unit of the addition; empty for a pure number and for a factor.
     pub unit: String,
     /// The state or input that it depends on, and its unit.
     pub of: (String, String),
     /// Values of that quantity, over its range in the data.
     pub x: Vec<f64>,
-    /// What is added there (for a factor: by which it multiplies).
+    /// The addition at each place of `x` (for a factor: the number that it multiplies by).
     pub y: Vec<f64>,
 }
 

@@ -32,7 +32,7 @@ pub use scatter::{SCATTER_KIND, SCATTER_SPEC};
 
 /// A named effect: a change of the [`Setting`] of a push, with its description.
 pub trait Effect<S: Scalar>: Send + Sync {
-    /// Its description.
+    /// Description of the effect: kind, place, parameters with units, sources.
     fn spec(&self) -> &'static EffectSpec;
     /// Fills in what the effect changes; `p` holds its parameters in the order of its [`EffectSpec`].
     fn apply(&self, p: &[S], setting: &mut Setting<S>);

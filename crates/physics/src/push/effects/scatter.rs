@@ -8,7 +8,7 @@ use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 /// Kind of the scatter of friction.
 pub const SCATTER_KIND: &str = "friction-scatter";
 
-/// Its description.
+/// Description of the scatter of friction.
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Support,

@@ -330,12 +330,12 @@ impl Delayed {
 }
 
 impl Path<f64> for Delayed {
-    type Piece = Piece;
-    fn piece(&self, time: f64) -> Piece {
+    type MotionPiece = DelayedPiece;
+    fn piece(&self, time: f64) -> DelayedPiece {
         if time < 0.0 {
-            Piece::Rest(self.0.start_m)
+            DelayedPiece::Rest(self.0.start_m)
         } else {
-            Piece::Moving(Path::<f64>::piece(&self.0, time))
+            DelayedPiece::Moving(Path::<f64>::piece(&self.0, time))
         }
     }
     fn end_of_piece(&self, time: f64) -> f64 {
@@ -343,24 +343,24 @@ impl Path<f64> for Delayed {
     }
 }
 
-/// A piece of it.
+/// Piece of a delayed motion: at rest at the start, then moving.
 #[derive(Clone, Copy, Debug)]
-enum Piece {
+enum DelayedPiece {
     Rest(Vector<f64>),
     Moving(StraightPiece),
 }
 
-impl Motion<f64> for Piece {
+impl Motion<f64> for DelayedPiece {
     fn position(&self, time: f64) -> Vector<f64> {
         match self {
-            Piece::Rest(place) => *place,
-            Piece::Moving(piece) => piece.position(time),
+            DelayedPiece::Rest(place) => *place,
+            DelayedPiece::Moving(piece) => piece.position(time),
         }
     }
     fn velocity(&self, time: f64) -> Vector<f64> {
         match self {
-            Piece::Rest(_) => [0.0; 2],
-            Piece::Moving(piece) => piece.velocity(time),
+            DelayedPiece::Rest(_) => [0.0; 2],
+            DelayedPiece::Moving(piece) => piece.velocity(time),
         }
     }
 }

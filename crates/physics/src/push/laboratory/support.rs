@@ -18,7 +18,7 @@ pub struct SupportSheet {
     pub correlation_m: f64,
     /// Friction along a direction over friction across it.
     pub anisotropy_ratio: f64,
-    /// That direction, rad.
+    /// Direction of the anisotropy, rad.
     pub anisotropy_angle_rad: f64,
     /// Friction between rod and object as it is; 0.25 is declared.
     pub contact_friction: f64,

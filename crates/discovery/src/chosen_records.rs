@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// The records that a fit sees.
 #[derive(Clone, Copy)]
-pub(crate) struct Sample<'a> {
+pub(crate) struct ChosenRecords<'a> {
     pub data: &'a Measured,
     /// Which records.
     pub chosen: &'a [usize],
@@ -13,7 +13,7 @@ pub(crate) struct Sample<'a> {
     pub correlation: f64,
 }
 
-impl Sample<'_> {
+impl ChosenRecords<'_> {
     pub fn records(&self) -> impl Iterator<Item = &Record> {
         self.chosen.iter().map(|&j| &self.data.records[j])
     }

@@ -1,4 +1,4 @@
-//! What was taken for granted, in words.
+//! Assumptions of the sniffing, in words.
 
 use super::recording::{Recorded, Target};
 use super::roles::Part;
@@ -28,7 +28,7 @@ pub(super) fn layout(file: &Recorded) -> String {
     text
 }
 
-pub(super) fn columns_told(file: &Recorded, columns: &[Target]) -> Vec<String> {
+pub(super) fn columns_assumed(file: &Recorded, columns: &[Target]) -> Vec<String> {
     let mut pairs = Vec::new();
     for (h, p) in file.headings.iter().zip(&file.parts) {
         match p {
@@ -61,7 +61,7 @@ pub(super) fn columns_told(file: &Recorded, columns: &[Target]) -> Vec<String> {
     out
 }
 
-pub(super) fn rows_told(files: &[Recorded], all: &[Draft], done: Done) -> Vec<String> {
+pub(super) fn rows_assumed(files: &[Recorded], all: &[Draft], done: Done) -> Vec<String> {
     let mut out = Vec::new();
     if files.len() > 1 {
         out.push(format!("{} files, {} trajectories", files.len(), all.len()));
