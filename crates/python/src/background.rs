@@ -9,12 +9,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked for.
+/// Longest time between two looks for signals.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Bytes of the thread's stack: that of a program's main thread.
 const STACK: usize = 8 << 20;
 
-/// What the work tells.
+/// Messages of the work to the caller.
 enum Heard<T> {
     /// The step that it is at, and the share of the whole that is done, where it knows.
     Step(String, Option<f64>),
@@ -75,10 +75,11 @@ pub fn run<T: Send + 'static>(
         let heard = match waited {
             Ok(Heard::Done(result)) => break Ok(result),
             Ok(Heard::Step(step, share)) => progress.map_or(Ok(()), |p| p.call1((step, share)).map(drop)),
-            Err(RecvTimeoutError::Timeout) => py.check_signals(),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => Err(defect(Box::new("the worker is gone"))),
         };
-        if let Err(e) = heard {
+        // Steps of a training come faster than the wait lasts: signals are looked for after each, too.
+        if let Err(e) = heard.and_then(|()| py.check_signals()) {
             break Err(e);
         }
     };

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Width of a figure on its own, pixels.
 const FIGURE_WIDTH: f64 = 640.0;
 
-/// What a discovery found, with what it was made of.
+/// Result of a discovery, with the model and data that it was made of.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Discovery {
     found: augsim_discovery::Discovery,
@@ -46,7 +46,7 @@ pub fn discover(
     background::run(py, progress.as_ref(), move |line| {
         let mut told = |step: augsim_discovery::Progress| {
             line.end_if_stopped();
-            line.step(step.describe().to_owned(), None);
+            line.step(step.describe().to_owned(), Some(step.fraction()));
         };
         let found = augsim_session::discover(&subject, &data, &wanted, &mut told)?;
         Ok(Discovery { found, subject, model: path, data, wanted })

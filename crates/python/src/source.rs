@@ -46,7 +46,7 @@ impl Source {
         Ok(Source { from: DataFrom::Table { name, csv: csv.into() } })
     }
 
-    /// What messages call it.
+    /// Name of the source in messages.
     fn name(&self) -> String {
         self.from.to_string()
     }

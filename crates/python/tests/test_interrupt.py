@@ -1,0 +1,55 @@
+"""Contract (issue 20): Ctrl-C ends whatever takes long, promptly: the caller looks for signals at least twenty times a second, whether
+the work says how far it is often (training), seldom (a search) or never (a fit). Each runs in a process of its own, because
+the signal is for the whole process."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+
+# Seconds from the signal to the exception: a look every 0.05 s, on processors that the work keeps busy.
+PROMPT = 1.5
+
+CALLS = {
+    "discover": "augsim.discover(sealed / 'model.toml', sealed / 'bounces.csv', progress=False)",
+    # Ten iterations of so small a net are done before the caller would look after a pause.
+    "train": "augsim.train(drops, 'neural', 'pybullet-ball', iterations=10**7, progress=False)",
+    "train with progress": "augsim.train(drops, 'neural', 'pybullet-ball', iterations=10**7, progress=lambda step, share: None)",
+    "fit": "augsim.Model(pendulum / 'model.toml').fit(pendulum / 'swings.csv')",
+}
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS.keys())
+def test_ctrl_c_ends_it_promptly(root, call):
+    script = f"""
+        import pathlib
+        import augsim
+        from augsim import generate
+        sealed = pathlib.Path({str(root / "fixtures" / "sealed")!r})
+        pendulum = pathlib.Path({str(root / "fixtures" / "systems" / "pendulum")!r})
+        drops = generate.drops(8, samples=20, seed=7)
+        print("ready", flush=True)
+        try:
+            while True:
+                {call}
+        except KeyboardInterrupt:
+            print("stopped", flush=True)
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        begun = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.stdout.readline() == "stopped\n"
+        seconds = time.monotonic() - begun
+        _, errors = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 0 and errors == "", errors
+    assert seconds < PROMPT, f"{seconds:.2f} s"
