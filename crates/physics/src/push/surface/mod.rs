@@ -7,12 +7,12 @@
 
 pub mod ellipsoid;
 pub mod patches;
+mod sloped;
 pub mod superellipsoid;
 pub mod uniform;
 
 use super::planar::{Vector, Wrench, rot90};
-use crate::dual::through;
-use crate::{Dual, Scalar};
+use crate::Scalar;
 use patches::{Patch, SpeedLaw};
 use uniform::UniformPolygon;
 
@@ -68,10 +68,9 @@ impl<'a, S: Scalar> Surface<'a, S> {
             Surface::Uniform { footprint, scale } => {
                 let turning = rotation * *scale;
                 let mut w = match map {
-                    None if S::LANES > 3 => {
-                        through_wrench([velocity[0], velocity[1], turning], |[x, y, r]| {
-                            footprint.wrench([x, y], r, None)
-                        })
+                    None if S::DIFFERENTIATES => {
+                        let inputs = [velocity[0], velocity[1], turning];
+                        footprint.sloped(inputs.map(S::value)).through(inputs)
                     }
                     _ => footprint.wrench(velocity, turning, map),
                 };
@@ -81,17 +80,13 @@ impl<'a, S: Scalar> Surface<'a, S> {
             Surface::Patches { patches, weights, scale, speed } => {
                 let turning = rotation * *scale;
                 let mut w = match (map, speed) {
-                    (None, None) if S::LANES > 3 => {
-                        through_wrench([velocity[0], velocity[1], turning], |[x, y, r]| {
-                            patches::wrench(patches, weights, [x, y], r, None, None)
-                        })
+                    (None, None) if S::DIFFERENTIATES => {
+                        let inputs = [velocity[0], velocity[1], turning];
+                        patches::sloped(patches, weights, inputs.map(S::value)).through(inputs)
                     }
-                    (None, Some(law)) if S::LANES > 5 => {
+                    (None, Some(law)) if S::DIFFERENTIATES => {
                         let inputs = [velocity[0], velocity[1], turning, law.rise, law.speed_m_s];
-                        through_wrench(inputs, |[x, y, r, rise, speed_m_s]| {
-                            let law = SpeedLaw { rise, speed_m_s };
-                            patches::wrench(patches, weights, [x, y], r, None, Some(&law))
-                        })
+                        patches::sloped_by_speed(patches, weights, inputs.map(S::value)).through(inputs)
                     }
                     _ => patches::wrench(patches, weights, velocity, turning, map, speed.as_ref()),
                 };
@@ -130,18 +125,6 @@ impl<'a, S: Scalar> Surface<'a, S> {
             }
         }
     }
-}
-
-/// A wrench by the chain rule, where its inputs are fewer than the variables of a simulation.
-fn through_wrench<S: Scalar, const K: usize>(
-    inputs: [S; K],
-    f: impl Fn([Dual<K>; K]) -> Wrench<Dual<K>>,
-) -> Wrench<S> {
-    let [x, y, moment] = through(inputs, |inputs| {
-        let w = f(inputs);
-        [w.force[0], w.force[1], w.moment]
-    });
-    Wrench { force: [x, y], moment }
 }
 
 /// `M a`.

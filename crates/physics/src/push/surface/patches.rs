@@ -4,6 +4,7 @@
 //! radius of the patch. That is right to fourth order in the patch size away from the rotation centre, and smooth at it, where
 //! point patches would jump.
 
+use super::sloped::{Moving, Sloped};
 use super::{Matrix, apply};
 use crate::Scalar;
 use crate::push::moments::Moments;
@@ -112,6 +113,48 @@ pub fn wrench<S: Scalar>(
         }
         w.force = [w.force[0] + v[0] * k, w.force[1] + v[1] * k];
         w.moment += (dot(arm, v) + rotation * patch.c_squared) * k;
+    }
+    w
+}
+
+/// The wrench of `twist` (velocity, rotation) with its slopes.
+pub(super) fn sloped(patches: &[Patch], weights: &[f64], twist: [f64; 3]) -> Sloped<3> {
+    let mut w = Sloped::zero();
+    for (patch, &weight) in patches.iter().zip(weights) {
+        let moving = Moving::new(rot90(patch.position), patch.c_squared, twist);
+        let square = moving.square();
+        if square > 0.0 {
+            let k = weight / square.sqrt();
+            w.add_patch(&moving, [k, -0.5 * k / square]);
+        }
+    }
+    w
+}
+
+/// The same with a speed law, whose rise and speed are the fourth and the fifth input.
+pub(super) fn sloped_by_speed(patches: &[Patch], weights: &[f64], inputs: [f64; 5]) -> Sloped<5> {
+    let [x, y, rotation, rise, speed_m_s] = inputs;
+    let mut w = Sloped::zero();
+    for (patch, &weight) in patches.iter().zip(weights) {
+        let moving = Moving::new(rot90(patch.position), patch.c_squared, [x, y, rotation]);
+        let square = moving.square();
+        if square <= 0.0 {
+            continue;
+        }
+        let plain = weight / square.sqrt();
+        let ratio = square / (speed_m_s * speed_m_s);
+        let decay = (-ratio).exp();
+        let factor = 1.0 + rise * decay;
+        let before = w.values;
+        let k_slope = plain * (-0.5 * factor / square - rise * decay / (speed_m_s * speed_m_s));
+        w.add_patch(&moving, [plain * factor, k_slope]);
+        // The patch's part is proportional to the factor.
+        let of_factor = [decay, 2.0 * rise * decay * ratio / speed_m_s];
+        for (row, before) in before.into_iter().enumerate() {
+            let part = (w.values[row] - before) / factor;
+            w.slopes[row][3] += part * of_factor[0];
+            w.slopes[row][4] += part * of_factor[1];
+        }
     }
     w
 }
