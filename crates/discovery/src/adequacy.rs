@@ -94,7 +94,7 @@ pub(crate) fn adequacy(
     };
     let candidates = laws(sample.data, &fit.events);
     let law_scores = scores(sample, fit, &candidates);
-    let mut library = search.library_scores(fit);
+    let mut library = search.library_scores(judged);
     if idealised {
         let tried: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
         library.retain(|s| {

@@ -10,10 +10,10 @@ use crate::candidates::Family;
 use crate::deal;
 use crate::decide::decide;
 use crate::error_table::Lists;
-use crate::fit::{Fit, fit, merged};
+use crate::fit::{Fit, fit, fit_nuisance, merged};
 use crate::folds::{FOLDS, folds_that_found, open};
 use crate::judged::Judged;
-use crate::outliers;
+use crate::outliers::{self, left_out};
 use crate::prepare::{Prepared, split};
 use crate::record::Measured;
 use crate::result::ErrorTable;
@@ -75,12 +75,16 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
             // What was decided is fitted to all that the fold leaves.
             let all = prepared.sample(&rest);
             let [base, best] = [&decided.base, &decided.best].map(|j| {
-                let held = search.heldout(&j.fit);
-                let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
+                let held = search.heldout(j);
+                let nuisance = merged(&[(&search.train, &j.fit), (&search.test, held)]);
                 fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance)
             });
             let limit = forecast_limit(data, &decided.best.fit);
-            let lists = Lists::of(&prepared.sample(fold), [&base, &best], limit, options.seed);
+            let fold = prepared.sample(fold);
+            let on_fold = |f: &Fit| fit_nuisance(&fold, &f.hypothesis, &f.theta, &[]);
+            let held = on_fold(&best);
+            let out = if limit.is_finite() { left_out(limit, [&on_fold(&base), &held]) } else { Vec::new() };
+            let lists = Lists::of(&fold, [&base, &best], &held, &out, options.seed);
             Some((lists, kinds(decided.best.additions())))
         })
         .collect::<Option<_>>()?;

@@ -160,7 +160,7 @@ pub(crate) fn place_of(
     }
     let tried = found.tried.iter().find(|j| labels(j.additions()) == key).cloned();
     let mut judged = tried.unwrap_or_else(|| search.refit(&from.fit, additions, &[]));
-    judged.heldout_ll = Some(search.heldout(&judged.fit).ll);
+    judged.heldout_ll = Some(search.heldout(&judged).ll);
     found.pool.push(judged.clone());
     judged
 }
@@ -205,6 +205,6 @@ fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
         starts.push(best.clone());
     }
     let mut wider = unlisted(search, base, &starts)?;
-    wider.heldout_ll = Some(search.heldout(&wider.fit).ll);
+    wider.heldout_ll = Some(search.heldout(&wider).ll);
     Some(wider)
 }

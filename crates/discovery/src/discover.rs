@@ -81,7 +81,10 @@ pub fn discover(
     let (schema, seed) = (measured.system.schema(), options.seed);
     let mut limit = forecast_limit(measured, &decided.best.fit);
     let on_split = |decided: &Decided, limit: f64| {
-        Lists::of(&search.test, [&decided.base.fit, &decided.best.fit], limit, seed)
+        let (base, best) = (&decided.base, &decided.best);
+        let held = search.heldout(best);
+        let out = if limit.is_finite() { left_out(limit, [search.heldout(base), held]) } else { Vec::new() };
+        Lists::of(&search.test, [&base.fit, &best.fit], held, &out, seed)
     };
     let gain_of = |decided: &Decided| heldout_gain(&decided.best, &decided.base).unwrap_or(0.0);
     let mut lists = on_split(&decided, limit);
@@ -137,16 +140,16 @@ pub fn discover(
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = prepared.sample(&everything);
     let full = |j: &Judged, is_long: bool| {
-        let held = search.heldout(&j.fit);
-        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, &held)]);
+        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, search.heldout(j))]);
         let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
         if is_long { fit_whole(&all, &windows) } else { windows }
     };
-    let (calibrated, last) = (full(&base, is_long[0]), full(&best, is_long[1]));
+    let calibrated = full(&base, is_long[0]);
+    let is_same = best.additions().is_empty() && best.fit.theta == base.fit.theta && is_long[0] == is_long[1];
+    let last = if is_same { calibrated.clone() } else { full(&best, is_long[1]) };
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     let out = if limit.is_finite() {
-        let held = [&base, &best].map(|j| search.heldout(&j.fit));
-        let parts = [[&base.fit, &best.fit], held.each_ref()];
+        let parts = [[&base.fit, &best.fit], [&base, &best].map(|j| search.heldout(j))];
         parts.map(|fits| left_out(limit, fits).into_iter().filter(|out| *out).count())
     } else {
         [0; 2]

@@ -38,10 +38,13 @@ const FEWEST: usize = 15;
 const WINDOWS: usize = 2;
 
 /// Parameters that all records share, the mean of the draws among them.
-pub(crate) struct Shared<'d> {
-    drawn: &'d Drawn,
+#[derive(Debug)]
+pub(crate) struct Shared {
+    drawn: Drawn,
     hypothesis: Hypothesis,
     theta: Vec<f64>,
+    /// Nuisances of the windows that it was fitted to.
+    nuisance: Vec<Vec<f64>>,
     /// Entries of theta that are drawn.
     places: Range<usize>,
     /// The mean of the draws is their null, not fitted.
@@ -49,7 +52,7 @@ pub(crate) struct Shared<'d> {
 }
 
 /// Where the records are.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct State {
     /// Entries of theta that all records share.
     theta: Vec<f64>,
@@ -78,6 +81,7 @@ struct Profile {
 }
 
 /// An estimate from some records.
+#[derive(Debug)]
 pub(crate) struct Estimated {
     pub sd: f64,
     pub ci95: [f64; 2],
@@ -97,10 +101,10 @@ impl Estimated {
     }
 }
 
-impl<'d> Shared<'d> {
+impl Shared {
     /// The best fit of a set of additions with common values of what may be drawn; none where the records are few or short.
     pub fn with(
-        drawn: &'d Drawn,
+        drawn: &Drawn,
         sample: &ChosenRecords<'_>,
         from: &Fit,
         additions: &[Addition],
@@ -138,8 +142,8 @@ impl<'d> Shared<'d> {
                 theta[hypothesis.range_of(number)].copy_from_slice(&from.theta[from.hypothesis.range_of(k)]);
             }
         }
-        let theta = fit(sample, &hypothesis, &theta, &from.nuisance).theta;
-        Some(Self { drawn, hypothesis, theta, places, centred: false })
+        let Fit { theta, nuisance, .. } = fit(sample, &hypothesis, &theta, &from.nuisance);
+        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places, centred: false })
     }
 
     /// The same with the mean of the draws at their null.
@@ -160,8 +164,9 @@ impl<'d> Shared<'d> {
         }
         let rest: Vec<usize> = (0..self.theta.len()).filter(|i| !places.contains(i)).collect();
         let theta: Vec<f64> = rest.iter().map(|&i| self.theta[i]).collect();
-        let fitted = fit(sample, &held, &theta, &from.nuisance).theta;
-        rest.iter().zip(fitted).for_each(|(&i, value)| self.theta[i] = value);
+        let fitted = fit(sample, &held, &theta, &from.nuisance);
+        rest.iter().zip(fitted.theta).for_each(|(&i, value)| self.theta[i] = value);
+        self.nuisance = fitted.nuisance;
         self.centred = true;
         self
     }
@@ -170,23 +175,23 @@ impl<'d> Shared<'d> {
         sample.excerpts().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
     }
 
-    /// All records at the common values.
-    fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64]) -> State {
-        let fitted = fit_nuisance(sample, &self.hypothesis, theta, &[]);
+    /// All records at the common values, their nuisances fitted from `nuisance` on.
+    fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
+        let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assembled(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
         let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
         State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
     }
 
-    /// At a level of what is no scatter, or at that of these records.
+    /// At a level of what is no scatter, or at that of these records, which are those that were fitted.
     pub fn estimate(&self, sample: &ChosenRecords<'_>, phi_given: Option<f64>) -> Option<Estimated> {
         let least = sample.data.white_share;
-        let base = self.together(sample, &self.theta);
+        let base = self.together(sample, &self.theta, &self.nuisance);
         let mut state = base.clone();
         for _ in 0..STEPS {
             let each = self.quadratics(sample, &state);
             let phi = phi_given.unwrap_or(level(&each, least).0);
-            let sd = most_likely(self.drawn, |sd| self.profile(&each, sd, phi).restricted)?;
+            let sd = most_likely(&self.drawn, |sd| self.profile(&each, sd, phi).restricted)?;
             let shared = self.profile(&each, sd, phi).step;
             state = self.step(sample, &state, &each, &shared, [sd, phi]);
         }
@@ -194,10 +199,10 @@ impl<'d> Shared<'d> {
         let (level, freedom) = level(&each, least);
         let phi = phi_given.unwrap_or(level);
         let restricted = |sd: f64| self.profile(&each, sd, phi).restricted;
-        let sd = most_likely(self.drawn, restricted)?;
+        let sd = most_likely(&self.drawn, restricted)?;
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
         let value = self.profile(&each, sd, phi).profiled;
-        let ci95 = interval(self.drawn, restricted, sd);
+        let ci95 = interval(&self.drawn, restricted, sd);
         Some(Estimated { sd, ci95, phi, freedom, value, gain: none - value, state })
     }
 
@@ -206,7 +211,7 @@ impl<'d> Shared<'d> {
         match self.estimate(sample, Some(phi)) {
             Some(found) => found.value,
             None => {
-                let together = self.together(sample, &self.theta);
+                let together = self.together(sample, &self.theta, &self.nuisance);
                 self.profile(&self.quadratics(sample, &together), 0.0, phi).profiled
             }
         }
@@ -214,7 +219,7 @@ impl<'d> Shared<'d> {
 
     /// Gain in -2 ln likelihood by the scatter on the records of another sample, each at its most probable values.
     pub fn gain_on(&self, sample: &ChosenRecords<'_>, found: &Estimated) -> f64 {
-        let mut state = self.together(sample, &found.state.theta);
+        let mut state = self.together(sample, &found.state.theta, &[]);
         let none: f64 = state.normals.iter().map(|n| n.q).sum::<f64>() / found.phi;
         let still = vec![0.0; self.theta.len()];
         for _ in 0..STEPS {

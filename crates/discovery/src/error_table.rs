@@ -1,9 +1,8 @@
 //! Errors before and after as tables with intervals.
 
-use crate::fit::{ChosenRecords, Fit, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit};
 use crate::forecast::{self, Errors, ForecastSpan};
 use crate::hypothesis::Hypothesis;
-use crate::outliers::left_out;
 use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
 use augsim_physics::system::{Measure, Schema, System};
 use std::collections::BTreeMap;
@@ -65,16 +64,16 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// On `test`, which the fits (calibrated, augmented) have not seen. Windows that both miss by more than `limit` are not
-    /// forecast.
-    pub fn of(test: &ChosenRecords<'_>, [base, best]: [&Fit; 2], limit: f64, seed: u64) -> Self {
+    /// On `test`, which the fits (calibrated, augmented) have not seen; `held` is the second at it. Windows that are `out` are
+    /// not forecast.
+    pub fn of(
+        test: &ChosenRecords<'_>,
+        [base, best]: [&Fit; 2],
+        held: &Fit,
+        out: &[bool],
+        seed: u64,
+    ) -> Self {
         let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
-        let held = fit_nuisance(test, &best.hypothesis, &best.theta, &[]);
-        let out = if limit.is_finite() {
-            left_out(limit, [&fit_nuisance(test, &base.hypothesis, &base.theta, &[]), &held])
-        } else {
-            Vec::new()
-        };
         let ranges = test.of_records();
         let excerpts = test.excerpts();
         let followed = |piece: &ForecastSpan| {
@@ -99,7 +98,7 @@ impl Lists {
         Self {
             heldout: test.chosen.len(),
             whole: on(&pieces),
-            floor: forecast::floor(test, &pieces, best, &held, seed),
+            floor: forecast::floor(test, &pieces, best, held, seed),
             ends: ends.collect(),
             pieces,
         }

@@ -92,7 +92,7 @@ impl Search<'_> {
         if !pool.iter().any(|j| j.additions().is_empty()) {
             pool.extend(tried.iter().find(|j| j.additions().is_empty()).cloned());
         }
-        let heldout: Vec<f64> = pool.par_iter().map(|j| self.heldout(&j.fit).ll).collect();
+        let heldout: Vec<f64> = pool.par_iter().map(|j| self.heldout(j).ll).collect();
         for (j, ll) in pool.iter_mut().zip(heldout) {
             j.heldout_ll = Some(ll);
         }
@@ -139,8 +139,8 @@ impl Search<'_> {
         progress: &mut dyn FnMut(Progress),
     ) -> (Vec<Judged>, Vec<Score>) {
         let effort = Effort::of(&self.train);
-        let base_scores = self.library_scores(&base);
         let base = self.judge(base);
+        let base_scores = self.library_scores(&base);
         let base_criterion = base.criterion;
         let mut tried = vec![base];
         tried.extend(seeds.into_iter().filter(Judged::is_finite));
@@ -151,9 +151,7 @@ impl Search<'_> {
             let jobs: Vec<(usize, Move)> = beam
                 .par_iter()
                 .enumerate()
-                .map(|(i, j)| {
-                    self.moves(&j.fit, level, i == 0).into_iter().map(|m| (i, m)).collect::<Vec<_>>()
-                })
+                .map(|(i, j)| self.moves(j, level, i == 0).into_iter().map(|m| (i, m)).collect::<Vec<_>>())
                 .flatten_iter()
                 .collect();
             let jobs = self.without_repeats(jobs, &beam, &tried);
@@ -178,8 +176,9 @@ impl Search<'_> {
         (tried, base_scores)
     }
 
-    fn moves(&self, fit: &Fit, level: usize, best: bool) -> Vec<Move> {
-        let mut list = self.library_scores(fit);
+    fn moves(&self, from: &Judged, level: usize, best: bool) -> Vec<Move> {
+        let fit = &from.fit;
+        let mut list = self.library_scores(from);
         list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
         let effort = Effort::of(&self.train);
         let (most, least) = if level == 1 { (effort.first, 4.0) } else { (effort.later, 6.0) };
@@ -316,7 +315,7 @@ impl Search<'_> {
                     None
                 };
                 let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
-                let mut list = self.library_scores(&without.fit);
+                let mut list = self.library_scores(&without);
                 list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
                 let least = 6.0 + self.resolution();
                 for s in list
@@ -337,7 +336,7 @@ impl Search<'_> {
                 }
             }
             if now.len() < MOST_EFFECTS {
-                let mut list = self.library_scores(&best.fit);
+                let mut list = self.library_scores(&best);
                 list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
                 let least = 6.0 + self.resolution();
                 for s in list

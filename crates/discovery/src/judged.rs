@@ -1,8 +1,11 @@
 //! A fitted hypothesis with what it is chosen by.
 
 use crate::addition::Addition;
+use crate::drawn::{Estimated, Shared};
 use crate::fit::Fit;
+use crate::scored::Score;
 use augsim_physics::system::EffectParameter;
+use std::sync::{Arc, OnceLock};
 
 /// Share of its usual size below which an amount is none.
 const STILL: f64 = 1e-6;
@@ -21,6 +24,22 @@ pub(crate) struct Judged {
     pub heldout_ll: Option<f64>,
     /// Error of free runs on the held-out part, where windows are shorter than recordings.
     pub free_run: Option<f64>,
+    /// What was worked out at this fit, so that it is worked out once; copies share it.
+    pub memory: Arc<Memory>,
+}
+
+/// Parameters that are drawn anew for each record at a fit: what all records share, and the estimate where there is one.
+pub(crate) type DrawnAt = (Shared, Option<Arc<Estimated>>);
+
+/// What the search that made a fit has worked out at it.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    /// The held-out part at the parameters of the fit.
+    pub heldout: OnceLock<Fit>,
+    /// Scores of the library.
+    pub scores: OnceLock<Vec<Score>>,
+    /// What the training part says of parameters that are drawn anew for each record.
+    pub drawn: OnceLock<Option<DrawnAt>>,
 }
 
 impl Judged {

@@ -6,12 +6,13 @@ use crate::dispersion::Dispersion;
 use crate::drawn::{Estimated, Shared};
 use crate::evaluate::Normal;
 use crate::fit::{ChosenRecords, Fit};
-use crate::judged::Judged;
+use crate::judged::{DrawnAt, Judged};
 use crate::result::Estimate;
 use crate::search::Search;
 use augsim_physics::system::Drawn;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A scatter that the records confirm.
 pub(crate) struct Scattered {
@@ -36,26 +37,35 @@ fn penalty(found: &Estimated, search: &Search<'_>, size: f64) -> f64 {
     search.resolution() / found.phi + dispersion.widened(search.quantile(size), size)
 }
 
+/// What the training part says of draws at one of what a search tried; none where its records are few or short.
+fn estimated<'j>(search: &Search<'_>, judged: &'j Judged) -> Option<&'j DrawnAt> {
+    let looked_at = || {
+        let shared = Shared::with(drawn(&search.train)?, &search.train, &judged.fit, judged.additions())?;
+        let found = shared.estimate(&search.train, None).map(Arc::new);
+        Some((shared, found))
+    };
+    judged.memory.drawn.get_or_init(looked_at).as_ref()
+}
+
 /// The scatter at one of what a search tried, if it pays on the training part and holds on the other.
 pub(crate) fn scattered(search: &Search<'_>, judged: &Judged) -> Option<Scattered> {
     let (train, test) = (&search.train, &search.test);
     let drawn = drawn(train)?;
-    let shared = Shared::with(drawn, train, &judged.fit, judged.additions())?;
-    let found = shared.estimate(train, None)?;
-    let (gain, penalty, declared) = (found.gain, penalty(&found, search, 1.0), drawn.declared.is_some());
+    let (shared, found) = estimated(search, judged)?;
+    let found = found.as_ref()?;
+    let (gain, penalty, declared) = (found.gain, penalty(found, search, 1.0), drawn.declared.is_some());
     if gain <= penalty && !declared {
         return None;
     }
-    let confirmed = declared || holds(gain - penalty, 0.5 * shared.gain_on(test, &found));
+    let confirmed = declared || holds(gain - penalty, 0.5 * shared.gain_on(test, found));
     let parts = shared.parts(train, found.normals());
     confirmed.then(|| Scattered { gain, declared, normals: found.normals().to_vec(), parts })
 }
 
 /// Gain in cost on the training part of who is told to look for scatter, and what it has to exceed.
 pub(crate) fn promise(search: &Search<'_>, judged: &Judged) -> Option<[f64; 2]> {
-    let shared = Shared::with(drawn(&search.train)?, &search.train, &judged.fit, judged.additions())?;
-    let found = shared.estimate(&search.train, None)?;
-    Some([found.gain, penalty(&found, search, 1.0)].map(|x| x * found.phi))
+    let found = estimated(search, judged)?.1.as_ref()?;
+    Some([found.gain, penalty(found, search, 1.0)].map(|x| x * found.phi))
 }
 
 /// Of the additions of a fit, those that still pay when each record may have values of its own: under scatter, laws gain by
@@ -65,13 +75,11 @@ pub(crate) fn surviving_additions(search: &Search<'_>, judged: &Judged) -> Optio
     let drawn = drawn(train)?;
     let through = &train.data.system.library().get(drawn.through)?.kind;
     let mut additions = judged.additions().to_vec();
-    let mut first = true;
+    let mut found = estimated(search, judged)?.1.clone()?;
+    if found.gain <= penalty(&found, search, 1.0) {
+        return None;
+    }
     loop {
-        let found = Shared::with(drawn, train, from, &additions)?.estimate(train, None);
-        let Some(found) = found.filter(|f| !first || f.gain > penalty(f, search, 1.0)) else {
-            return if first { None } else { Some(additions) };
-        };
-        first = false;
         let tried = additions.par_iter().filter_map(|addition| {
             let rest: Vec<Addition> = additions.iter().filter(|a| *a != addition).cloned().collect();
             let mut without = Shared::with(drawn, train, from, &rest)?;
@@ -85,6 +93,10 @@ pub(crate) fn surviving_additions(search: &Search<'_>, judged: &Judged) -> Optio
         match tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((lead, rest)) if lead <= 0.0 => additions = rest,
             _ => return Some(additions),
+        }
+        match Shared::with(drawn, train, from, &additions)?.estimate(train, None) {
+            Some(next) => found = Arc::new(next),
+            None => return Some(additions),
         }
     }
 }

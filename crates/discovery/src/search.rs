@@ -15,6 +15,7 @@ use crate::scored::Score;
 use crate::statistics::{chi2_quantile, chi2_tail};
 use augsim_physics::model::Per;
 use augsim_physics::system::{ScatterPer, System};
+use std::sync::Arc;
 
 /// Probability of a false step.
 const ALPHA: f64 = 0.01;
@@ -163,7 +164,8 @@ impl<'a> Search<'a> {
             };
         }
         let free_run = self.free_runs.as_ref().map(|runs| runs.error(&fit));
-        Judged { criterion: -2.0 * fit.ll + penalty, penalty, unit, fit, heldout_ll: None, free_run }
+        let criterion = -2.0 * fit.ll + penalty;
+        Judged { criterion, penalty, unit, fit, heldout_ll: None, free_run, memory: Arc::default() }
     }
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
@@ -272,15 +274,21 @@ impl<'a> Search<'a> {
     }
 
     /// Candidates that may join a fit, with their scores.
-    pub fn library_scores(&self, fit: &Fit) -> Vec<Score> {
-        let list: Vec<Addition> =
-            self.library.iter().filter(|a| may_join(a, &fit.hypothesis)).cloned().collect();
-        without_aliases(scores(&self.train, fit, &list))
+    pub fn library_scores(&self, judged: &Judged) -> Vec<Score> {
+        let fit = &judged.fit;
+        let scored = || {
+            let may_join = |a: &&Addition| may_join(a, &fit.hypothesis);
+            let list: Vec<Addition> = self.library.iter().filter(may_join).cloned().collect();
+            without_aliases(scores(&self.train, fit, &list))
+        };
+        judged.memory.scores.get_or_init(scored).clone()
     }
 
     /// The held-out part at the parameters of a fit, nuisances fitted.
-    pub fn heldout(&self, f: &Fit) -> Fit {
-        fit_nuisance(&self.test, &f.hypothesis, &f.theta, &[])
+    pub fn heldout<'j>(&self, judged: &'j Judged) -> &'j Fit {
+        let fit = &judged.fit;
+        let fitted = || fit_nuisance(&self.test, &fit.hypothesis, &fit.theta, &[]);
+        judged.memory.heldout.get_or_init(fitted)
     }
 
     /// A set with the parameters of a fit over whole recordings, where its free runs are better for it. Intervals stay those of
@@ -291,7 +299,7 @@ impl<'a> Search<'a> {
         }
         let again = self.judge(fit_whole(&self.train, &judged.fit));
         let better = again.is_finite() && again.free_run < judged.free_run;
-        better.then(|| Judged { heldout_ll: Some(self.heldout(&again.fit).ll), ..again })
+        better.then(|| Judged { heldout_ll: Some(self.heldout(&again).ll), ..again })
     }
 
     /// The simpler effect that an addition turns into where some of its parameters have their nulls.
