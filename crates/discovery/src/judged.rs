@@ -24,21 +24,21 @@ pub(crate) struct Judged {
     pub heldout_ll: Option<f64>,
     /// Error of free runs on the held-out part, where windows are shorter than recordings.
     pub free_run: Option<f64>,
-    /// What was worked out at this fit, so that it is worked out once; copies share it.
+    /// Results that were worked out at this fit, so that they are worked out once; copies share them.
     pub memory: Arc<Memory>,
 }
 
 /// Parameters that are drawn anew for each record at a fit: what all records share, and the estimate where there is one.
 pub(crate) type DrawnAt = (Shared, Option<Arc<Estimated>>);
 
-/// What the search that made a fit has worked out at it.
+/// Results that the search that made a fit has worked out at it.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     /// The held-out part at the parameters of the fit.
     pub heldout: OnceLock<Fit>,
     /// Scores of the library.
     pub scores: OnceLock<Vec<Score>>,
-    /// What the training part says of parameters that are drawn anew for each record.
+    /// The estimate of parameters that are drawn anew for each record, from the training part.
     pub drawn: OnceLock<Option<DrawnAt>>,
 }
 

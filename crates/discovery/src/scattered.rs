@@ -37,7 +37,7 @@ fn penalty(found: &Estimated, search: &Search<'_>, size: f64) -> f64 {
     search.resolution() / found.phi + dispersion.widened(search.quantile(size), size)
 }
 
-/// What the training part says of draws at one of what a search tried; none where its records are few or short.
+/// The estimate of draws at a set that a search tried, from the training part; none where its records are few or short.
 fn estimated<'j>(search: &Search<'_>, judged: &'j Judged) -> Option<&'j DrawnAt> {
     let looked_at = || {
         let shared = Shared::with(drawn(&search.train)?, &search.train, &judged.fit, judged.additions())?;
