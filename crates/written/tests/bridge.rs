@@ -37,6 +37,14 @@ fn record(system: &dyn System) -> Record {
     Record { id: "7".into(), values: values.collect(), times, inputs, ..Record::default() }
 }
 
+#[test]
+fn another_experiment_can_vary_inputs_and_starts() {
+    let conditions = |name| system(name, 8).schema().conditions.clone();
+    assert_eq!(conditions("pendulum"), ["starts"]);
+    assert_eq!(conditions("cart-pole").last().map(String::as_str), Some("starts"));
+    assert!(conditions("cart-pole").len() > 1);
+}
+
 fn run(system: &dyn System, task: &Task<'_>) -> Simulated {
     let mut out = Simulated::default();
     system.simulate(task, &mut out).unwrap_or_else(|e| panic!("{e}"));

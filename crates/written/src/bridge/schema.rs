@@ -58,7 +58,7 @@ pub(super) fn of(model: &Model) -> Schema {
         features: features(model),
         targets: rates.chain(outputs).collect(),
         measures: measures.collect(),
-        conditions: model.inputs.iter().map(|input| input.name.clone()).collect(),
+        conditions: conditions(model),
         ..Schema::default()
     }
 }
@@ -137,6 +137,11 @@ fn count_tokens(text: &str) -> usize {
             Ok(_) => count += 1,
         }
     }
+}
+
+/// Conditions that another experiment can vary: the inputs, and the starts, which every system has.
+fn conditions(model: &Model) -> Vec<String> {
+    model.inputs.iter().map(|input| input.name.clone()).chain(["starts".to_owned()]).collect()
 }
 
 /// Simplicity and place of a formula that the grammar made; none for an effect that somebody described.
