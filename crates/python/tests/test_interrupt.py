@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 
 import pytest
@@ -26,11 +27,14 @@ CALLS = {
 def test_ctrl_c_ends_it_promptly(root, call):
     script = f"""
         import pathlib
+        import signal
         import augsim
         from augsim import generate
         sealed = pathlib.Path({str(root / "fixtures" / "sealed")!r})
         pendulum = pathlib.Path({str(root / "fixtures" / "systems" / "pendulum")!r})
         drops = generate.drops(8, samples=20, seed=7)
+        # Work that a shell starts in the background inherits that the signal is ignored.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         print("ready", flush=True)
         try:
             while True:
@@ -41,6 +45,8 @@ def test_ctrl_c_ends_it_promptly(root, call):
     process = subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
+    limit = threading.Timer(60, process.kill)
+    limit.start()
     try:
         assert process.stdout.readline() == "ready\n"
         time.sleep(0.5)
@@ -50,6 +56,7 @@ def test_ctrl_c_ends_it_promptly(root, call):
         seconds = time.monotonic() - begun
         _, errors = process.communicate(timeout=30)
     finally:
+        limit.cancel()
         process.kill()
     assert process.returncode == 0 and errors == "", errors
     assert seconds < PROMPT, f"{seconds:.2f} s"
