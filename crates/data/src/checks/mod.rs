@@ -2,7 +2,7 @@
 //!
 //! One file a check, all alike: a constant for each threshold with the figure that led to it, and `look`, which takes the
 //! set and what a model expects of it and gives what it finds. A further check is one file, a variant of [`Check`] and of
-//! [`Finding`], and a line in [`LIST`]. The order of the list is that of the messages: what spoils later checks (sentinels)
+//! [`Finding`], and a line in `LIST`. The order of the list is that of the messages: what spoils later checks (sentinels)
 //! comes first.
 
 mod absurd_value;

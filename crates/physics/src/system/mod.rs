@@ -6,7 +6,7 @@
 //! answer is a system like any other: a written system is compiled once for a set of laws and not once for a simulation,
 //! and whatever takes a system takes an augmented one.
 //!
-//! Adding a system: implement the five methods without a default; [`in_blocks`] and [`with_lanes`] choose the widths of the
+//! Adding a system: implement the five methods without a default; [`in_blocks`] and `with_lanes` choose the widths of the
 //! dual numbers. Adding one from Rust by its equations: see `Equations` in the `ode` module.
 
 mod declaration;
