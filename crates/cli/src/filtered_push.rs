@@ -153,10 +153,11 @@ fn simulated(declared: &PushModel, data: &Dataset, pushes: usize) -> anyhow::Res
             id: t.id().to_owned(),
             times: t.time_s().to_vec(),
             values: vec![vec![f64::NAN; t.len()]; POSE.len()],
-            inputs: vec![Stream {
+            inputs: [Stream {
                 times: t.time_s().to_vec(),
                 values: vec![t.column(x).to_vec(), t.column(y).to_vec()],
-            }],
+            }]
+            .into(),
             ..system::Record::default()
         })
         .collect();

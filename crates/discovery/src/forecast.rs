@@ -9,6 +9,7 @@ use crate::record::{Excerpt, Measured, Record};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::model::Per;
+use augsim_physics::system::Record as Seen;
 use augsim_physics::system::{Begin, Measure, ScatterPer, Simulated, State, Window, pieces_of, spread};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -161,12 +162,27 @@ fn prefix(data: &Measured, record: &Record, first: usize) -> Record {
 
 /// A record that ends with the samples `known`, its one window, which begins at `start`.
 fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
-    let mut r = record.clone();
-    r.seen.times.truncate(known.end);
-    r.seen.values.iter_mut().chain(&mut r.weight).for_each(|c| c.truncate(known.end));
-    r.seen.events.clear();
-    r.seen.windows = vec![Window { samples: known, start }];
-    r
+    let Record { seen, weight, tolerated } = record;
+    let until = |channel: &Vec<f64>| channel[..known.end].to_vec();
+    Record {
+        weight: weight.iter().map(until).collect(),
+        seen: Seen {
+            id: seen.id.clone(),
+            group: seen.group,
+            times: until(&seen.times),
+            values: seen.values.iter().map(until).collect(),
+            inputs: seen.inputs.clone(),
+            covariates: seen.covariates.clone(),
+            windows: vec![Window { samples: known, start }],
+            forecasts: Vec::new(),
+            pieces: Vec::new(),
+            events: Vec::new(),
+            memory_s: seen.memory_s,
+            known: seen.known,
+            under_way: seen.under_way,
+        },
+        tolerated: *tolerated,
+    }
 }
 
 /// The start of a forecast, fitted to its known samples.

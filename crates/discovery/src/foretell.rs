@@ -16,7 +16,7 @@ use crate::prepare::{Readied, ready};
 use crate::record::{Excerpt, Measured, Record};
 use crate::{DiscoveryError, error_table};
 use augsim_data::{Dataset, random_stream};
-use augsim_physics::model::Per;
+use augsim_physics::model::{Parameter, Per};
 use augsim_physics::system::{Declaration, Measure, ScatterPer, Window};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -24,8 +24,6 @@ use std::ops::Range;
 
 /// Events of one record that have an offset of their own; later ones have none.
 const MOST_EVENTS: usize = 32;
-/// Widths of a 95 % interval in standard deviations.
-const INTERVAL: f64 = 2.0 * 1.959_963_984_540_054;
 
 /// Forecasts every record of `data` by `model` as it stands: nothing is fitted but starts. Long records of a system whose states
 /// are all measured are forecast in pieces, as in the table of errors.
@@ -115,9 +113,8 @@ fn as_it_stands(data: &Measured, drawn: Option<&Redrawn>) -> Hypothesis {
 /// Standard deviation of each entry of theta: what its 95 % interval in the file says, 0 without one.
 fn spread(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     let each = h.free.iter().flat_map(|f| {
-        let ci95 = data.system.parameters().get(f.index).and_then(|p| p.ci95);
-        let sd = ci95.map_or(0.0, |[low, high]| (high - low) / INTERVAL);
-        std::iter::repeat_n(if sd.is_finite() { sd } else { 0.0 }, h.width(f))
+        let sd = data.system.parameters().get(f.index).and_then(Parameter::standard_deviation);
+        std::iter::repeat_n(sd.unwrap_or(0.0), h.width(f))
     });
     each.collect()
 }

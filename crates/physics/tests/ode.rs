@@ -385,7 +385,7 @@ fn inputs_are_held_or_linear_between_their_own_samples() {
     for between in [Between::Held, Between::Linear] {
         let system = Ode::new(Driven(schema("driven", 1, &[between]), vec![parameter("k", 2.0)]));
         let stream = Stream { times: knots.clone(), values: vec![u.clone()] };
-        let record = Record { inputs: vec![stream], ..times(50, 0.02) };
+        let record = Record { inputs: [stream].into(), ..times(50, 0.02) };
         let scene = Scene { parameters: &[2.0], start: &[0.3], record, offsets: Offsets::None };
         let out = scene.run(&system, &[Seed::Parameter(0), Seed::Start(0)]);
         for (k, &t) in scene.record.times.iter().enumerate() {

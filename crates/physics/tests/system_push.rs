@@ -24,7 +24,7 @@ fn record() -> Record {
     let y: Vec<f64> = rod.iter().map(|t| 0.012 + 0.002 * t).collect();
     Record {
         times: (0..60).map(|k| 0.06 * f64::from(k) + 0.01).collect(),
-        inputs: vec![Stream { times: rod, values: vec![x, y] }],
+        inputs: [Stream { times: rod, values: vec![x, y] }].into(),
         ..Record::default()
     }
 }

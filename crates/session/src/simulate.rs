@@ -12,8 +12,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Half the width of a 95 % interval in standard errors.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Draws of an event's parameter: events beyond them take its nominal value.
 const MOST_EVENTS: usize = 1000;
 
@@ -194,7 +192,7 @@ impl Opened {
             };
             starts.iter_mut().zip(values).for_each(|(start, value)| start.push(value));
         }
-        let inputs = streams(schema, plan)?;
+        let inputs: Arc<[Stream]> = streams(schema, plan)?.into();
         let blank = vec![vec![f64::NAN; plan.times.len()]; schema.channels.len()];
         let records = covariates.into_iter().enumerate().map(|(i, covariates)| Record {
             id: i.to_string(),
@@ -258,8 +256,8 @@ impl Opened {
 
 /// A parameter drawn from the normal law of its interval, within its bounds; its nominal value where it has none.
 fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
-    match p.ci95.filter(|_| !p.frozen) {
-        Some([low, high]) => (p.nominal + (high - low) / (2.0 * NORMAL_95) * normal()).clamp(p.min, p.max),
+    match p.standard_deviation() {
+        Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),
         None => p.nominal,
     }
 }

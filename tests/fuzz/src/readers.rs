@@ -135,7 +135,7 @@ fn written_model(path: &Path) -> Verdict {
     let stream = Stream { times: times.clone(), values: vec![vec![0.5; 3]] };
     let mut record = Record {
         values: vec![vec![0.1; 3]; model.outputs.len()],
-        inputs: vec![stream; model.inputs.len()],
+        inputs: vec![stream; model.inputs.len()].into(),
         times,
         ..Record::default()
     };

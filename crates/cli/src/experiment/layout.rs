@@ -87,7 +87,7 @@ pub struct Layout {
     pub channels: &'static [(&'static str, &'static str, f64)],
 }
 
-const DEGREES: f64 = 57.295_779_513_082_32;
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 const fn shown(
     value: Value,

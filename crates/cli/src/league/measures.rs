@@ -28,8 +28,6 @@ const fn share(name: &'static str, title: &'static str, nominal: f64) -> Key {
     Key { name, title, unit: "%", decimals: 1, best: Best::Nearest(nominal) }
 }
 
-const DEGREES: f64 = 57.295_779_513_082_32;
-
 static BALL: [Key; 10] = [
     key("trans_percent", "trans", "%", 2),
     key("pos_m", "pos", "m", 4),
@@ -135,11 +133,11 @@ fn figures(scored: bool, s: &Score, broken: &[Violations], ball: bool) -> Vec<Op
         ],
         false => [
             Some(1e3 * m.absolute[0]),
-            Some(DEGREES * m.absolute[1]),
+            Some(m.absolute[1].to_degrees()),
             Some(1e3 * m.end[0]),
-            Some(DEGREES * m.end[1]),
+            Some(m.end[1].to_degrees()),
             Some(1e3 * s.crps[0]),
-            Some(DEGREES * s.crps[1]),
+            Some(s.crps[1].to_degrees()),
             percent(s.coverage50),
         ],
     };

@@ -19,7 +19,7 @@ use std::path::Path;
 
 pub use error::{KnownKeys, ModelError};
 pub use groups::{UnknownGroup, unknown_group};
-pub use parameter::{Parameter, Per};
+pub use parameter::{NORMAL_95, Parameter, Per};
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use scenario::ModelFile;

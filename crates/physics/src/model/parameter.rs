@@ -14,6 +14,9 @@ pub enum Per {
     Trajectory,
 }
 
+/// Standard deviations from the middle of a normal law to the ends of its 95 % interval.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
 /// A declared parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
@@ -36,6 +39,14 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// Standard deviation that its 95 % interval stands for, in its unit; `None` without a finite interval, and for one that is
+    /// not calibrated.
+    pub fn standard_deviation(&self) -> Option<f64> {
+        let [low, high] = self.ci95.filter(|_| !self.frozen)?;
+        let sd = (high - low) / (2.0 * NORMAL_95);
+        sd.is_finite().then_some(sd)
+    }
+
     /// A parameter of a law that was added, at the value at which the law vanishes.
     pub fn added(p: &EffectParameter) -> Self {
         Self::free(p.name.clone(), p.null, p.min, p.max)

@@ -3,6 +3,7 @@
 use super::path::enough;
 use crate::system::{MEMORY, Record, Window, pieces_of};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Travel of the rod in one window of a fit, m: the deviations of one effect grow with it, those of knocks stay apart.
 const WINDOW_TRAVEL_M: f64 = 0.05;
@@ -17,7 +18,7 @@ const FORECAST_S: f64 = 1.0;
 /// Cuts a push into windows, and its rod's path down to the corners that are enough. `position_sd_m` is the noise of a
 /// position. Whether the push has poses and rod positions enough to say anything.
 pub(super) fn cut(record: &mut Record, position_sd_m: f64) -> bool {
-    let Some(rod) = record.inputs.first_mut() else { return false };
+    let Some(rod) = Arc::make_mut(&mut record.inputs).first_mut() else { return false };
     let [x, y] = &rod.values[..] else { return false };
     if record.times.len() < 2 || rod.times.len() < 2 {
         return false;

@@ -3,6 +3,7 @@
 use super::schema::{Begin, Schema};
 use crate::statistics::median;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// An input as it was recorded, on its own clock.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,8 +43,8 @@ pub struct Record {
     pub times: Vec<f64>,
     /// `values[channel][sample]`, in the unit of the channel; NaN where not measured.
     pub values: Vec<Vec<f64>>,
-    /// Inputs, in the order of the schema.
-    pub inputs: Vec<Stream>,
+    /// Inputs, in the order of the schema; parts of one recording share them.
+    pub inputs: Arc<[Stream]>,
     /// Covariates, in the order of the schema; NaN where not recorded.
     pub covariates: Vec<f64>,
     /// Windows of fits.

@@ -14,9 +14,6 @@ use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Widths of a 95 % interval in standard deviations.
-const INTERVAL: f64 = 2.0 * 1.959_963_984_540_054;
-
 /// Free runs of all records of a file, from starts that are fitted to the first `burn_in` samples.
 ///
 /// Bands are those of draws: parameters from their 95 % intervals, the start fitted anew at them to the first samples with
@@ -84,7 +81,7 @@ impl Run<'_> {
         for _ in 0..self.options.draws {
             let drawn: Vec<f64> = (self.system.parameters().iter().zip(&values))
                 .map(|(p, v)| {
-                    let sd = p.ci95.filter(|_| !p.frozen).map_or(0.0, |[low, high]| (high - low) / INTERVAL);
+                    let sd = p.standard_deviation().unwrap_or(0.0);
                     (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
                 })
                 .collect();

@@ -1,6 +1,7 @@
 //! Calibration of a written system: the hold of its inputs, its parameters and its starts.
 
 use augsim_calibrate::{Calibration, calibrate};
+use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::{Record, System};
 use augsim_written::model::Hold;
 use augsim_written::{Model, WrittenSystem};
@@ -93,9 +94,6 @@ pub fn prepared(system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Ve
     }
     Ok(records)
 }
-
-/// Half the width of a 95 % interval in standard errors.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Puts what was found into the model: values, intervals, and the start that all trajectories share.
 fn write_values(model: &mut Model, calibration: &Calibration) {

@@ -13,8 +13,6 @@ use std::sync::Arc;
 
 /// Events of one trajectory that have an offset of their own; later ones have none.
 const MOST_EVENTS: usize = 16;
-/// Widths of a 95 % interval in standard deviations.
-const INTERVAL: f64 = 2.0 * 1.959_963_984_540_054;
 /// Smallest deviation of a reading, in the column's unit: files carry six digits.
 const DIGITS: f64 = 1e-6;
 /// Measured values beyond the unknowns that an estimate of the noise takes at least.
@@ -81,8 +79,9 @@ impl SystemFilter {
         for (i, p) in self.system.parameters().iter().enumerate() {
             // The standard deviation of a uniform law between the bounds.
             let own = (p.per == Per::Trajectory).then_some((p.max - p.min) / 12_f64.sqrt());
-            let interval = p.ci95.filter(|_| !p.frozen).map(|[low, high]| (high - low) / INTERVAL);
-            let Some(sd) = own.or(interval).filter(|sd| sd.is_finite() && *sd > 0.0) else { continue };
+            let Some(sd) = own.or(p.standard_deviation()).filter(|sd| sd.is_finite() && *sd > 0.0) else {
+                continue;
+            };
             let bounds = [p.min.min(p.nominal), p.max.max(p.nominal)];
             self.unknowns.push(Unknown { seed: Seed::Parameter(i), law: Some((p.nominal, sd)), bounds });
         }

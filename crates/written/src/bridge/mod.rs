@@ -350,7 +350,7 @@ impl System for WrittenSystem {
         let channels = self.schema.channels.iter().zip(&record.values);
         let mut shown = vec![("time_s".to_owned(), record.times.clone())];
         shown.extend(channels.map(|(c, values)| (c.column.clone(), values.clone())));
-        for (input, stream) in self.model().inputs.iter().zip(&record.inputs) {
+        for (input, stream) in self.model().inputs.iter().zip(record.inputs.iter()) {
             let signal = records::signal(input, stream);
             let values = record.times.iter().map(|t| signal.at(*t)).collect();
             shown.push((input.name.clone(), values));

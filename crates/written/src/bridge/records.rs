@@ -5,6 +5,7 @@ use crate::engine::{Record as EngineRecord, Signal, Window as EngineWindow};
 use crate::model::{FirstSamples, Hold, Input};
 use crate::text::Symbol;
 use augsim_physics::system::{Record, SimulationError, Stream, Task, Window};
+use std::sync::Arc;
 
 /// A task as the engine takes it.
 pub(super) struct Scene {
@@ -66,7 +67,7 @@ impl WrittenSystem {
             let delay = input.delay.map_or(0.0, |d| parameters[d]);
             part(input, stream, (*begin, *end), delay)
         };
-        let inputs = model.inputs.iter().zip(&task.record.inputs).map(input).collect();
+        let inputs = model.inputs.iter().zip(task.record.inputs.iter()).map(input).collect();
         let name = format!("trajectory {}", task.record.id);
         let record = EngineRecord::new(&name, times.to_vec(), inputs)
             .map_err(|error| SimulationError::Engine(Box::new(error)))?;
@@ -81,7 +82,7 @@ impl WrittenSystem {
             record.values.iter().map(|values| values.get(first..).unwrap_or(&[])).collect();
         let at = times.first().copied().unwrap_or(0.0);
         let inputs: Vec<f64> =
-            model.inputs.iter().zip(&record.inputs).map(|(i, s)| value(i, s, at)).collect();
+            model.inputs.iter().zip(record.inputs.iter()).map(|(i, s)| value(i, s, at)).collect();
         model.guess_start(&FirstSamples { times, outputs: &outputs, inputs: &inputs, parameters })
     }
 
@@ -96,7 +97,7 @@ impl WrittenSystem {
             }
         }
         record.whole(&self.schema);
-        for (input, stream) in model.inputs.iter().zip(&mut record.inputs) {
+        for (input, stream) in model.inputs.iter().zip(Arc::make_mut(&mut record.inputs)) {
             if let [_] = &stream.values[..] {
                 let found = signal(input, stream);
                 let (times, pieces) = found.coefficients();
@@ -165,7 +166,7 @@ impl WrittenSystem {
     /// All states at all samples of a record, from its beginning; nothing where it cannot be simulated.
     fn states_along(&self, record: &Record, begin: &[f64], parameters: &[f64]) -> Option<Vec<f64>> {
         let model = self.model();
-        let inputs = model.inputs.iter().zip(&record.inputs).map(|(i, s)| signal(i, s)).collect();
+        let inputs = model.inputs.iter().zip(record.inputs.iter()).map(|(i, s)| signal(i, s)).collect();
         let whole = EngineRecord::new(&record.id, record.times.clone(), inputs).ok()?;
         let last = record.times.len().checked_sub(1)?;
         let window = EngineWindow { record: &whole, first: 0, last, start: begin, parameters };

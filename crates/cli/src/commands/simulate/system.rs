@@ -171,7 +171,7 @@ fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<R
     }
     let gaps = vec![f64::NAN; times.len()];
     let values = vec![gaps; model.outputs.len()];
-    Ok(Record { id: "1".into(), times, values, inputs: streams, ..Record::default() })
+    Ok(Record { id: "1".into(), times, values, inputs: streams.into(), ..Record::default() })
 }
 
 /// Sets the start of a record: what was typed; with data, what they say; else a deflection where nothing drives the system.
