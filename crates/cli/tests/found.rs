@@ -2,7 +2,6 @@
 //! with bands, `evaluate` scores it beside the declared and the calibrated model; nets are trained on whatever `discover`
 //! accepts, the system is never assumed, and `evaluate` says truthfully whether a net helps.
 
-use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -201,100 +200,6 @@ fn a_time_limit_ends_the_search_with_the_best_so_far_and_says_so() {
     assert_eq!(whole, enough);
     assert!(whole["cut_after_s"].is_null());
     fails(2, &[&discover[..], &["--time-limit", "0", "--out", "no"]].concat(), d, &["--time-limit 0"]);
-}
-
-/// A program's answers, or nothing where the machine lacks what runs it, which is said and fails where data are required.
-fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
-    let out = match Command::new(program).args(args).current_dir(dir).output() {
-        Ok(out) => out,
-        Err(e) => {
-            // Nothing can be done when standard error is closed.
-            let _ = writeln!(std::io::stderr(), "NOT TESTED: {program} cannot be run ({e})");
-            assert!(std::env::var_os("AUGSIM_REQUIRE_DATA").is_none(), "{program} is required: {e}");
-            return None;
-        }
-    };
-    assert!(out.status.success(), "{program}: {}", String::from_utf8_lossy(&out.stderr));
-    let text = String::from_utf8(out.stdout).expect("text");
-    Some(text.split_whitespace().map(|n| n.parse().expect("a number")).collect())
-}
-
-/// Answers of the exported programs of a model for these arguments: Python's, and C's, which are the same.
-fn exported(model: &str, numbers: &[f64], dir: &Path) -> Vec<Vec<f64>> {
-    let args: Vec<String> = numbers.iter().map(f64::to_string).collect();
-    done(&["export", model, "--as", "python", "--out", "law.py"], dir);
-    done(&["export", model, "--as", "c", "--out", "law.c"], dir);
-    let python = answers("python3", &[&["law.py".to_owned()], &args[..]].concat(), dir);
-    let built = ["-std=c99", "-Wall", "-Werror", "-O1", "law.c", "-o", "law", "-lm"].map(str::to_owned);
-    let c = answers("cc", &built, dir).and_then(|_| answers("./law", &args, dir));
-    python.into_iter().chain(c).collect()
-}
-
-#[test]
-fn an_exported_law_of_a_ball_runs_without_augsim_to_the_same_path() {
-    let dir = tempfile::tempdir().expect("a temporary directory");
-    let d = dir.path();
-    let effects = "[[effect]]\nkind = \"quadratic-drag\"\nk_per_m = 0.1\n[[effect]]\nkind = \"magnus\"\ns = 0.01\n\
-        [[effect]]\nkind = \"restitution-speed-linear\"\nb_s_per_m = 0.02\n\
-        [[effect]]\nkind = \"grip-friction\"\nkappa = 0.1\n[[effect]]\nkind = \"height-offset\"\nb_m = 0.2\n";
-    let model = MODEL.replace("[sensor]", "radius_m = 0.02\ninertia_ratio = 0.4\n[sensor]") + effects;
-    std::fs::write(d.join("model.toml"), &model).expect("written");
-    // The same path by the engine: data made of it, without noise, begin where the program begins.
-    let start = [0.0, 0.0, 1.0, 1.5, 0.0, 0.5, 0.0, 30.0, 0.0];
-    let times: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
-    let answers = exported("model.toml", &[&start[..], &times].concat(), d);
-    for found in &answers {
-        assert_eq!(found.len(), 3 * times.len());
-        let far = found.iter().zip(&answers[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(far < 1e-7, "Python and C differ by {far} m");
-        // The engine fits its start to what the program says, and then agrees on all that follows.
-        let mut text = "trajectory,t_s,x_m,z_m,spin_rad_s\n".to_owned();
-        for shift in 0..2 {
-            for (t, p) in times.iter().zip(found.chunks(3)) {
-                text += &format!("{shift},{t},{},{},30\n", p[0], p[2]);
-            }
-        }
-        std::fs::write(d.join("law.csv"), text).expect("written");
-        let scored = json(&["evaluate", "model.toml", "--data", "law.csv"], d);
-        let error = scored["rows"][0]["rmse"].as_f64().expect("an error");
-        assert!(error < 2e-4, "the program and the engine differ by {error} m");
-    }
-    let latex = done(&["export", "model.toml", "--as", "latex"], d);
-    assert!(
-        latex.contains("quadratic-drag") && latex.contains("= 0.1$") && latex.contains("\\end{document}"),
-        "{latex}"
-    );
-    let table = model + "[[effect]]\nkind = \"contact-duration\"\ntau_s = 0.01\n";
-    std::fs::write(d.join("contact.toml"), table).expect("written");
-    fails(2, &["export", "contact.toml", "--as", "c"], d, &["contact-duration", "--as latex"]);
-}
-
-#[test]
-fn an_exported_law_of_equations_runs_without_augsim() {
-    let dir = tempfile::tempdir().expect("a temporary directory");
-    let d = dir.path();
-    done(&["model", "new", "pendulum", "--out", "pendulum.toml"], d);
-    let model = std::fs::read_to_string(d.join("pendulum.toml")).expect("a model");
-    let out = done(
-        &["simulate", "pendulum.toml", "--duration-s", "1", "--rate-hz", "100", "--out", "run.csv", "-q"],
-        d,
-    );
-    let run = std::fs::read_to_string(d.join("run.csv")).expect("a run");
-    let header: Vec<&str> = run.lines().next().unwrap_or_default().split(',').collect();
-    let rows: Vec<Vec<f64>> = (run.lines().skip(1))
-        .map(|l| l.split(',').skip(1).map(|v| v.parse().unwrap_or(f64::NAN)).collect())
-        .collect();
-    let inputs = model.contains("[inputs]");
-    assert!(!inputs, "this test gives no inputs: {out} {header:?}");
-    // A pendulum that is let go at 0.5 rad, as `simulate` notes.
-    let times: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-    for found in exported("pendulum.toml", &[&[0.5, 0.0][..], &times].concat(), d) {
-        assert_eq!(found.len(), rows.len());
-        let far = found.iter().zip(&rows).map(|(a, r)| (a - r[1]).abs()).fold(0.0, f64::max);
-        // The engine steps from sample to sample, 50 times as far as the program.
-        assert!(far < 1e-5, "the program and the engine differ by {far}");
-    }
-    assert!(done(&["export", "pendulum.toml", "--as", "latex"], d).contains("\\tfrac{d}{dt}"));
 }
 
 #[test]

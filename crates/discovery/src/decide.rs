@@ -5,12 +5,11 @@ use crate::addition::{Addition, labels};
 use crate::adequacy::{Adequacy, adequacy};
 use crate::confirmation::holds;
 use crate::explore::Explored;
-use crate::fit::Fit;
+use crate::fit::{Fit, Sample};
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
 use crate::grammar::{is_formula, nodes};
-use crate::judged::Judged;
-use crate::report::AMBIGUOUS_TOTAL;
+use crate::judged::{AMBIGUOUS_TOTAL, Judged};
 use crate::result::Verdict;
 use crate::scattered::{Scattered, scattered, surviving_additions};
 use crate::search::Search;
@@ -19,7 +18,7 @@ use crate::unlisted::unlisted;
 /// By how much a table must lower the criterion before the library's answer is given up.
 pub(crate) const MARGIN: f64 = 10.0;
 
-/// Ratio of forecast errors (of the training part) at which laws without scatter are taken for better than laws with it.
+/// Ratio of forecast errors (of either part) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
 
 /// The answer of one split.
@@ -62,7 +61,11 @@ pub(crate) fn decide(
         search.scatter = false;
         let other = search.run(base.fit.clone(), &[], progress);
         let lawful = confirmed(search, &other, &base);
-        if forecast_of(search, &lawful) < LAWFUL * forecast_of(search, &best) {
+        // On the held-out part as well: laws that follow the draws of the training part forecast no others.
+        let forecasts = |sample: &Sample<'_>| {
+            forecast::first_rmse(sample, &lawful.fit) < LAWFUL * forecast::first_rmse(sample, &best.fit)
+        };
+        if forecasts(&search.train) && forecasts(&search.test) {
             (found, best) = (other, lawful);
         }
     }
@@ -174,15 +177,22 @@ fn is_confirmed(judged: &Judged, base: &Judged) -> bool {
             && judged.fit.is_clear())
 }
 
+/// Whether the data let a hypothesis be an answer, the best one or one that is as good.
+pub(crate) fn may_answer(search: &Search<'_>, judged: &Judged, base: &Judged) -> bool {
+    if search.train.data.is_idealised() {
+        return is_confirmed(judged, base);
+    }
+    let trained = base.criterion - judged.criterion;
+    heldout_gain(judged, base).is_some_and(|gain| holds(trained, gain))
+}
+
 /// The best on both parts together, if it is confirmed. Where the laws of the system are idealisations: the best of all that
 /// are, in its simplest form that is as good. (For exact laws Wald's test is no further evidence and costs drag beside a law
 /// that stands for it: the best total decides.)
 fn confirmed(search: &Search<'_>, found: &Explored, base: &Judged) -> Judged {
     if !search.train.data.is_idealised() {
-        let trained = |best: &Judged| base.criterion - best.criterion;
-        let confirms =
-            |best: &&Judged| heldout_gain(best, base).is_some_and(|gain| holds(trained(best), gain));
-        return simplest(found, found.pool.first().filter(confirms).unwrap_or(base)).clone();
+        let first = found.pool.first().filter(|j| may_answer(search, j, base));
+        return simplest(found, first.unwrap_or(base)).clone();
     }
     let best = found.pool.iter().find(|j| is_confirmed(j, base)).unwrap_or(base);
     let (simple, fewer) = search.simplified(best.additions());

@@ -1,6 +1,7 @@
 //! When the data are not those of the declared system: values that cannot be, bounds that were reached, additions that help no
 //! forecast.
 
+use crate::addition::{Addition, labels};
 use crate::adequacy::adequacy;
 use crate::decide::Decided;
 use crate::explore::Explored;
@@ -45,7 +46,14 @@ pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&st
     if let Some(objection) = h.system.implausible(&values(fit)) {
         return Some(objection.to_string());
     }
-    if let Some((name, bound)) = at_bound(h, &fit.theta) {
+    // A law that nobody described can stand for a value beyond the bound: what counts is the model without it.
+    let listed: Vec<Addition> =
+        h.additions.iter().filter(|a| !matches!(a, Addition::Table(_))).cloned().collect();
+    let before = (listed.len() < h.additions.len()).then(|| labels(&listed));
+    let before = before.and_then(|key| decided.found.tried.iter().find(|j| labels(j.additions()) == key));
+    let at_bound = at_bound(h, &fit.theta)
+        .or_else(|| before.and_then(|j| at_bound(&j.fit.hypothesis, &j.fit.theta)));
+    if let Some((name, bound)) = at_bound {
         return Some(format!(
             "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise \
              check units, signs and what was measured"

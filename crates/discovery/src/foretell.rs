@@ -3,7 +3,8 @@
 //! The start of a record is fitted to its known samples as in the table of errors. Bands are those of draws: parameters from
 //! their 95 % intervals (one independent of the other, as the file has them), the start from what the known samples leave
 //! open at those parameters, the parameter of the events from its scatter, parameters that are drawn anew for each record from
-//! theirs, and the sensor's noise on top.
+//! theirs, and the sensor's noise on top. The standard deviation of a scatter is drawn from its interval as well: over few
+//! draws it is so uncertain that the law of the next one is Student's, not the normal law.
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
@@ -82,19 +83,21 @@ struct Redrawn {
     places: Range<usize>,
     /// Standard deviation of each, in its unit.
     sd: f64,
+    /// Its 95 % interval in the model file.
+    ci95: Option<[f64; 2]>,
 }
 
 impl Redrawn {
     /// The scatter that the model declares; `None` where it declares none.
     fn of(data: &Measured) -> Option<Self> {
         let drawn = data.system.schema().drawn.as_ref()?;
-        let sd = drawn.declared?;
+        let (sd, ci95) = (drawn.declared?, drawn.declared_ci95);
         if let Some(places) = drawn.places.clone() {
-            return Some(Self { through: None, places, sd });
+            return Some(Self { through: None, places, sd, ci95 });
         }
         let through = Addition::effect(&*data.system, drawn.through, Per::All)?;
         let first = data.system.parameters().len();
-        Some(Self { places: first..first + through.size(), through: Some(through), sd })
+        Some(Self { places: first..first + through.size(), through: Some(through), sd, ci95 })
     }
 }
 
@@ -158,11 +161,13 @@ impl Of<'_> {
             let mut lanes = start.lanes.clone();
             if let Some(scatter) = self.h.scatter {
                 lanes.offsets = if scatter.per == ScatterPer::Record { 1 } else { MOST_EVENTS };
-                nuisance.extend((0..lanes.offsets).map(|_| scatter.sd * normal()));
+                let sd = drawn_sd(scatter.sd, scatter.ci95, &mut normal);
+                nuisance.extend((0..lanes.offsets).map(|_| sd * normal()));
             }
             let mut point = Point::new(self.h, &*self.h.system, &lanes, record, &drawn, &nuisance);
             if let Some(own) = &self.drawn {
-                let offsets: Vec<f64> = own.places.clone().map(|_| own.sd * normal()).collect();
+                let sd = drawn_sd(own.sd, own.ci95, &mut normal);
+                let offsets: Vec<f64> = own.places.clone().map(|_| sd * normal()).collect();
                 point = point.moved(own.places.start, &offsets);
             }
             let run = point.plain(&lanes, Excerpt { record, window: &whole });
@@ -193,6 +198,17 @@ impl Of<'_> {
         let foretold = Foretold { id: piece.name(record), times, known, channels };
         (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
+}
+
+/// A draw of a standard deviation with this 95 % interval: log-normal to each side of its value, which is how the interval was
+/// made.
+fn drawn_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -> f64) -> f64 {
+    let Some([low, high]) = ci95 else { return sd };
+    let z = normal();
+    // A lower end of 0 says that no scatter fits as well: the upper side then tells how wide the law is.
+    let side = if z < 0.0 && low > 0.0 { sd / low } else { high / sd };
+    let width = side.ln() / (0.5 * INTERVAL);
+    if width.is_finite() && width > 0.0 { sd * (width * z).exp() } else { sd }
 }
 
 /// Standard deviation of the sensor at a sample: that of the sample where it was measured, that of the channel elsewhere.

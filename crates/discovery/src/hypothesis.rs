@@ -97,7 +97,7 @@ impl Hypothesis {
             match addition {
                 Addition::Scatter(s) => {
                     let sd = s.effect.parameters.first().map_or(0.0, |p| p.typical);
-                    scatter = Some(Scatter { per: s.per, sd });
+                    scatter = Some(Scatter { per: s.per, sd, ci95: None });
                 }
                 Addition::Effect(listed, per) => {
                     if let Some(place) = places.next() {

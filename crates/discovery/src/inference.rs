@@ -37,6 +37,14 @@ impl Fit {
             .collect()
     }
 
+    /// 95 % interval of the scatter's standard deviation: one from so many draws is log-normal to good precision; a symmetric
+    /// interval misses low ones.
+    pub fn scatter_ci95(&self) -> Option<[f64; 2]> {
+        let sd = self.hypothesis.scatter?.sd;
+        let factor = (1.96 / (2.0 * self.draws.max(1.0)).sqrt()).exp();
+        Some([sd / factor, sd * factor])
+    }
+
     /// Dispersion of the entries of theta in `range`, or of all of them where it is empty, at least `least`.
     pub fn dispersion(&self, range: Range<usize>, least: f64) -> Dispersion {
         let p = self.theta.len();

@@ -7,6 +7,8 @@ use crate::scored::Score;
 use augsim_physics::system::EffectParameter;
 use std::sync::{Arc, OnceLock};
 
+/// Odds of 100:1 in total criterion, below which an alternative is as good.
+pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// Share of its usual size below which an amount is none.
 const STILL: f64 = 1e-6;
 

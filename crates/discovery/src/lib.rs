@@ -61,6 +61,7 @@ mod scattered;
 mod score;
 mod scored;
 mod search;
+mod sentence;
 mod separate;
 mod sound;
 mod spikes;

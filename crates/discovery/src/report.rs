@@ -4,26 +4,24 @@ use crate::DiscoveryError;
 use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
 use crate::answer::AnswerParts;
+use crate::decide::may_answer;
 use crate::error_table::measured_in;
 use crate::experiment::next_experiment;
 use crate::fit::Fit;
 use crate::folds::folds_that_found;
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judged::Judged;
+use crate::judged::{AMBIGUOUS_TOTAL, Judged};
 use crate::remainder::unexplained;
 use crate::result::*;
+use crate::sentence::{by_error_removed, sentence};
 use augsim_physics::model::Per;
 use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
 
-/// Odds of 100:1 in total criterion, below which an alternative is as good.
-pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
-/// Odds of 10:1 on the training part alone, below which an alternative is as good.
+/// Odds of 10:1 on the training part alone, below which an alternative is as good that the held-out part by itself does not
+/// refute by odds of 100:1.
 const AMBIGUOUS_TRAIN: f64 = 4.6;
-
-/// Share of the gain in likelihood below which an effect is small: it is named in a sentence of its own.
-const SMALL: f64 = 0.03;
 
 /// Name and unit of each free parameter; those of additions without their kind.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
@@ -88,22 +86,13 @@ fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTr
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
     {
-        // A standard deviation from so many draws is log-normal to good precision; a symmetric interval misses low ones.
-        let factor = (1.96 / (2.0 * fit.draws.max(1.0)).sqrt()).exp();
-        out.insert(
-            "sd".into(),
-            Estimate {
-                value: scatter.sd,
-                ci95: [scatter.sd / factor, scatter.sd * factor],
-                unit: String::new(),
-                groups: BTreeMap::new(),
-            },
-        );
+        let (value, ci95) = (scatter.sd, fit.scatter_ci95().unwrap_or([scatter.sd; 2]));
+        out.insert("sd".into(), Estimate { value, ci95, unit: String::new(), groups: BTreeMap::new() });
     }
     out
 }
 
-/// Other sets that explain the data as well, best first, with their kinds.
+/// Other sets that explain the data as well, best first, with their kinds: the held-out part confirms each of them, too.
 fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
     if parts.best.additions().is_empty() || tabulated {
@@ -115,9 +104,12 @@ fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     for j in &parts.found.pool {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
+        let heldout = best.heldout_ll.zip(j.heldout_ll).map_or(f64::INFINITY, |(a, b)| 2.0 * (a - b));
         let close = j.total() - best.total() < AMBIGUOUS_TOTAL * best.unit
-            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit;
+            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit
+                && heldout < AMBIGUOUS_TOTAL * best.unit;
         if close
+            && may_answer(parts.search, j, parts.base)
             && !superset
             && theirs.len() <= mine.len() + 1
             && !theirs.is_empty()
@@ -237,6 +229,8 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
     let best = parts.best;
     let whole = 2.0 * (best.fit.ll - parts.base.fit.ll);
     let additions = best.additions();
+    let drawn = drawn(parts, whole);
+    let several = additions.len() + usize::from(drawn.is_some()) > 1;
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in additions.iter().enumerate() {
         if matches!(a, Addition::Table(_)) {
@@ -249,8 +243,9 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
             None => parts.search.refit(&best.fit, &rest, &[]).fit,
         };
         let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
-        let lawful = matches!(a, Addition::Effect(..)) && additions.len() > 1;
-        let removed = lawful.then(|| error(&without) - error(&best.fit)).filter(|x| x.is_finite());
+        let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
+        let removed =
+            (lawful && several).then(|| error(&without) - error(&best.fit)).filter(|x| x.is_finite());
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
@@ -272,11 +267,11 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
             },
         });
     }
-    if let Some((effect, share)) = drawn(parts, whole) {
+    if let Some((effect, share)) = drawn {
         out.iter_mut().for_each(|e| e.share *= 1.0 - share);
         out.push(effect);
     }
-    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out.sort_by(by_error_removed);
     out
 }
 
@@ -299,77 +294,6 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
         per: Some(schema.record[0].clone()),
     };
     Some((found, share))
-}
-
-fn sentence(
-    parts: &AnswerParts<'_>,
-    effects: &[FoundEffect],
-    unexplained: &Option<Unexplained>,
-    alternatives: &[Vec<String>],
-) -> String {
-    let error = &parts.error;
-    let schema = parts.search.train.data.system.schema();
-    let (unit, scale) = schema.decides();
-    let list = |e: &[&FoundEffect]| {
-        let words: Vec<String> = e
-            .iter()
-            .map(|e| {
-                let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                p.extend(e.removed.map(|r| match r > 0.0 {
-                    true => format!("{:.2} {unit} of the error", scale * r),
-                    false => "none of the error".to_owned(),
-                }));
-                let values = p.join(", ");
-                match &e.formula {
-                    None if values.is_empty() => e.kind.clone(),
-                    None => format!("{} ({values})", e.kind),
-                    Some(f) => {
-                        let [low, high] = f.range;
-                        let of = format!("{} from {low:.3} to {high:.3} {}", f.of, f.unit);
-                        format!("a term that fits as {} ({values}; {})", f.text, of.trim_end())
-                    }
-                }
-            })
-            .collect();
-        words.join(" and ")
-    };
-    // The largest share comes first, and is never small. What no forecast confirms is small whatever its share.
-    let is_small = |e: &FoundEffect| e.share < SMALL || e.removed.is_some_and(|r| r <= 0.0);
-    let (small, large): (Vec<&FoundEffect>, Vec<&FoundEffect>) =
-        effects.iter().partition(|e| is_small(e) && Some(&e.kind) != effects.first().map(|e| &e.kind));
-    let beside = match &small[..] {
-        [] => String::new(),
-        small => format!(" Small beside that: {}.", list(small)),
-    };
-    let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
-    // Two decimals, or three digits of the smallest where it is less.
-    let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
-    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
-    let [before, after, floor] = rows;
-    let gain = format!(
-        "error on held-out {} {before:.d$} {unit} after calibration, {after:.d$} {unit} with it, noise floor {floor:.d$} {unit}",
-        schema.record[1]
-    );
-    let law = unexplained.as_ref().map_or_else(
-        || "the residual has structure that no law of one feature describes".to_string(),
-        |u| format!("{} depends on {} in a way that the library does not know", u.target, u.against),
-    );
-    match parts.verdict {
-        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
-        Verdict::Explained if !alternatives.is_empty() => format!(
-            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.{beside}",
-            list(&large),
-            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
-        ),
-        Verdict::Explained => format!("The model lacks {}; {gain}.{beside}", list(&large)),
-        Verdict::PartlyExplained => {
-            format!("The model lacks {}, and something else: {law}; {gain}.{beside}", list(&large))
-        }
-        Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
-        Verdict::NotThisSystem => {
-            format!("Not this system: {}.", parts.doubt.as_deref().unwrap_or("the data are of another one"))
-        }
-    }
 }
 
 pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
@@ -400,6 +324,7 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
     // Noise between neighbours alone says nothing of colour and time stamps.
     let estimated = |value: f64| (!data.is_idealised()).then_some(value);
     let mut augmentation = h.augmentation(data, &fit.theta, &fit.ci95());
+    augmentation.scatter_ci95 = fit.scatter_ci95();
     if let Some(sd) = &parts.drawn_sd {
         let is_declared = parts.scattered.is_some_and(|s| s.declared);
         (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
@@ -407,7 +332,8 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
     }
     let model_toml = parts.model.augmented(&augmentation)?;
     let base = &parts.base.fit;
-    let calibrated = base.hypothesis.augmentation(data, &base.theta, &base.ci95());
+    let mut calibrated = base.hypothesis.augmentation(data, &base.theta, &base.ci95());
+    calibrated.scatter_ci95 = base.scatter_ci95();
     let models = Models {
         declared_toml: parts.model.augmented(&Augmentation::default())?,
         calibrated_toml: parts.model.augmented(&calibrated)?,

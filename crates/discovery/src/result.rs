@@ -81,7 +81,7 @@ pub struct FoundEffect {
     /// Share of the gain in likelihood that is lost without it.
     pub share: f64,
     /// By how much the forecast error on held-out records grows without it, in the unit of the errors; absent for what changes
-    /// no forecast, such as a scatter.
+    /// no forecast, such as a scatter, and for the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub removed: Option<f64>,
     /// In how many folds the loop found it again, of how many; absent where it was not repeated.
@@ -382,7 +382,7 @@ pub struct Discovery {
     /// Remarks for the reader of the result: how a recording was read, what one trajectory cannot show.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// Effects that were added, largest share first.
+    /// Effects that were added, by the error that it removes; then what changes no forecast, by its share of the gain.
     pub effects: Vec<FoundEffect>,
     /// The declared parameters calibrated on the training part, nothing added.
     pub calibrated: BTreeMap<String, Estimate>,

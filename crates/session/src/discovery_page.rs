@@ -125,6 +125,7 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
                 stands_for: e.stands_for.join(", "),
                 parameters: parameters(&e.parameters),
                 share: Some(e.share),
+                removed: e.removed.map(|r| told_in(&d.error.unit).1 * r),
                 folds: e.folds.map(|f| f.map(|n| n as u64)),
             })
             .collect(),

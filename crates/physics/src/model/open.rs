@@ -29,8 +29,8 @@ impl Model {
             kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             scatter: self.effects.iter().find_map(|b| {
-                let sd = b.parameters.first()?.nominal.max(LEAST_SCATTER);
-                Some(Scatter { per: b.scatter?, sd })
+                let p = b.parameters.first()?;
+                Some(Scatter { per: b.scatter?, sd: p.nominal.max(LEAST_SCATTER), ci95: p.ci95 })
             }),
             height_column: None,
         }
@@ -45,12 +45,13 @@ impl PushModel {
     pub fn open(&self) -> Pushing {
         let (world, _) = self.world();
         let blocks = self.effects.iter().filter(|b| index_of(&b.kind).is_some());
-        let scatter = self.effects.iter().find(|b| b.kind == SCATTER_KIND);
+        let scatter = self.effects.iter().find(|b| b.kind == SCATTER_KIND).and_then(|b| b.parameters.first());
         let declares = PushDeclares {
             kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             angle_sd_rad: self.angle_sd_rad,
-            scatter_sd_m: scatter.and_then(|b| b.parameters.first()).map(|p| p.nominal),
+            scatter_sd_m: scatter.map(|p| p.nominal),
+            scatter_ci95_m: scatter.and_then(|p| p.ci95),
         };
         Pushing::new(world, with_effects(&self.parameters, blocks), declares)
     }

@@ -53,6 +53,8 @@ pub struct PushDeclares {
     pub angle_sd_rad: Option<f64>,
     /// Standard deviation of each push's own centre of pressure, m.
     pub scatter_sd_m: Option<f64>,
+    /// Its 95 % interval, m, where the file has one.
+    pub scatter_ci95_m: Option<[f64; 2]>,
 }
 
 /// Accuracy of rods, outlines and integrators, m and rad.
@@ -267,6 +269,7 @@ fn schema(world: &World, declares: &PushDeclares) -> Schema {
             places: centre.map(|t| t.first..t.first + t.count),
             scatter: Effect::from(&effects::SCATTER_SPEC),
             declared: declares.scatter_sd_m,
+            declared_ci95: declares.scatter_ci95_m,
         }),
         conditions: ["start orientations", "contact offsets", "angles", "speeds"].map(String::from).to_vec(),
         ..Schema::default()

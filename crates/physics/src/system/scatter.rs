@@ -16,4 +16,6 @@ pub struct Scatter {
     pub per: ScatterPer,
     /// Standard deviation, in the unit of the parameter.
     pub sd: f64,
+    /// Its 95 % interval in the model file, where that has one.
+    pub ci95: Option<[f64; 2]>,
 }

@@ -117,6 +117,8 @@ pub struct Drawn {
     pub scatter: Effect,
     /// The standard deviation that the model declares.
     pub declared: Option<f64>,
+    /// Its 95 % interval in the model file, where that has one.
+    pub declared_ci95: Option<[f64; 2]>,
 }
 
 /// The description of a system.

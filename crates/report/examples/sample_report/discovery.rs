@@ -204,8 +204,8 @@ pub fn sample() -> DiscoveryReport {
             CalibratedParameter { parameter: Parameter { name: "gravity_m_s2".into(), value: 9.81, ci95: None, unit: "m/s²".into() }, declared: 9.81, frozen: true },
         ],
         effects: vec![
-            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551), folds: None },
-            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), folds: None },
+            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551), removed: Some(12.6), folds: None },
+            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), removed: Some(0.4), folds: None },
         ],
         anatomy: anatomy(),
         examples_note: String::new(),

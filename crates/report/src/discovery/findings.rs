@@ -23,6 +23,7 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
     } else {
         let mut rows = Vec::new();
         let folds = report.effects.iter().any(|e| e.folds.is_some());
+        let removed = report.effects.iter().any(|e| e.removed.is_some());
         for effect in &report.effects {
             for (i, p) in effect.parameters.iter().enumerate() {
                 let first = |cell: Cell| if i == 0 { cell } else { Cell::text("") };
@@ -35,6 +36,9 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
                     unit,
                     first(Cell::number(effect.share.map(|s| s * 100.0))),
                 ];
+                if removed {
+                    cells.insert(5, first(Cell::number(effect.removed)));
+                }
                 if folds {
                     let again =
                         effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}")));
@@ -51,6 +55,9 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
             Column::text("unit"),
             Column::number("share of the gain", "%").decimals(1),
         ];
+        if removed {
+            columns.insert(5, Column::number("error removed", &report.error.unit).decimals(2));
+        }
         if folds {
             columns.push(Column::text("found again in folds"));
         }
@@ -58,7 +65,7 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
             caption: "Effects added".to_owned(),
             columns,
             rows,
-            footnotes: vec!["Share of the gain: how much of the gain in likelihood is lost when this effect alone is left out and the rest is fitted again.".to_owned()],
+            footnotes: vec!["Error removed: by how much the forecast error grows when this effect alone is left out and the rest is fitted again. Share of the gain: how much of the gain in likelihood is lost then.".to_owned()],
         }));
     }
     if !report.calibrated.is_empty() {

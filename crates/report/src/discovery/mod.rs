@@ -185,6 +185,9 @@ pub struct FoundEffect {
     /// Share of the total gain in likelihood that goes when this effect is left out, as a fraction.
     #[serde(default)]
     pub share: Option<f64>,
+    /// By how much the forecast error grows without it, in the unit of the error.
+    #[serde(default)]
+    pub removed: Option<f64>,
     /// In how many folds it was found again, of how many.
     #[serde(default)]
     pub folds: Option<[u64; 2]>,

@@ -1,6 +1,6 @@
 //! The law of a ball.
 
-use super::{Language, latex_document, number};
+use super::{Language, effect_paragraphs, latex_document, number};
 use crate::Usage;
 use augsim_physics::effects::{SCATTER_KIND, index_of, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
@@ -164,16 +164,6 @@ fn latex(model: &Model) -> String {
         number(base("gravity_m_s2")),
         number(base("restitution"))
     );
-    for block in &model.effects {
-        let formula = spec_of(&block.kind).map_or("a tabulated law", |s| s.formula);
-        body += &format!("\\paragraph{{{}}} \\verb|{}|\n\n", block.kind, formula.replace('|', "/"));
-        for p in &block.parameters {
-            let interval = p.ci95.map_or(String::new(), |[low, high]| {
-                format!(" (95\\,\\% interval {} to {})", number(low), number(high))
-            });
-            body +=
-                &format!("\\noindent ${} = {}${interval}\n\n", super::latex_name(&p.name), number(p.nominal));
-        }
-    }
+    body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
     latex_document("The law of a ball", &body)
 }

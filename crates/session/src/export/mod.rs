@@ -2,9 +2,11 @@
 
 mod ball;
 mod equations;
+mod program;
+mod push;
 
 use crate::{Subject, Usage};
-use augsim_physics::model::ModelFile;
+use augsim_physics::model::{EffectBlock, ModelFile};
 
 /// Languages that a law can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,11 +28,7 @@ pub fn export(subject: &Subject, language: Language) -> Result<String, Usage> {
         Subject::Written(model) => equations::export(model, language),
         Subject::BuiltIn(model) => match &**model {
             ModelFile::Ball(model) => ball::export(model, language),
-            ModelFile::Push(model) => Err(Usage(format!(
-                "{}: the contact of a pushed object has no short law to write out; `augsim simulate` and `augsim predict` run \
-                 the model file itself",
-                model.file
-            ))),
+            ModelFile::Push(model) => push::export(model, language),
         },
     }
 }
@@ -51,4 +49,20 @@ fn latex_document(title: &str, body: &str) -> String {
     format!(
         "\\documentclass{{article}}\n\\usepackage{{amsmath}}\n\\begin{{document}}\n\\section*{{{title}}}\n{body}\\end{{document}}\n"
     )
+}
+
+/// Effects of a library in LaTeX, each with its formula and its values.
+fn effect_paragraphs(effects: &[EffectBlock], formula: impl Fn(&str) -> Option<&'static str>) -> String {
+    let mut text = String::new();
+    for block in effects {
+        let formula = formula(&block.kind).unwrap_or("a tabulated law");
+        text += &format!("\\paragraph{{{}}} \\verb|{}|\n\n", block.kind, formula.replace('|', "/"));
+        for p in &block.parameters {
+            let interval = p.ci95.map_or(String::new(), |[low, high]| {
+                format!(" (95\\,\\% interval {} to {})", number(low), number(high))
+            });
+            text += &format!("\\noindent ${} = {}${interval}\n\n", latex_name(&p.name), number(p.nominal));
+        }
+    }
+    text
 }

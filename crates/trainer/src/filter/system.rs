@@ -85,7 +85,7 @@ impl SystemFilter {
             let bounds = [p.min.min(p.nominal), p.max.max(p.nominal)];
             self.unknowns.push(Unknown { seed: Seed::Parameter(i), law: Some((p.nominal, sd)), bounds });
         }
-        if let Some(Scatter { per, sd }) = schema.event.as_ref().and_then(|e| e.declared) {
+        if let Some(Scatter { per, sd, .. }) = schema.event.as_ref().and_then(|e| e.declared) {
             self.shared = per == ScatterPer::Record;
             let law = Some((0.0, sd));
             let many = if self.shared { 1 } else { MOST_EVENTS };

@@ -1,0 +1,156 @@
+//! The answer in words: effects in the order of the error that they remove, small ones in a second sentence.
+
+use crate::answer::AnswerParts;
+use crate::result::{FoundEffect, Unexplained, Verdict};
+use std::cmp::Ordering;
+
+/// Share of the gain in likelihood, or of the error removed, below which an effect is small: it is named in a sentence of its
+/// own.
+const SMALL: f64 = 0.03;
+
+/// Order of effects: by the error that they remove; then those that change no forecast (a scatter) and the only one there is,
+/// by their shares; last what no held-out forecast confirms.
+pub(crate) fn by_error_removed(a: &FoundEffect, b: &FoundEffect) -> Ordering {
+    let place = |e: &FoundEffect| match e.removed {
+        Some(removed) if removed > 0.0 => 0,
+        None => 1,
+        Some(_) => 2,
+    };
+    let removed = |e: &FoundEffect| e.removed.filter(|r| *r > 0.0).unwrap_or(0.0);
+    let by_size = removed(b).total_cmp(&removed(a)).then(b.share.total_cmp(&a.share));
+    place(a).cmp(&place(b)).then(by_size)
+}
+
+/// The effects that lead the sentence and the small ones, of those that together removed `reduction` of the error. The first is
+/// never small. What no forecast confirms is small whatever its share.
+fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
+    let little = (SMALL * reduction).max(0.0);
+    let is_small = |e: &FoundEffect| e.share < SMALL || e.removed.is_some_and(|r| r <= little);
+    let (mut large, mut small) = (Vec::new(), Vec::new());
+    for (place, effect) in effects.iter().enumerate() {
+        if place > 0 && is_small(effect) { small.push(effect) } else { large.push(effect) }
+    }
+    [large, small]
+}
+
+/// The answer in one sentence, and a second one for what is small.
+pub(crate) fn sentence(
+    parts: &AnswerParts<'_>,
+    effects: &[FoundEffect],
+    unexplained: &Option<Unexplained>,
+    alternatives: &[Vec<String>],
+) -> String {
+    let error = &parts.error;
+    let schema = parts.search.train.data.system.schema();
+    let (unit, scale) = schema.decides();
+    let list = |e: &[&FoundEffect]| {
+        let words: Vec<String> = e
+            .iter()
+            .map(|e| {
+                let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
+                p.extend(e.removed.map(|r| match r > 0.0 {
+                    true => format!("{:.2} {unit} of the error", scale * r),
+                    false => "none of the error".to_owned(),
+                }));
+                let values = p.join(", ");
+                match &e.formula {
+                    None if values.is_empty() => e.kind.clone(),
+                    None => format!("{} ({values})", e.kind),
+                    Some(f) => {
+                        let [low, high] = f.range;
+                        let of = format!("{} from {low:.3} to {high:.3} {}", f.of, f.unit);
+                        format!("a term that fits as {} ({values}; {})", f.text, of.trim_end())
+                    }
+                }
+            })
+            .collect();
+        words.join(" and ")
+    };
+    let [large, small] = by_size(effects, error.calibrated.rmse - error.augmented.rmse);
+    let beside = match &small[..] {
+        [] => String::new(),
+        small => format!(" Small beside that: {}.", list(small)),
+    };
+    let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
+    // Two decimals, or three digits of the smallest where it is less.
+    let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
+    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
+    let [before, after, floor] = rows;
+    let gain = format!(
+        "error on held-out {} {before:.d$} {unit} after calibration, {after:.d$} {unit} with it, noise floor {floor:.d$} {unit}",
+        schema.record[1]
+    );
+    let law = unexplained.as_ref().map_or_else(
+        || "the residual has structure that no law of one feature describes".to_string(),
+        |u| format!("{} depends on {} in a way that the library does not know", u.target, u.against),
+    );
+    match parts.verdict {
+        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
+        Verdict::Explained if !alternatives.is_empty() => format!(
+            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.{beside}",
+            list(&large),
+            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
+        ),
+        Verdict::Explained => format!("The model lacks {}; {gain}.{beside}", list(&large)),
+        Verdict::PartlyExplained => {
+            format!("The model lacks {}, and something else: {law}; {gain}.{beside}", list(&large))
+        }
+        Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
+        Verdict::NotThisSystem => {
+            format!("Not this system: {}.", parts.doubt.as_deref().unwrap_or("the data are of another one"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: effects are named by the error that they remove; one that removes none, or next to none, never leads another and
+    //! stands in the second sentence, whatever its share of the gain in likelihood.
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn effect(kind: &str, share: f64, removed: Option<f64>) -> FoundEffect {
+        FoundEffect {
+            kind: kind.into(),
+            stands_for: Vec::new(),
+            parameters: BTreeMap::new(),
+            share,
+            removed,
+            folds: None,
+            formula: None,
+            per: None,
+        }
+    }
+
+    fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
+        effects.sort_by(by_error_removed);
+        by_size(&effects, reduction).map(|list| list.iter().map(|e| e.kind.clone()).collect())
+    }
+
+    #[test]
+    fn effects_are_named_by_the_error_that_they_remove() {
+        let effects = vec![
+            effect("none", 0.6, Some(-1e-5)),
+            effect("random", 0.1, None),
+            effect("much", 0.1, Some(2e-4)),
+            effect("most", 0.3, Some(3e-4)),
+        ];
+        let [large, small] = named(effects, 3.5e-4);
+        assert_eq!(large, ["most", "much", "random"]);
+        assert_eq!(small, ["none"]);
+    }
+
+    #[test]
+    fn small_effects_stand_in_a_second_sentence() {
+        // A share of 0.14 % of the gain; a hundredth of the error; and nothing that could lead instead.
+        let effects = vec![
+            effect("much", 0.69, Some(3e-3)),
+            effect("rare", 0.0014, Some(1e-3)),
+            effect("slight", 0.2, Some(3e-5)),
+        ];
+        assert_eq!(named(effects, 3e-3), [vec!["much"], vec!["rare", "slight"]]);
+        assert_eq!(named(vec![effect("lone", 1.0, None)], 0.0)[0], ["lone"]);
+        let none = vec![effect("a", 0.2, Some(-1e-4)), effect("b", 0.7, Some(0.0))];
+        assert_eq!(named(none, -1e-4), [vec!["b"], vec!["a"]]);
+    }
+}

@@ -1,0 +1,106 @@
+//! The law of an object that is pushed.
+
+use super::{Language, effect_paragraphs, latex_document, number};
+use crate::Usage;
+use augsim_physics::model::{EffectBlock, PushModel};
+use augsim_physics::push::effects::{SCATTER_KIND, spec_of};
+
+const PYTHON: &str = include_str!("push.py.txt");
+const C: &str = include_str!("push.c.txt");
+
+/// Sides of the polygon that a program has for an ellipse.
+const SIDES_OF_AN_ELLIPSE: usize = 360;
+
+/// Constants of the programs that an effect sets, by the order of its parameters; none for one whose law is more than that.
+fn constants_of(kind: &str) -> Option<&'static [&'static str]> {
+    Some(match kind {
+        "frame-registration" => &["FRAME_SCALE", "FRAME_RAD", "FRAME_X", "FRAME_Y"],
+        "tip-offset" => &["FRAME_X", "FRAME_Y"],
+        "pose-offset" => &["OFFSET_X", "OFFSET_Y", "OFFSET_RAD"],
+        _ => return None,
+    })
+}
+
+/// The text of a pushed object's law.
+pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Usage> {
+    if language == Language::Latex {
+        return Ok(latex(model));
+    }
+    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
+    let mut constants = vec![
+        ("C", base("c_m")),
+        ("FRICTION", base("contact_friction")),
+        ("RADIUS", base("rod_radius_m")),
+        ("FRAME_SCALE", 0.0),
+        ("FRAME_RAD", 0.0),
+        ("FRAME_X", 0.0),
+        ("FRAME_Y", 0.0),
+        ("OFFSET_X", 0.0),
+        ("OFFSET_Y", 0.0),
+        ("OFFSET_RAD", 0.0),
+    ];
+    for block in model.effects.iter().filter(|b| b.kind != SCATTER_KIND) {
+        let Some(names) = constants_of(&block.kind) else {
+            return Err(Usage(format!(
+                "{}: the effect `{}` has no short law to write out; `--as latex` has its formula, and `augsim simulate` and \
+                 `augsim predict` run it",
+                model.file, block.kind
+            )));
+        };
+        for (name, p) in names.iter().zip(&block.parameters) {
+            constants.iter_mut().filter(|(n, _)| n == name).for_each(|(_, value)| *value = p.nominal);
+        }
+    }
+    let polygon = model.object.outline.polygon(SIDES_OF_AN_ELLIPSE);
+    let vertex = |[x, y]: &[f64; 2]| match language {
+        Language::C => format!("{{{}, {}}}", number(*x), number(*y)),
+        _ => format!("({}, {})", number(*x), number(*y)),
+    };
+    let vertices: Vec<String> = polygon.vertices().iter().map(vertex).collect();
+    let set = |(name, value): &(&str, f64)| match language {
+        Language::C => format!("static const double {name} = {};", number(*value)),
+        _ => format!("{name} = {}", number(*value)),
+    };
+    let form = if language == Language::C { C } else { PYTHON };
+    Ok(form
+        .replace("@TITLE@", &title(model))
+        .replace("@SIDES@", &vertices.len().to_string())
+        .replace("@POLYGON@", &vertices.join(", "))
+        .replace("@CONSTANTS@", &constants.iter().map(set).collect::<Vec<_>>().join("\n")))
+}
+
+/// The object, its effects, and what no program has.
+fn title(model: &PushModel) -> String {
+    let kinds: Vec<&str> = model.effects.iter().map(|b: &EffectBlock| b.kind.as_str()).collect();
+    let with = if kinds.is_empty() { String::new() } else { format!(" with {}", kinds.join(", ")) };
+    let scatters = kinds.contains(&SCATTER_KIND);
+    let grouped = model.parameters.iter().any(|p| !p.groups.is_empty());
+    let random = if scatters { " (the scatter is left out: it is random)" } else { "" };
+    let mean = if grouped { " (values by group are their means)" } else { "" };
+    format!("{}{with}{random}{mean}", model.object.name)
+}
+
+fn latex(model: &PushModel) -> String {
+    let mut body = String::from(
+        "Quasi-static pushing on an ellipsoidal limit surface (Goyal, Ruina and Papadopoulos 1991; Lynch, Maekawa and Tanie 1992): \
+         $\\mathbf f$ is the force of the rod at the point $\\mathbf r$ from the centroid, $\\mathbf n$ the normal into the object, \
+         $\\mathbf u$ the velocity of the rod.\n\\begin{align*}\n\
+         (\\mathbf v, \\omega) &\\propto (\\mathbf f, \\tau / c^2), & \\tau &= \\mathbf r \\times \\mathbf f\\\\\n\
+         \\mathbf v + \\omega\\, \\mathbf e_z \\times \\mathbf r &= \\mathbf u \\quad\\text{(sticking)} \
+         & \\text{while } |f_t| &\\le \\mu f_n\\\\\n\
+         \\mathbf n \\cdot (\\mathbf v + \\omega\\, \\mathbf e_z \\times \\mathbf r) &= \\mathbf n \\cdot \\mathbf u \
+         \\quad\\text{(sliding)} & |f_t| &= \\mu f_n\n\\end{align*}\n",
+    );
+    let symbols = [("c_m", "c"), ("contact_friction", "\\mu"), ("rod_radius_m", "\\text{radius of the rod}")];
+    for (name, symbol) in symbols {
+        if let Some(p) = model.parameters.iter().find(|p| p.name == name) {
+            body += &format!("\\noindent ${symbol} = {}$ (\\verb|{name}|)\n\n", number(p.nominal));
+            let groups = p.groups.iter();
+            body += &groups
+                .map(|(g, v)| format!("\\noindent \\quad \\verb|{g}|: ${}$\n\n", number(*v)))
+                .collect::<String>();
+        }
+    }
+    body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
+    latex_document(&format!("The law of a pushed object: {}", model.object.name), &body)
+}
