@@ -48,7 +48,7 @@ fn refused(model: &Model, data: &Dataset, says: &str) {
 
 #[test]
 fn tumbling_squares_are_no_balls() {
-    for seed in (1..5).chain(61..67) {
+    for seed in (1..5).chain(201..207) {
         refused(
             &model(", frozen = true"),
             &tumbling_squares(seed).expect("data"),
@@ -59,7 +59,7 @@ fn tumbling_squares_are_no_balls() {
 
 #[test]
 fn tossed_cubes_are_no_balls() {
-    for seed in (1..5).chain(61..67) {
+    for seed in (1..5).chain(201..207) {
         refused(&model(", frozen = true"), &tossed_cubes(seed).expect("data"), "does not bounce as a ball");
     }
 }

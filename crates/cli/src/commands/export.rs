@@ -24,7 +24,7 @@ pub enum LanguageArg {
 /// Options of `export`.
 #[derive(Debug, clap::Args)]
 pub struct Export {
-    /// Model file (TOML) of a ball or of equations, or folder of `discover`.
+    /// Model file (TOML) of a ball, of pushes or of equations, or folder of `discover`.
     pub model: PathBuf,
     /// Language that the law is written in.
     #[arg(long = "as", value_enum)]
