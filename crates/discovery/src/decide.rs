@@ -5,7 +5,7 @@ use crate::addition::{Addition, labels};
 use crate::adequacy::{Adequacy, adequacy};
 use crate::confirmation::holds;
 use crate::explore::Explored;
-use crate::fit::{Fit, Sample};
+use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
 use crate::grammar::{is_formula, nodes};
@@ -62,7 +62,7 @@ pub(crate) fn decide(
         let other = search.run(base.fit.clone(), &[], progress);
         let lawful = confirmed(search, &other, &base);
         // On the held-out part as well: laws that follow the draws of the training part forecast no others.
-        let forecasts = |sample: &Sample<'_>| {
+        let forecasts = |sample: &ChosenRecords<'_>| {
             forecast::first_rmse(sample, &lawful.fit) < LAWFUL * forecast::first_rmse(sample, &best.fit)
         };
         if forecasts(&search.train) && forecasts(&search.test) {

@@ -51,8 +51,8 @@ pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&st
         h.additions.iter().filter(|a| !matches!(a, Addition::Table(_))).cloned().collect();
     let before = (listed.len() < h.additions.len()).then(|| labels(&listed));
     let before = before.and_then(|key| decided.found.tried.iter().find(|j| labels(j.additions()) == key));
-    let at_bound = at_bound(h, &fit.theta)
-        .or_else(|| before.and_then(|j| at_bound(&j.fit.hypothesis, &j.fit.theta)));
+    let at_bound =
+        at_bound(h, &fit.theta).or_else(|| before.and_then(|j| at_bound(&j.fit.hypothesis, &j.fit.theta)));
     if let Some((name, bound)) = at_bound {
         return Some(format!(
             "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise \
