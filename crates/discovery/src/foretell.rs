@@ -23,6 +23,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// Half the width of a 95 % interval in standard deviations.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Events of one record that have an offset of their own; later ones have none.
 const MOST_EVENTS: usize = 32;
 
@@ -207,7 +209,7 @@ fn drawn_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -> f64) -
     let z = normal();
     // A lower end of 0 says that no scatter fits as well: the upper side then tells how wide the law is.
     let side = if z < 0.0 && low > 0.0 { sd / low } else { high / sd };
-    let width = side.ln() / (0.5 * INTERVAL);
+    let width = side.ln() / NORMAL_95;
     if width.is_finite() && width > 0.0 { sd * (width * z).exp() } else { sd }
 }
 
