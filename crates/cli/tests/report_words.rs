@@ -87,7 +87,7 @@ fn every_group_is_listed_once_by_its_name() {
     let mut grouped = format!("{},group\n", lines.next().expect("a header"));
     for line in lines {
         let number: u32 = line.split(',').next().and_then(|n| n.parse().ok()).expect("a trajectory");
-        grouped += &format!("{line},{}\n", if number % 2 == 0 { "even" } else { "odd" });
+        grouped += &format!("{line},{}\n", if number.is_multiple_of(2) { "even" } else { "odd" });
     }
     std::fs::write(d.join("grouped.csv"), grouped).expect("written");
     let model = sealed("model.toml").replace("max = 1.0 }", "max = 1.0, per = \"group\" }");
