@@ -139,7 +139,11 @@ fn line(curve: &Curve) -> Figure {
     let [low, high] = [f64::min, f64::max].map(|f| all.iter().copied().reduce(f).unwrap_or(0.0));
     let x = match low > 0.0 && high / low >= LOG_RATIO && curve.over != "seed" {
         true => Axis::log(&curve.over, ""),
-        false => Axis::linear(&curve.over, ""),
+        false => {
+            // Intervals of the first and of the last point stand clear of the frame.
+            let margin = 0.04 * (high - low);
+            Axis::linear(&curve.over, "").with_domain(low - margin, high + margin)
+        }
     };
     let x = if all.iter().all(|v| v.fract() == 0.0) { x.with_integers() } else { x };
     let mut figure = Line::new(&curve.score, x, Axis::linear(&curve.score, ""));
