@@ -9,6 +9,7 @@ use augsim_data::{atomic_write, check_writable, remove_stale};
 use augsim_session::RunLock;
 use augsim_session::folders;
 use augsim_session::run_dir;
+use augsim_session::usage::PathFault;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,11 +28,7 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
     }
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     if !DATA_ENDINGS.iter().any(|ending| name.len() > ending.len() && name.ends_with(ending)) {
-        let text = format!(
-            "{}: the ending says no format of data; call the file .csv, .csv.gz or .npz",
-            file.display()
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::path(file, PathFault::NoDataEnding).into());
     }
     let folder = folders::around(file);
     folders::make(folder)?;
@@ -48,33 +45,25 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
 /// # Errors
 /// It is an input or lies in a folder that is one, or is no regular file.
 pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
-    let shown = output.display();
+    let refused = |fault: PathFault| Err(Usage::path(output, fault).into());
     let found = match std::fs::metadata(output) {
         Ok(found) => found,
-        Err(_) if output.is_symlink() => {
-            let text =
-                format!("{shown}: is a link that leads to no file; remove it, or choose another --out");
-            return Err(Usage(text).into());
-        }
+        Err(_) if output.is_symlink() => return refused(PathFault::DanglingLink),
         // Nothing is there, or the folder will say what is wrong.
         Err(_) => return Ok(()),
     };
     if found.is_dir() {
-        return Err(Usage(format!("{shown}: is a folder; give the name of a file to write")).into());
+        return refused(PathFault::Folder);
     }
     if !found.is_file() {
-        let text = format!("{shown}: is a device, pipe or socket; only regular files are written");
-        return Err(Usage(text).into());
+        return refused(PathFault::Special);
     }
     for input in inputs {
-        let read = input.display();
         if is_same(output, input) {
-            let text = format!("{shown}: is the input {read}, which would be replaced; choose another --out");
-            return Err(Usage(text).into());
+            return refused(PathFault::Input { input: input.to_path_buf() });
         }
         if input.is_dir() && is_inside(output, input) {
-            let text = format!("{shown}: lies in the input {read}; write it elsewhere, or remove it first");
-            return Err(Usage(text).into());
+            return refused(PathFault::FileInInput { input: input.to_path_buf() });
         }
     }
     Ok(())
@@ -86,12 +75,7 @@ pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
 /// Another model is there.
 pub fn check_model(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
     match std::fs::read_to_string(path) {
-        Ok(there) if there != text && !force => {
-            let path = path.display();
-            let text =
-                format!("{path}: holds another model; add --force to replace it, or choose another --out");
-            Err(Usage(text).into())
-        }
+        Ok(there) if there != text && !force => Err(Usage::path(path, PathFault::OtherModel).into()),
         _ => Ok(()),
     }
 }
@@ -159,9 +143,8 @@ impl Results<'_> {
         }
         for input in inputs.iter().filter(|input| input.is_dir()) {
             if is_inside(folder, input) {
-                let (folder, input) = (folder.display(), input.display());
-                let text = format!("{folder}: lies in the input {input}; choose another --out");
-                return Err(Usage(text).into());
+                let input = input.to_path_buf();
+                return Err(Usage::path(folder, PathFault::FolderInInput { input }).into());
             }
         }
         let lock = RunLock::take(folder)?;
@@ -174,19 +157,17 @@ impl Results<'_> {
 
 /// The folder holds nothing, or what the same command made of the same inputs.
 fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
-    let shown = folder.display();
-    let remedy = "add --force to replace its results, or choose another --out";
-    let refused = |text: String| Err(Usage(text).into());
+    let refused = |fault: PathFault| Err(Usage::path(folder, fault).into());
     if let Some(there) = Record::read(folder)? {
         return match record.difference(&there) {
             None => Ok(()),
-            Some(what) => refused(format!("{shown}: holds another run: {what}; {remedy}")),
+            Some(difference) => refused(PathFault::OtherRun { difference }),
         };
     }
     let known = [run_dir::CONFIG, run_dir::CHECKPOINT, RESULT];
     match files.iter().chain(&known).find(|name| folder.join(name).exists()) {
         None => Ok(()),
-        Some(name) => refused(format!("{shown}: holds {name} of another run; {remedy}")),
+        Some(name) => refused(PathFault::UnknownRun { file: (*name).to_owned() }),
     }
 }
 

@@ -5,8 +5,10 @@ pub use augsim_session::Usage;
 
 use crate::interrupt;
 use crate::sweep::failed::TaskFailed;
-use augsim_data::printable;
+use crate::sweep::fault::SweepFault;
+use augsim_data::{LimitSetting, printable};
 use augsim_session::{Failure, sentence};
+use augsim_tensor::TensorError;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -39,9 +41,19 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
     ExitCode::from(code(error))
 }
 
+/// Whether a cause is a mistake of use that only the command line knows.
+fn is_mistake_of_use(cause: &(dyn std::error::Error + 'static)) -> bool {
+    cause.is::<SweepFault>()
+        || cause.is::<LimitSetting>()
+        || matches!(cause.downcast_ref(), Some(TensorError::Simd { .. }))
+}
+
 fn code(error: &anyhow::Error) -> u8 {
     if let Some(failed) = error.chain().find_map(|cause| cause.downcast_ref::<TaskFailed>()) {
         return failed.code;
+    }
+    if error.chain().any(is_mistake_of_use) {
+        return 2;
     }
     match Failure::of(error) {
         Failure::Usage => 2,

@@ -43,12 +43,12 @@ fn main() -> ExitCode {
 
 /// Refuses an instruction set that the environment asks for and this machine does not have.
 fn instruction_set() -> anyhow::Result<()> {
-    Level::requested().map(|_| ()).map_err(|e| exit::Usage(e.to_string()).into())
+    Ok(Level::requested().map(drop)?)
 }
 
 /// Refuses an environment variable `AUGSIM_LIMIT_…` that would not do what its user thinks.
 fn limits() -> anyhow::Result<()> {
-    Limit::check_environment().map_err(|e| exit::Usage(e.to_string()).into())
+    Ok(Limit::check_environment()?)
 }
 
 /// Sets the number of worker threads; results do not depend on it.

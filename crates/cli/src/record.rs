@@ -3,6 +3,7 @@
 use anyhow::Context;
 use augsim_data::atomic_write;
 use augsim_session::provenance::{STREAM, fingerprint};
+use augsim_session::usage::Difference;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -73,8 +74,12 @@ impl Record {
     }
 
     /// The first thing that differs from the record that is there; `None` where the results must be the same.
-    pub fn difference(&self, there: &Self) -> Option<String> {
-        let differ = |name: &str, there: &str, here: &str| format!("{name} is {there} there and {here} here");
+    pub fn difference(&self, there: &Self) -> Option<Difference> {
+        let differ = |name: &str, there: &str, here: &str| Difference {
+            key: name.to_owned(),
+            there: there.to_owned(),
+            here: here.to_owned(),
+        };
         if self.command != there.command {
             return Some(differ("the command", &there.command, &self.command));
         }

@@ -5,6 +5,7 @@ use crate::exit::Usage;
 use crate::record::Record;
 use augsim_session::command_line::quoted;
 use augsim_session::run_dir::CHECKPOINT;
+use augsim_session::usage::PathFault;
 use std::path::{Path, PathBuf};
 
 /// The paper's number of iterations.
@@ -27,11 +28,7 @@ pub fn claim(
 ) -> anyhow::Result<Claim> {
     let claim = Results { folder, files: &[RESULT, REPORT], inputs, record, force }.claim()?;
     if let Some(net) = trained_net(folder, 2).filter(|_| !resume && !force) {
-        let text = format!(
-            "{}: holds a net of this run already; add --resume to go on, or --force to train anew",
-            net.display()
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::path(&net, PathFault::NetOfReproduction).into());
     }
     Ok(claim)
 }

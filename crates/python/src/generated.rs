@@ -11,6 +11,7 @@ use augsim_physics::model::ModelFile;
 use augsim_physics::push::Pose;
 use augsim_physics::push::laboratory::{Protocol, Recipe};
 use augsim_session::run_data::recipe;
+use augsim_session::usage::{Oversized, PlanFault, Takes};
 use augsim_session::{Subject, Usage};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -18,11 +19,11 @@ use pyo3::types::PyByteArray;
 /// Refuses more trajectories than the limit of data sets.
 fn check(trajectories: usize) -> Result<(), Usage> {
     if trajectories == 0 {
-        return Err(Usage("trajectories = 0: make at least one".to_owned()));
+        return Err(Usage::keyword("trajectories", 0, Takes::AtLeastOne));
     }
-    Limit::Trajectories
-        .check(trajectories as u64)
-        .map_err(|e| Usage(format!("trajectories = {trajectories}: the set {e}")))
+    let oversized = Oversized::Trajectories { count: trajectories };
+    let checked = Limit::Trajectories.check(trajectories as u64);
+    checked.map_err(|exceeded| Usage::Limit { oversized, exceeded })
 }
 
 /// Drops of the paper's law.
@@ -30,9 +31,10 @@ fn check(trajectories: usize) -> Result<(), Usage> {
 pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> PyResult<Data> {
     let made = background::run(py, None, move |_| {
         check(trajectories)?;
+        let oversized = Oversized::Samples { count: samples };
         Limit::Cells
             .check((trajectories as u64).saturating_mul(samples as u64))
-            .map_err(|e| Usage(format!("samples = {samples}: the set {e}")))?;
+            .map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
         Ok(PaperLaw { samples, ..PaperLaw::default() }.generate(trajectories, seed)?.0)
     })?;
     Data::of(py, made)
@@ -66,9 +68,7 @@ pub struct Laboratory {
 impl Laboratory {
     #[new]
     fn new(py: Python<'_>, surface: String, shape: String, seed: u64) -> PyResult<Self> {
-        let recipe = unlocked(py, || {
-            recipe(Protocol::Random, &shape, &surface, 1).map_err(|e| Usage(e.to_string()).into())
-        })?;
+        let recipe = unlocked(py, || Ok(recipe(Protocol::Random, &shape, &surface, 1)?))?;
         Ok(Laboratory { recipe, seed })
     }
 
@@ -85,10 +85,10 @@ impl Laboratory {
         let (start, times, x, y) = (start.into_vec(), times.into_vec(), x.into_vec(), y.into_vec());
         let poses = unlocked(py, || {
             let [px, py, angle] = start[..] else {
-                return Err(Usage("start: give x_m, y_m, theta_rad".to_owned()).into());
+                return Err(Usage::Plan(PlanFault::Pose { found: start.len() }).into());
             };
             let poses = self.recipe.pushed(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
-            let poses = poses.map_err(|e| anyhow::Error::from(Usage(e.to_string())))?;
+            let poses = poses.map_err(Usage::Laboratory)?;
             Ok(poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect::<Vec<f64>>())
         })?;
         memory(py, &poses)

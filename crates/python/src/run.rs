@@ -11,6 +11,7 @@ use augsim_session::run_data::{admit_measured, load_timed, read_measured};
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::simulate::BRIEF;
 use augsim_session::training_run::{Begin, Watch, train_in_memory};
+use augsim_session::usage::{Inapplicable, Missing, PathFault, PlanFault, UnknownName};
 use augsim_session::{RunLock, Subject, Usage, forecast};
 use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};
 use pyo3::prelude::*;
@@ -75,11 +76,7 @@ impl Corrects {
             Corrects::Path(path) => Ok(Corrected::Folder(path)),
             Corrects::Model(model) => match &model.get().subject {
                 Subject::BuiltIn(model) => Ok(Corrected::Model(model.clone())),
-                Subject::Written(_) => {
-                    let text =
-                        "nets correct models of a ball or of pushes; this one is a system of equations";
-                    Err(Usage(text.to_owned()).into())
-                }
+                Subject::Written(_) => Err(Usage::Inapplicable(Inapplicable::NetOfEquations).into()),
             },
         }
     }
@@ -125,8 +122,8 @@ pub fn train(
 
 fn named(recipe: &str) -> anyhow::Result<Recipe> {
     Recipe::named(recipe).ok_or_else(|| {
-        let names: Vec<&str> = Recipe::all().map(Recipe::name).collect();
-        Usage(format!("recipe {recipe}: there are {}", names.join(", "))).into()
+        let known = Recipe::all().map(Recipe::name).collect();
+        Usage::Unknown(UnknownName::Recipe { name: recipe.to_owned(), known }).into()
     })
 }
 
@@ -177,13 +174,11 @@ impl Run {
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         unlocked(py, || {
             let config = self.config.as_ref();
-            let config =
-                config.ok_or_else(|| Usage("the run has no configuration; copy its folder".to_owned()))?;
+            let config = config.ok_or(Usage::Missing(Missing::Configuration))?;
             let _lock = RunLock::take(&folder)?;
             let run = RunDir::open(&folder);
             if run.checkpoint().exists() {
-                let text = format!("{}: holds a run already; choose another folder", folder.display());
-                return Err(Usage(text).into());
+                return Err(Usage::path(&folder, PathFault::RunSaved).into());
             }
             run.write_config(config)?;
             run.write_checkpoint(self.model.state())?;
@@ -229,7 +224,7 @@ impl Run {
             let is_shared = actions.len() == width;
             let drawn = |i: usize| -> anyhow::Result<Vec<f32>> {
                 let from = if is_shared { 0 } else { i * width };
-                let lacking = || Usage("start and actions: not of the shape that is said".to_owned());
+                let lacking = || Usage::Plan(PlanFault::Shape);
                 let start = start.get(i * states..(i + 1) * states).ok_or_else(lacking)?;
                 let actions = actions.get(from..from + width).ok_or_else(lacking)?;
                 let task = Task { start, actions, time, index: first.wrapping_add(i as u64) };

@@ -3,6 +3,7 @@
 use crate::error::unlocked;
 use crate::numbers::{Numbers, memory};
 use augsim_data::{Dataset, MissingCells, Trajectory};
+use augsim_session::usage::UnknownName;
 use augsim_session::{DataFrom, Usage, table};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -113,10 +114,11 @@ impl Data {
 /// There is no such check.
 pub fn accepted(names: &[String]) -> anyhow::Result<Vec<augsim_data::checks::Check>> {
     use augsim_data::checks::Check;
-    let known = || Check::all().map(Check::name).collect::<Vec<_>>().join(", ");
     let check = |name: &String| {
-        Check::named(name)
-            .ok_or_else(|| Usage(format!("accept: no check is called {name}; there are {}", known())).into())
+        Check::named(name).ok_or_else(|| {
+            let known = Check::all().map(Check::name).collect();
+            Usage::Unknown(UnknownName::Check { name: name.clone(), known }).into()
+        })
     };
     names.iter().map(check).collect()
 }

@@ -4,6 +4,7 @@ use crate::provenance::fingerprint_of_bytes;
 use crate::residual;
 use crate::run_data::paper_engine;
 use crate::run_dir::{Config, DataSource};
+use crate::usage::{Missing, Takes};
 use crate::{DataFrom, Usage};
 use augsim_data::checks::Check;
 use augsim_physics::model::ModelFile;
@@ -56,10 +57,7 @@ impl Corrected {
             (Some(folder), _) => Ok(Corrected::Folder(folder.to_owned())),
             (None, Some(file)) => Ok(Corrected::File(file.to_owned())),
             (None, None) if pybullet_ball => Ok(Corrected::PybulletBall),
-            (None, None) => Err(Usage(format!(
-                "{data}: nothing says what moves here; name the model file (--model FILE) or the folder of a discovery \
-                 (--residual-of RUN); --pybullet-ball is the ball of the paper's experiment"
-            ))),
+            (None, None) => Err(Usage::Missing(Missing::Model { data: data.to_string() })),
         }
     }
 
@@ -91,7 +89,7 @@ impl Corrected {
 /// The recipe reads no physics, or the discovery's model is no engine of the data.
 pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config, Vec<String>)> {
     if wanted.iterations == 0 {
-        return Err(Usage("iterations = 0: must be at least 1".to_owned()).into());
+        return Err(Usage::keyword("iterations", 0, Takes::AtLeastOne).into());
     }
     let (engine, notes) = match &wanted.residual_of {
         Some(corrected) => corrected.engine(data, wanted.recipe)?,

@@ -1,5 +1,6 @@
 //! The loop on a model of any kind and data from anywhere.
 
+use crate::usage::{Inapplicable, Takes, UnknownName};
 use crate::{DataFrom, Subject, Usage, written};
 use augsim_data::checks::Check;
 use augsim_data::{Dataset, MissingCells, Trajectory};
@@ -29,12 +30,10 @@ pub fn discover(
     told: &mut dyn FnMut(Progress),
 ) -> anyhow::Result<Discovery> {
     if !(wanted.options.train_share > 0.0 && wanted.options.train_share < 1.0) {
-        let share = wanted.options.train_share;
-        return Err(Usage(format!("--train-share {share}: must lie between 0 and 1")).into());
+        return Err(Usage::option("--train-share", wanted.options.train_share, Takes::OpenShare).into());
     }
     if !wanted.options.library && matches!(subject, Subject::BuiltIn(_)) {
-        let text = "--library none: formulas are looked for in models of equations only; leave it out";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::FormulasOfBuiltIn).into());
     }
     let Wanted { groups, options, .. } = wanted;
     match subject {
@@ -65,13 +64,9 @@ fn of_groups(groups: &[String], from: &DataFrom, data: Dataset) -> anyhow::Resul
     }
     let known: BTreeSet<&str> = data.trajectories().iter().filter_map(Trajectory::group).collect();
     if let Some(unknown) = groups.iter().find(|g| !known.contains(g.as_str())) {
-        let list: Vec<&str> = known.into_iter().collect();
-        let remedy = if list.is_empty() {
-            format!("{from} has no column `group`; leave --group out")
-        } else {
-            format!("{from} has {}", list.join(", "))
-        };
-        return Err(Usage(format!("--group {unknown}: no trajectory is in this group; {remedy}")).into());
+        let known = known.into_iter().map(str::to_owned).collect();
+        let (name, data) = (unknown.clone(), from.to_string());
+        return Err(Usage::Unknown(UnknownName::Group { name, data, known }).into());
     }
     let is_wanted = |t: &Trajectory| t.group().is_some_and(|g| groups.iter().any(|w| w == g));
     let all = data.trajectories().iter().enumerate();

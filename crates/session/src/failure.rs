@@ -77,6 +77,7 @@ pub fn sentence(error: &anyhow::Error) -> String {
 mod tests {
     //! Contract: an error is one sentence, which says each cause once, and the first cause that has a kind decides.
     use super::*;
+    use crate::usage::Missing;
     use anyhow::Context;
 
     #[test]
@@ -98,7 +99,7 @@ mod tests {
     fn the_kind_is_that_of_the_cause() {
         let model = augsim_physics::model::ModelFile::parse("scenario = 1", "m.toml").unwrap_err();
         assert_eq!(Failure::of(&anyhow::Error::from(model).context("reading")), Failure::Model);
-        assert_eq!(Failure::of(&Usage("no".into()).into()), Failure::Usage);
+        assert_eq!(Failure::of(&Usage::Missing(Missing::Configuration).into()), Failure::Usage);
         let diverged = TrainerError::Diverged { iteration: 1, loss: f64::NAN, rate: 1.0 };
         assert_eq!(Failure::of(&diverged.into()), Failure::Numerical);
         assert_eq!(Failure::of(&anyhow::anyhow!("whatever")), Failure::Data);

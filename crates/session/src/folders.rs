@@ -1,6 +1,7 @@
 //! Folders that this process makes; those that stay empty are removed when it ends.
 
 use crate::Usage;
+use crate::usage::PathFault;
 use anyhow::Context;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -53,9 +54,5 @@ pub fn remove_empty() {
 }
 
 fn is_no_folder(path: &Path) -> anyhow::Error {
-    Usage(format!(
-        "{}: is not a folder, so nothing can be written in it; choose another --out",
-        path.display()
-    ))
-    .into()
+    Usage::path(path, PathFault::NoFolder).into()
 }

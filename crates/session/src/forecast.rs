@@ -1,6 +1,7 @@
 //! Forecasts of a trained run, summed up over their samples.
 
 use crate::Usage;
+use crate::usage::{Oversized, Takes};
 use augsim_data::{Column, Dataset, Limit, Trajectory, Unit};
 use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite};
@@ -63,11 +64,12 @@ pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> any
 /// [`Usage`], where they have not, or there is no sample.
 pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usize) -> Result<(), Usage> {
     if samples == 0 {
-        return Err(Usage("--samples 0: give at least one".to_owned()));
+        return Err(Usage::option("--samples", 0, Takes::AtLeastOne));
     }
     let sizes = [trajectories, samples, time, columns];
     let cells = sizes.into_iter().fold(1_u64, |cells, size| cells.saturating_mul(size as u64));
-    Limit::Cells.check(cells).map_err(|e| Usage(format!("--samples {samples}: each forecast {e}")))
+    let oversized = Oversized::Forecasts { samples };
+    Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })
 }
 
 /// `velocity_m_s` to `mean_velocity_m_s` and so on: the unit stays the suffix.

@@ -3,6 +3,7 @@
 use crate::Usage;
 use crate::residual::MODEL;
 use crate::run_dir::{CHECKPOINT, CONFIG};
+use crate::usage::PathFault;
 use augsim_discovery::Discovery;
 use std::path::{Path, PathBuf};
 
@@ -43,12 +44,8 @@ impl Given {
         if path.join(CHECKPOINT).exists() {
             return Ok(Given::Net);
         }
-        let text = format!(
-            "{}: holds neither {CONFIG} nor {MODEL}; give a run directory of `train`, a folder that `discover` wrote, or a \
-             model file",
-            path.display()
-        );
-        Err(Usage(text).into())
+        let fault = PathFault::NeitherRunNorModel { config: CONFIG, model: MODEL };
+        Err(Usage::path(path, fault).into())
     }
 }
 

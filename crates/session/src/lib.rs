@@ -23,7 +23,7 @@ pub mod states;
 mod subject;
 pub mod table;
 pub mod training_run;
-mod usage;
+pub mod usage;
 pub mod written;
 
 pub use circumstances::Circumstances;

@@ -1,5 +1,6 @@
 //! `train --residual-of` and `train --model`: the model that a net corrects, as an engine.
 
+use crate::usage::{Inapplicable, ModelFault};
 use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
@@ -35,11 +36,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
 /// The model is one of equations, or no engine of the data.
 pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
     if written::is_model(path) {
-        let text = format!(
-            "{}: nets correct balls and pushes; `augsim discover` finds what a model of equations lacks",
-            path.display()
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::model(path.display(), ModelFault::EquationsCorrected).into());
     }
     stepped(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
 }
@@ -111,10 +108,7 @@ fn stepped(
 
 fn reads_physics(recipe: Recipe) -> Result<(), Usage> {
     if recipe.is_blind() {
-        let label = recipe.label();
-        let text =
-            format!("the recipe of {label} reads no physics; leave out --residual-of, or choose a hybrid");
-        return Err(Usage(text));
+        return Err(Usage::Inapplicable(Inapplicable::PhysicsOfBlind { recipe: recipe.label() }));
     }
     Ok(())
 }

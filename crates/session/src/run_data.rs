@@ -1,14 +1,15 @@
 //! Data as the engine of a run needs them.
 
 use crate::run_dir::{Config, DataSource};
+use crate::usage::{Missing, UnknownName};
 use crate::{DataFrom, Usage, states};
 use anyhow::Context;
 use augsim_data::checks::{Admitted, Expected, Warning, admit};
 use augsim_data::push::resample;
 use augsim_data::{DataError, Dataset, MissingCells};
 use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
-use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{self, Protocol, SupportSheet};
+use augsim_physics::push::laboratory::{self, Protocol, SUPPORTS, SupportSheet};
+use augsim_physics::push::{OBJECTS, Object};
 use augsim_trainer::push::{Thinning, pushes};
 use augsim_trainer::{Engine, Sequences};
 
@@ -28,9 +29,7 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     let made = match source {
         DataSource::File(path) => return read_measured(&DataFrom::File(path.clone()), engine),
         DataSource::Table { name, .. } => {
-            let text =
-                format!("the data of this run were a table in memory, {name}; it cannot be read again");
-            return Err(Usage(text).into());
+            return Err(Usage::Missing(Missing::Table { name: name.clone() }).into());
         }
         DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
         DataSource::PushLaboratory { object, surface, pushes, seed } => {
@@ -94,10 +93,23 @@ pub fn recipe(
     object: &str,
     surface: &str,
     pushes: usize,
-) -> anyhow::Result<laboratory::Recipe> {
-    let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
-    let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
+) -> Result<laboratory::Recipe, Usage> {
+    let (known, sheet) = object_on_surface(object, surface)?;
     Ok(laboratory::Recipe::new(protocol, &known, sheet, pushes))
+}
+
+/// A pushed object and the sheet that it lies on, by their names.
+///
+/// # Errors
+/// [`Usage`], with the names that there are.
+pub fn object_on_surface(object: &str, surface: &str) -> Result<(Object, SupportSheet), Usage> {
+    let known = Object::named(object)
+        .ok_or_else(|| Usage::Unknown(UnknownName::Object { name: object.to_owned(), known: &OBJECTS }))?;
+    let sheet = SupportSheet::named(surface).ok_or_else(|| {
+        let known = SUPPORTS.iter().map(|sheet| sheet.name).collect();
+        Usage::Unknown(UnknownName::Surface { name: surface.to_owned(), known })
+    })?;
+    Ok((known, sheet))
 }
 
 /// The engine's columns of measured trajectories, with the times of the samples of each, s.

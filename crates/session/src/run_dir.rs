@@ -1,6 +1,7 @@
 //! The run directory: `config.resolved.toml`, `metrics.jsonl`, `checkpoint.bin`, `weights.safetensors`.
 
 use crate::Usage;
+use crate::usage::{Difference, PathFault};
 use anyhow::Context;
 use augsim_data::atomic_write;
 use augsim_data::checks::Check;
@@ -171,14 +172,9 @@ impl RunDir {
         }
         let [there, wanted] = [&there, wanted].map(toml::Value::try_from);
         let (key, there, here) = difference("", &there?, &wanted?);
-        let key = key.trim_start_matches('.');
-        let path = self.file(CONFIG);
-        Err(Usage(format!(
-            "{}: {key} is {there} there and {here} here; repeat the settings of the run, or leave out --resume and add \
-             --force to throw it away",
-            path.display()
-        ))
-        .into())
+        let key = key.trim_start_matches('.').to_owned();
+        let difference = Difference { key, there, here };
+        Err(Usage::path(&self.file(CONFIG), PathFault::OtherSettings { difference }).into())
     }
 
     /// Checks that the settings of the configuration are those of the checkpoint.
@@ -188,13 +184,8 @@ impl RunDir {
         }
         let [written, trained] = [written, trained].map(toml::Value::try_from);
         let (key, there, here) = difference("settings", &written?, &trained?);
-        let path = self.file(CONFIG);
-        Err(Usage(format!(
-            "{}: {key} is {there}, but the checkpoint was trained with {here}; restore the line, or train anew with \
-             another --out",
-            path.display()
-        ))
-        .into())
+        let difference = Difference { key, there, here };
+        Err(Usage::path(&self.file(CONFIG), PathFault::EditedSettings { difference }).into())
     }
 
     /// Opens the metrics file for appending, after dropping what comes after `iteration`: lines that a

@@ -1,5 +1,6 @@
 //! The lock of a folder: one process at a time writes there.
 
+use crate::usage::PathFault;
 use crate::{Usage, folders};
 use anyhow::Context;
 use augsim_data::{check_writable, remove_stale};
@@ -26,11 +27,7 @@ impl RunLock {
         let opened = open(folder).with_context(|| format!("{}: cannot open the folder", folder.display()))?;
         let lock = match opened.as_ref().map(File::try_lock) {
             Some(Err(TryLockError::WouldBlock)) => {
-                return Err(Usage(format!(
-                    "{}: another augsim is writing there; wait until it has ended, or choose another --out",
-                    folder.display()
-                ))
-                .into());
+                return Err(Usage::path(folder, PathFault::Busy).into());
             }
             Some(Err(TryLockError::Error(_))) | None => None,
             Some(Ok(())) => opened,

@@ -1,7 +1,8 @@
 //! Simulations of a model from given starts: one trajectory with the nominal values, or samples of what is not known.
 
+use crate::usage::{Oversized, PlanFault};
 use crate::{Subject, Usage, written};
-use augsim_data::{Limit, random_stream, shown, shown_list};
+use augsim_data::{Limit, random_stream};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_physics::system::{
     Begin, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
@@ -68,16 +69,16 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
     check_times(&plan.times)?;
     let batch = plan.start.first().map_or(0, |(_, values)| values.len());
     if batch == 0 {
-        return Err(Usage("start: no trajectory; give the first value of every state".to_owned()).into());
+        return Err(Usage::Plan(PlanFault::NoStart).into());
     }
     for (name, values) in &plan.start {
         if values.len() != batch {
-            let (name, found) = (shown(name), values.len());
-            return Err(Usage(format!("start `{name}`: {found} values, but others have {batch}")).into());
+            let (name, found) = (name.clone(), values.len());
+            return Err(Usage::Plan(PlanFault::StartCount { name, found, others: batch }).into());
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
-            let (name, value) = (shown(name), values[at]);
-            return Err(Usage(format!("start `{name}`: value {at} is {value}; give a finite number")).into());
+            let (name, value) = (name.clone(), values[at]);
+            return Err(Usage::Plan(PlanFault::StartValue { name, at, value }).into());
         }
     }
     let opened = Opened::new(subject, plan, batch)?;
@@ -85,9 +86,8 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
     let columns: Vec<String> = schema.channels.iter().map(|c| c.column.clone()).collect();
     let each = plan.times.len() * columns.len();
     let cells = (batch as u64).saturating_mul(samples as u64).saturating_mul(each as u64);
-    Limit::Cells
-        .check(cells)
-        .map_err(|e| Usage(format!("{batch} trajectories of {samples} samples: it {e}")))?;
+    let oversized = Oversized::Simulation { trajectories: batch, samples };
+    Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
     let mut values = vec![0.0; batch * samples * each];
     let simulated = |(trajectory, values): (usize, &mut [f64])| {
         let mut out = Simulated::default();
@@ -103,10 +103,10 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
 
 fn check_times(times: &[f64]) -> Result<(), Usage> {
     if times.is_empty() {
-        return Err(Usage("times: there are none; give the times of the samples in seconds".to_owned()));
+        return Err(Usage::Plan(PlanFault::NoTimes));
     }
     match (0..times.len()).find(|&i| !times[i].is_finite() || (i > 0 && times[i] <= times[i - 1])) {
-        Some(i) => Err(Usage(format!("times: number {i} is {}; times are finite and increase", times[i]))),
+        Some(at) => Err(Usage::Plan(PlanFault::Time { at, value: times[at] })),
         None => Ok(()),
     }
 }
@@ -133,7 +133,7 @@ impl Opened {
                         return Self::with_system(Arc::new(system), &names, plan, batch);
                     }
                 };
-                let system = declaration.open(&given).map_err(|e| Usage(format!("start: {e}")))?;
+                let system = declaration.open(&given).map_err(|e| Usage::Plan(PlanFault::Objection(e)))?;
                 let names = built_in_states(system.schema());
                 Self::with_system(system, &names, plan, batch)
             }
@@ -173,10 +173,8 @@ impl Opened {
         let read = read.into_inner();
         let is_known = |name: &String| names.contains(name) || read.contains(name);
         if let Some((name, _)) = plan.start.iter().find(|(name, _)| !is_known(name)) {
-            let (name, states) = (shown(name), shown_list(names));
-            return Err(
-                Usage(format!("start `{name}`: no state of the model; its states are {states}")).into()
-            );
+            let (name, states) = (name.clone(), names.to_vec());
+            return Err(Usage::Plan(PlanFault::UnknownState { name, states }).into());
         }
         let mut starts = vec![Vec::with_capacity(names.len()); batch];
         for (name, state) in names.iter().zip(&schema.states) {
@@ -184,10 +182,8 @@ impl Opened {
                 (Some(values), _) => values.clone(),
                 (None, Begin::Fixed(value) | Begin::Prior(value, _)) => vec![value; batch],
                 (None, _) => {
-                    let states = shown_list(names);
-                    return Err(
-                        Usage(format!("start: no `{name}`; the states of the model are {states}")).into()
-                    );
+                    let (name, states) = (name.clone(), names.to_vec());
+                    return Err(Usage::Plan(PlanFault::MissingState { name, states }).into());
                 }
             };
             starts.iter_mut().zip(values).for_each(|(start, value)| start.push(value));
@@ -280,31 +276,22 @@ fn built_in_states(schema: &Schema) -> Vec<String> {
 /// The inputs on the clock of the samples.
 fn streams(schema: &Schema, plan: &Plan) -> Result<Vec<Stream>, Usage> {
     let wanted: Vec<&String> = schema.inputs.iter().flat_map(|input| &input.columns).collect();
-    let names = || match &wanted[..] {
-        [] => "none".to_owned(),
-        names => names.iter().map(|n| n.as_str()).collect::<Vec<_>>().join(", "),
-    };
+    let names = || wanted.iter().map(|name| (*name).clone()).collect::<Vec<String>>();
     if let Some((name, _)) = plan.inputs.iter().find(|(name, _)| !wanted.contains(&name)) {
-        return Err(Usage(format!(
-            "input `{}`: the model has no such input; it has {}",
-            shown(name),
-            names()
-        )));
+        return Err(Usage::Plan(PlanFault::UnknownInput { name: name.clone(), inputs: names() }));
     }
     let values = |column: &String| {
         let given = plan.inputs.iter().find(|(name, _)| name == column);
-        let (_, values) = given.ok_or_else(|| {
-            Usage(format!("inputs: no `{column}`; the inputs of the model are {}", names()))
-        })?;
+        let (_, values) = given
+            .ok_or_else(|| Usage::Plan(PlanFault::MissingInput { name: column.clone(), inputs: names() }))?;
         if values.len() != plan.times.len() {
-            let (found, expected) = (values.len(), plan.times.len());
-            return Err(Usage(format!(
-                "input `{column}`: {found} values for {expected} times; give one each"
-            )));
+            let (found, times) = (values.len(), plan.times.len());
+            return Err(Usage::Plan(PlanFault::InputCount { name: column.clone(), found, times }));
         }
         match values.iter().position(|v| !v.is_finite()) {
             Some(at) => {
-                Err(Usage(format!("input `{column}`: value {at} is {}; give a finite number", values[at])))
+                let (name, value) = (column.clone(), values[at]);
+                Err(Usage::Plan(PlanFault::InputValue { name, at, value }))
             }
             None => Ok(values.clone()),
         }

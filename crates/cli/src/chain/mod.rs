@@ -14,6 +14,7 @@ use crate::experiment::rows::{Row, table};
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
+use augsim_session::usage::Missing;
 use nets::Runs;
 use push::Pushing;
 use serde::Serialize;
@@ -37,8 +38,7 @@ struct ResultFile {
 /// Runs it.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        let what = "reproduce loop reads measured data: give the folder of the sets with --data".to_owned();
-        return Err(Usage(what).into());
+        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());
     };
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());

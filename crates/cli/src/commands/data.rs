@@ -10,6 +10,7 @@ use crate::record::Record;
 use augsim_data::convert::{CONVERTERS, Converted, Converter};
 use augsim_data::push::{in_start_frame, resample};
 use augsim_data::{atomic_write, write_dataset};
+use augsim_session::usage::UnknownName;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -98,12 +99,8 @@ fn converter(set: &Path) -> anyhow::Result<Converter> {
     let name = set.to_string_lossy();
     let found = CONVERTERS.iter().find(|(known, _)| *known == name);
     found.map(|(_, converter)| *converter).ok_or_else(|| {
-        let known: Vec<&str> = CONVERTERS.iter().map(|(name, _)| *name).collect();
-        let known = known.join(", ");
-        Usage(format!(
-            "no converter is called `{name}`; known are {known}: augsim data convert SET IN OUT.csv"
-        ))
-        .into()
+        let known = CONVERTERS.iter().map(|(name, _)| *name).collect();
+        Usage::Unknown(UnknownName::Converter { name: name.into_owned(), known }).into()
     })
 }
 

@@ -8,6 +8,7 @@ use crate::progress::Steps;
 use crate::record::Record;
 use augsim_discovery::{Discovery, DiscoveryError, Options, Rmse, SCHEMA, Verdict};
 use augsim_session::discovery_page::page;
+use augsim_session::usage::Takes;
 use augsim_session::written::pictures::pictures;
 use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover, sentence};
 use serde::Serialize;
@@ -17,7 +18,7 @@ use std::time::{Duration, Instant};
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if !(args.train_share > 0.0 && args.train_share < 1.0) {
-        return Err(Usage(format!("--train-share {}: must lie between 0 and 1", args.train_share)).into());
+        return Err(Usage::option("--train-share", args.train_share, Takes::OpenShare).into());
     }
     let found = match close_loop(args, seed, force, output) {
         Err(error) if is_objection(&error) => {
@@ -87,7 +88,7 @@ fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
     let Some(seconds) = args.time_limit else { return Ok(None) };
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
     let until = limit.and_then(|limit| Instant::now().checked_add(limit));
-    let wrong = || Usage(format!("--time-limit {seconds}: give a positive number of seconds"));
+    let wrong = || Usage::option("--time-limit", seconds, Takes::PositiveSeconds);
     Ok(Some(until.ok_or_else(wrong)?))
 }
 

@@ -6,6 +6,7 @@ use crate::output::Output;
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::ModelFile;
 use augsim_physics::system::{Effect, EffectParameter, System};
+use augsim_session::usage::{Inapplicable, UnknownName};
 use augsim_session::written::{self, fit, records};
 use augsim_written::WrittenSystem;
 use augsim_written::library::Scales;
@@ -72,14 +73,10 @@ fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
         .collect();
     if chosen.is_empty() {
         let kind = kind.unwrap_or_default();
-        let near =
+        let nearest =
             [augsim_physics::effects::kinds_like(kind), augsim_physics::push::effects::kinds_like(kind)];
-        let text = format!(
-            "no library and no effect is called `{}`; did you mean {}? augsim effects lists all",
-            augsim_data::shown(kind),
-            near.concat().join(" or ")
-        );
-        return Err(Usage(text).into());
+        let nearest = nearest.concat();
+        return Err(Usage::Unknown(UnknownName::Effect { name: kind.to_owned(), nearest }).into());
     }
     let model = match kind {
         Some(kind) => kind.to_owned(),
@@ -106,8 +103,7 @@ fn of_model(path: &Path, data: Option<&Path>) -> anyhow::Result<List> {
         (described.cloned().collect::<Vec<Effect>>(), data.is_some())
     } else {
         if data.is_some() {
-            let text = "--data gives sizes to models of equations; effects of the ball and of pushing have their own";
-            return Err(Usage(text.to_owned()).into());
+            return Err(Usage::Inapplicable(Inapplicable::SizesOfBuiltIn).into());
         }
         let library = match ModelFile::read(path)? {
             ModelFile::Ball(_) => "ball",

@@ -5,6 +5,7 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
+use augsim_session::usage::ModelFault;
 use augsim_session::{Given, Subject, folders};
 use serde::Serialize;
 use std::io::Write;
@@ -42,8 +43,7 @@ struct Written {
 /// Runs the subcommand.
 pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
     let Given::Model { file, .. } = Given::of(&args.model)? else {
-        let text = format!("{}: is a trained net, which has no law to write out", args.model.display());
-        return Err(Usage(text).into());
+        return Err(Usage::model(args.model.display(), ModelFault::NetExported).into());
     };
     let language = match args.language {
         LanguageArg::Latex => Language::Latex,

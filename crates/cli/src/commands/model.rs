@@ -7,6 +7,7 @@ use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_physics::model::template;
 use augsim_session::folders;
+use augsim_session::usage::UnknownName;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,7 +22,7 @@ pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Out
     let ModelAction::New { name, out } = &args.action;
     let built_in = template(name);
     let text = built_in.or_else(|| augsim_written::example(name));
-    let text = text.ok_or_else(|| Usage(format!("no model is called {name}")))?;
+    let text = text.ok_or_else(|| Usage::Unknown(UnknownName::Model { name: name.clone() }))?;
     let path = out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     check_file(&path, &[])?;
     check_model(&path, text, force)?;

@@ -6,6 +6,7 @@ use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_report::{discovery_figures, figure_names};
 use augsim_session::discovery_page::page;
+use augsim_session::usage::{PathFault, UnknownName};
 use augsim_session::{Circumstances, Subject, discovery_in, folders};
 use serde::Serialize;
 use std::io::Write;
@@ -42,12 +43,8 @@ struct Listed {
 
 /// Runs the subcommand.
 pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
-    let folder = args.folder.display();
     let Some(found) = discovery_in(&args.folder) else {
-        let text = format!(
-            "{folder}: holds no result.json of this augsim's discover; give the folder that it wrote (--out)"
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
     let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
     let figures = discovery_figures(&page(&Circumstances::default(), &subject, &found));
@@ -58,14 +55,12 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     };
     let Some(place) = names.iter().position(|name| name == wanted) else {
-        let text = format!("{folder}: has no figure `{wanted}`; it has {}", names.join(", "));
-        return Err(Usage(text).into());
+        let (folder, name) = (args.folder.clone(), wanted.clone());
+        return Err(Usage::Unknown(UnknownName::Figure { folder, name, known: names }).into());
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{wanted}.svg")));
     if out.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
-        return Err(
-            Usage(format!("{}: figures are written as SVG; call the file .svg", out.display())).into()
-        );
+        return Err(Usage::path(&out, PathFault::NoFigureEnding).into());
     }
     check_file(&out, &[args.folder.as_path()])?;
     folders::make(folders::around(&out))?;

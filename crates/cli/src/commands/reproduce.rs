@@ -13,6 +13,7 @@ use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use crate::systems;
 use augsim_session::run_dir::DataSource;
+use augsim_session::usage::Inapplicable;
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 
@@ -24,13 +25,10 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if args.net.is_some() && args.scenario != Scenario::Push {
-        return Err(
-            Usage("--net: only `reproduce push` trains one net alone; leave it out".to_owned()).into()
-        );
+        return Err(Usage::Inapplicable(Inapplicable::NetAlone).into());
     }
     if args.league.is_some() && args.scenario != Scenario::League {
-        let text = "--scenario: only `reproduce league` has several; leave it out".to_owned();
-        return Err(Usage(text).into());
+        return Err(Usage::Inapplicable(Inapplicable::OneScenario).into());
     }
     match args.scenario {
         Scenario::Ball => drops(args, seed, force, output),

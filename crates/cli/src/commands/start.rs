@@ -12,6 +12,7 @@ use augsim_data::{
 use augsim_physics::ball::seen_floor_m;
 use augsim_physics::model::template;
 use augsim_session::command_line::quoted;
+use augsim_session::usage::Takes;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -38,8 +39,8 @@ struct Begun {
 
 /// Runs the subcommand.
 pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    if args.rate_hz.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
-        return Err(Usage("--rate-hz: must be a positive number".to_owned()).into());
+    if let Some(rate) = args.rate_hz.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
+        return Err(Usage::option("--rate-hz", rate, Takes::Positive).into());
     }
     let mut record = Record::new("start")
         .setting("time", args.time.as_deref().unwrap_or("as found"))

@@ -10,6 +10,7 @@ use augsim_session::RunLock;
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use augsim_session::training_run::Ended;
+use augsim_session::usage::PathFault;
 use augsim_session::{residual, run_data};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
@@ -117,10 +118,6 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
 fn check_free(run: &RunDir) -> anyhow::Result<()> {
     let found = [CHECKPOINT, RESULT, RECORD].into_iter().find(|name| run.file(name).exists());
     let Some(name) = found else { return Ok(()) };
-    let resume = if name == CHECKPOINT { "add --resume to go on with it, " } else { "" };
-    let text = format!(
-        "{}: holds a run already; {resume}add --force to replace it, or choose another --out",
-        run.file(name).display()
-    );
-    Err(Usage(text).into())
+    let fault = PathFault::Run { has_checkpoint: name == CHECKPOINT };
+    Err(Usage::path(&run.file(name), fault).into())
 }

@@ -8,12 +8,14 @@ use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
 use augsim_data::{Dataset, Split, SplitSize};
 use augsim_physics::model::{ModelFile, PushModel};
-use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Generated, Protocol, SupportSheet};
+use augsim_physics::push::laboratory::{Generated, Protocol};
 use augsim_report::page::DataSource as Origin;
 use augsim_session::provenance::fingerprint;
-use augsim_session::run_data::{PUBLISHED_RATE_HZ, load, paper_engine, read, recipe, sequences};
+use augsim_session::run_data::{
+    PUBLISHED_RATE_HZ, load, object_on_surface, paper_engine, read, recipe, sequences,
+};
 use augsim_session::run_dir::DataSource;
+use augsim_session::usage::Takes;
 use augsim_trainer::push::{Thinning, pushes};
 use augsim_trainer::score::Score;
 use augsim_trainer::{self as trainer, Engine, Sequences};
@@ -135,8 +137,7 @@ impl Laboratory {
 
 /// The declared engine of an object on a support.
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
-    let known = Object::named(object).with_context(|| format!("there is no object `{object}`"))?;
-    let sheet = SupportSheet::named(surface).with_context(|| format!("there is no support `{surface}`"))?;
+    let (known, sheet) = object_on_surface(object, surface)?;
     let friction = |name: &str| (name == "support_friction").then_some(sheet.friction);
     engine_of(PushModel::textbook(known).with_nominal(friction))
 }
@@ -264,7 +265,7 @@ impl Data {
     pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
         let there = self.train.items.len();
         if size > there {
-            return Err(Usage(format!("--train-size {size}: there are {there} training pushes")).into());
+            return Err(Usage::option("--train-size", size, Takes::TrainingPushes { there }).into());
         }
         self.train.items.truncate(size);
         Ok(self)

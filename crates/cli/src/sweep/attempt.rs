@@ -5,12 +5,12 @@
 //! It costs some milliseconds.
 
 use super::clap_options::SweptCommand;
+use super::fault::SweepFault;
 use super::inputs::Hasher;
 use super::plan::Plan;
 use super::store::{Failure, Store, Turn};
 use super::task::Task;
 use crate::destination::RESULT;
-use crate::exit::Usage;
 use crate::interrupt::{Keeper, PARENT};
 use crate::record::RECORD;
 use anyhow::{Context, anyhow};
@@ -95,7 +95,7 @@ impl Runner {
             }
             Ok(CommandEnd::Stopped) => return Ok(Ended::Stopped),
             Ok(CommandEnd::Failed { code, error }) => (code, error),
-            Err(e) => (if e.is::<Usage>() { 2 } else { 3 }, format!("{e:#}")),
+            Err(e) => (if e.is::<SweepFault>() { 2 } else { 3 }, format!("{e:#}")),
         };
         let failure = Failure { id: task.id.clone(), code, error };
         self.store.write_failure(&failure)?;
@@ -106,8 +106,7 @@ impl Runner {
     fn check(&self, task: &Task) -> anyhow::Result<()> {
         let (here, planned) = (env!("CARGO_PKG_VERSION"), &task.content.augsim);
         if here != planned {
-            let text = format!("was planned for augsim {planned} and this is {here}; plan the sweep again");
-            return Err(Usage(text).into());
+            return Err(SweepFault::OtherVersion { planned: planned.clone(), here }.into());
         }
         for (name, input) in &task.content.inputs {
             let path = self.plan.shared.folder.join(&input.path);

@@ -1,8 +1,8 @@
 //! Options of a command as its parser knows them, and the check of a task's command line by that parser.
 
+use super::fault::{OptionFault, SweepFault};
 use super::file::Value;
 use crate::args::{Args, Command as ParsedCommand};
-use augsim_session::Usage;
 use clap::builder::ValueParser;
 use clap::{Arg, ArgAction, Command, CommandFactory, FromArgMatches};
 use std::any::TypeId;
@@ -53,15 +53,14 @@ impl SweptCommand {
     ///
     /// # Errors
     /// No sweep can be made of it.
-    pub fn named(line: &str) -> Result<Self, Usage> {
+    pub fn named(line: &str) -> Result<Self, SweepFault> {
         let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
         let name = words.first().map_or("", String::as_str);
         let mut parser = Args::command();
         parser.build();
         let known = COMMANDS.contains(&name).then(|| parser.find_subcommand(name)).flatten();
         let Some(command) = known else {
-            let list = COMMANDS.join(", ");
-            return Err(Usage(format!("command = \"{line}\": sweeps are made of {list}")));
+            return Err(SweepFault::UnknownCommand { line: line.to_owned(), known: &COMMANDS });
         };
         let name_of = |arg: &Arg| match arg.get_long() {
             Some(long) => long.to_owned(),
@@ -97,13 +96,14 @@ impl SweptCommand {
     ///
     /// # Errors
     /// The command has none of this name, or a sweep must not set it.
-    pub fn option(&self, name: &str) -> Result<&CommandOption, String> {
+    pub fn option(&self, name: &str) -> Result<&CommandOption, OptionFault> {
         if NOT_IN_A_SWEEP.contains(&name) {
-            return Err(format!("`{name}` is not for a sweep: it sets folders, threads and outputs itself"));
+            return Err(OptionFault::NotForSweeps { name: name.to_owned() });
         }
-        self.options.get(name).ok_or_else(|| {
-            let known: Vec<&str> = self.options.keys().map(String::as_str).collect();
-            format!("`augsim {}` has no option `{name}`; it has {}", self.words.join(" "), known.join(", "))
+        self.options.get(name).ok_or_else(|| OptionFault::Unknown {
+            name: name.to_owned(),
+            command: self.words.join(" "),
+            known: self.options.keys().cloned().collect(),
         })
     }
 
@@ -149,20 +149,14 @@ impl SweptCommand {
     ///
     /// # Errors
     /// The command's sentence.
-    pub fn check(&mut self, arguments: &[String]) -> Result<(), Usage> {
+    pub fn check(&mut self, arguments: &[String]) -> Result<(), SweepFault> {
         let line = std::iter::once("augsim").chain(arguments.iter().map(String::as_str));
         match self.parser.try_get_matches_from_mut(line) {
             Ok(parsed) => match Args::from_arg_matches(&parsed).map(|args| args.command) {
-                Ok(ParsedCommand::Train(train)) => train.corrected().map(drop),
+                Ok(ParsedCommand::Train(train)) => Ok(train.corrected().map(drop)?),
                 _ => Ok(()),
             },
-            Err(e) => {
-                let text = e.to_string();
-                let said = text.split("\n\nUsage").next().unwrap_or(&text);
-                let said = said.split("\n\nFor more").next().unwrap_or(said);
-                let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-                Err(Usage(said.trim_start_matches("error: ").to_owned()))
-            }
+            Err(cause) => Err(SweepFault::CommandLine { cause }),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `SWEEP.toml`: a command, options that all tasks share, lists to cross, and the scores to look at.
 
+use super::fault::{OptionFault, SweepFault};
 use augsim_data::read_text;
-use augsim_session::Usage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -79,12 +79,11 @@ impl SweepFile {
     /// # Errors
     /// It cannot be read, is no TOML, or has other keys than these.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let shown = path.display();
-        let text = read_text(path).map_err(|e| Usage(format!("{shown}: cannot read it: {e}")))?;
-        toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            let said = e.message().split_whitespace().collect::<Vec<_>>().join(" ");
-            Usage(format!("{shown}: line {line}: {said}; docs/sweeps.md has the grammar")).into()
+        let file = || path.to_owned();
+        let text = read_text(path).map_err(|cause| SweepFault::Unreadable { file: file(), cause })?;
+        toml::from_str(&text).map_err(|cause: toml::de::Error| {
+            let line = cause.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+            SweepFault::Grammar { file: file(), line, cause: Box::new(cause) }.into()
         })
     }
 }
@@ -97,23 +96,17 @@ pub fn dashed(name: &str) -> String {
 /// A value of TOML.
 ///
 /// # Errors
-/// The sentence, without the option's name: it is a date, a table, an empty list or not finite.
-pub fn value(from: &toml::Value) -> Result<Value, String> {
+/// It is a date, a table, an empty list or not finite.
+pub fn value(from: &toml::Value) -> Result<Value, OptionFault> {
     match from {
         toml::Value::Boolean(v) => Ok(Value::Flag(*v)),
         toml::Value::Integer(v) => Ok(Value::Integer(*v)),
         toml::Value::Float(v) if v.is_finite() => Ok(Value::Number(*v)),
-        toml::Value::Float(v) => Err(format!("{v} is no number that a task can have")),
+        toml::Value::Float(v) => Err(OptionFault::NotFinite { value: *v }),
         toml::Value::String(v) => Ok(Value::Text(v.clone())),
-        toml::Value::Array(all) if all.is_empty() => {
-            Err("the list is empty; leave the option out".to_owned())
-        }
-        toml::Value::Array(all) if all.iter().any(toml::Value::is_array) => {
-            Err("lists within lists within lists mean nothing".to_owned())
-        }
+        toml::Value::Array(all) if all.is_empty() => Err(OptionFault::EmptyList),
+        toml::Value::Array(all) if all.iter().any(toml::Value::is_array) => Err(OptionFault::Nested),
         toml::Value::Array(all) => all.iter().map(value).collect::<Result<_, _>>().map(Value::Several),
-        toml::Value::Datetime(_) | toml::Value::Table(_) => {
-            Err("give a number, a text, true or false, or a list of these".to_owned())
-        }
+        toml::Value::Datetime(_) | toml::Value::Table(_) => Err(OptionFault::NoValueOfOption),
     }
 }

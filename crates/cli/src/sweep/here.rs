@@ -2,10 +2,11 @@
 
 use super::attempt::{Ended, Runner};
 use super::failed::TaskFailed;
+use super::fault::SweepFault;
 use super::plan::Plan;
 use super::store::Failure;
 use super::task::Task;
-use crate::exit::{Outcome, Usage};
+use crate::exit::Outcome;
 use crate::interrupt::Keeper;
 use crate::output::Output;
 use crate::progress::Steps;
@@ -74,17 +75,15 @@ pub fn run_all(plan: &Path, threads: Option<u16>, output: &Output) -> anyhow::Re
     Work::new(&runner, tasks, Some(each), ATTEMPTS).run(workers, output)
 }
 
-fn index_of_environment() -> Result<usize, Usage> {
+fn index_of_environment() -> Result<usize, SweepFault> {
     for variable in INDEX_VARIABLES {
         if let Some(value) = std::env::var_os(variable) {
             let number = value.to_str().and_then(|text| text.parse().ok());
-            return number.ok_or_else(|| {
-                Usage(format!("{variable}={}: is no place of a task", value.to_string_lossy()))
-            });
+            let value = || value.to_string_lossy().into_owned();
+            return number.ok_or_else(|| SweepFault::NoPlace { variable, value: value() });
         }
     }
-    let variables = INDEX_VARIABLES.join(" or ");
-    Err(Usage(format!("which task? give --index N, set {variables}, or run all of them with --all")))
+    Err(SweepFault::NoIndex { variables: &INDEX_VARIABLES })
 }
 
 /// Tasks that workers share, and what has become of them.

@@ -3,8 +3,8 @@
 //! Paths are relative to the folder of `SWEEP.toml`, and so they stand in the tasks: a project that is moved as a whole
 //! keeps its tasks and their results.
 
+use super::fault::{InputFault, SweepFault};
 use anyhow::Context;
-use augsim_session::Usage;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -36,31 +36,31 @@ fn hex(bytes: &[u8]) -> String {
 ///
 /// # Errors
 /// Nothing is there, or no path matches.
-pub fn expand(folder: &Path, text: &str) -> Result<Vec<String>, Usage> {
+pub fn expand(folder: &Path, text: &str) -> Result<Vec<String>, InputFault> {
     if text == "-" {
-        return Err(Usage("`-` (standard input) cannot be read by many tasks; name a file".to_owned()));
+        return Err(InputFault::StandardInput);
     }
     if folder.join(text).exists() {
         return Ok(vec![text.to_owned()]);
     }
-    let shown = folder.join(text).display().to_string();
+    let whole = folder.join(text);
     if !text.contains(['*', '?', '[']) {
-        return Err(Usage(format!("{shown}: there is no such input")));
+        return Err(InputFault::Absent { path: whole });
     }
-    let bad = |why: String| Usage(format!("{shown}: {why}"));
     let top = glob::Pattern::escape(&folder.to_string_lossy());
     let pattern = if Path::new(text).is_absolute() { text.to_owned() } else { format!("{top}/{text}") };
     let mut found = Vec::new();
-    for path in glob::glob(&pattern).map_err(|e| bad(format!("no pattern: {e}")))? {
-        let path = path.map_err(|e| bad(e.to_string()))?;
+    let paths = glob::glob(&pattern);
+    for path in paths.map_err(|cause| InputFault::Pattern { path: whole.clone(), cause })? {
+        let path = path.map_err(|cause| InputFault::Unreadable { path: whole.clone(), cause })?;
         let inner = path.strip_prefix(folder).unwrap_or(&path);
         let Some(inner) = inner.to_str() else {
-            return Err(bad(format!("{} is not UTF-8, which a task needs", path.display())));
+            return Err(InputFault::NotUtf8 { pattern: whole, path });
         };
         found.push(inner.to_owned());
     }
     match found.is_empty() {
-        true => Err(bad("no file matches".to_owned())),
+        true => Err(InputFault::NoMatch { path: whole }),
         false => Ok(found),
     }
 }
@@ -88,9 +88,7 @@ impl Hasher {
             return self.hash_folder(path);
         }
         if !found.is_file() {
-            let text =
-                format!("{}: is a device, pipe or socket; a task needs a file or a folder", path.display());
-            return Err(Usage(text).into());
+            return Err(SweepFault::Input(InputFault::Special { path: path.to_owned() }).into());
         }
         let (bytes, modified) = (found.len(), found.modified().ok());
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned();

@@ -11,6 +11,7 @@ mod collect;
 mod collected;
 mod curves;
 pub mod failed;
+pub mod fault;
 mod file;
 mod here;
 mod inputs;

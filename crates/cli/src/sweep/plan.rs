@@ -1,12 +1,13 @@
 //! `sweep plan`: the tasks of a sweep in a folder, and that folder read again.
 
 use super::clap_options::SweptCommand;
+use super::fault::{OptionFault, SweepFault};
 use super::file::{SweepFile, Value, dashed, value};
 use super::inputs::{Hasher, Input, expand, sha256};
 use super::scores::Score;
 use super::task::{Content, Task};
 use crate::destination::Results;
-use crate::exit::{Outcome, Usage};
+use crate::exit::Outcome;
 use crate::output::Output;
 use crate::record::Record;
 use anyhow::Context;
@@ -65,10 +66,9 @@ pub fn write_plan(sweep: &Path, out: &Path, force: bool, output: &Output) -> any
     let folder = std::path::absolute(folders::around(sweep))
         .and_then(std::fs::canonicalize)
         .with_context(|| format!("{}: cannot find its folder", sweep.display()))?;
-    let named = |e: Usage| Usage(format!("{}: {e}", sweep.display()));
     let Crossed { tasks, shared, inputs } =
-        cross(&file, folder).map_err(|e| match e.downcast::<Usage>() {
-            Ok(e) => named(e).into(),
+        cross(&file, folder).map_err(|e| match e.downcast::<SweepFault>() {
+            Ok(fault) => SweepFault::InFile { file: sweep.to_owned(), fault: Box::new(fault) }.into(),
             Err(e) => e,
         })?;
     // The tasks decide the results; the scores are looked up when these are collected, and may be changed later.
@@ -110,13 +110,11 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
     let axes = axes(file, &command, &folder)?;
     let count = axes.iter().try_fold(1, |n: usize, axis| n.checked_mul(axis.values.len()));
     let Some(count) = count.filter(|n| *n <= MOST_TASKS) else {
-        return Err(
-            Usage(format!("the lists cross to more than {MOST_TASKS} tasks; make several sweeps")).into()
-        );
+        return Err(SweepFault::TooManyTasks { most: MOST_TASKS }.into());
     };
     let known: BTreeSet<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
     if let Some(column) = file.scores.keys().find(|column| known.contains(column.as_str())) {
-        return Err(Usage(format!("[scores] `{column}` is an option's name; give the score another")).into());
+        return Err(SweepFault::ScoreName { column: column.clone() }.into());
     }
     let hasher = Hasher::default();
     let mut inputs: BTreeMap<&str, Input> = BTreeMap::new();
@@ -140,7 +138,7 @@ fn cross(file: &SweepFile, folder: PathBuf) -> anyhow::Result<Crossed> {
         tasks.push_str(&serde_json::to_string(&task)?);
         tasks.push('\n');
         if !ids.insert(task.id) {
-            return Err(Usage(format!("task {index} is there twice")).into());
+            return Err(SweepFault::TaskTwice { index }.into());
         }
     }
     let crossed = axes.iter().filter(|axis| axis.is_crossed).map(|axis| axis.name.clone()).collect();
@@ -163,11 +161,11 @@ struct Axis {
 }
 
 /// The options of a sweep, fixed ones first, each kind in the order of names.
-fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<Axis>, Usage> {
+fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<Axis>, SweepFault> {
     let mut axes: Vec<Axis> = Vec::new();
     let fixed = file.options.iter().map(|option| ("options", option));
     for (section, (name, given)) in fixed.chain(file.cross.iter().map(|list| ("cross", list))) {
-        let bad = |why: String| Usage(format!("[{section}] {name}: {why}"));
+        let bad = |fault: OptionFault| SweepFault::Option { section, option: name.clone(), fault };
         let is_crossed = section == "cross";
         let option_name = dashed(name);
         let is_input = match option_name.as_str() {
@@ -175,23 +173,23 @@ fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<A
             _ => command.option(&option_name).map_err(bad)?.is_input,
         };
         if axes.iter().any(|axis| axis.name == option_name) {
-            return Err(bad("is given twice".to_owned()));
+            return Err(bad(OptionFault::Twice));
         }
         let values = match (is_crossed, given) {
             (false, one) => vec![value(one).map_err(bad)?],
             (true, toml::Value::Array(all)) if all.is_empty() => {
-                return Err(bad("the list is empty, so there would be no task; leave it out".to_owned()));
+                return Err(bad(OptionFault::NoValue));
             }
             (true, toml::Value::Array(all)) => {
                 all.iter().map(value).collect::<Result<_, _>>().map_err(bad)?
             }
             (true, toml::Value::Table(range)) => whole_numbers(range).map_err(bad)?,
-            (true, _) => return Err(bad("give a list; a single value stands in [options]".to_owned())),
+            (true, _) => return Err(bad(OptionFault::Single)),
         };
         let values = if is_input { paths(values, is_crossed, folder).map_err(bad)? } else { values };
         let mut seen = BTreeSet::new();
         if let Some(twice) = values.iter().find(|value| !seen.insert(value.to_string())) {
-            return Err(bad(format!("has {twice} twice")));
+            return Err(bad(OptionFault::ValueTwice { value: twice.to_string() }));
         }
         axes.push(Axis { name: option_name, values, is_input, is_crossed });
     }
@@ -199,26 +197,28 @@ fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<A
 }
 
 /// The whole numbers of `{ from = 1, to = 5 }`, both ends included.
-fn whole_numbers(range: &toml::Table) -> Result<Vec<Value>, String> {
+fn whole_numbers(range: &toml::Table) -> Result<Vec<Value>, OptionFault> {
     let end = |name: &str| range.get(name).and_then(toml::Value::as_integer);
     match (end("from"), end("to"), range.len()) {
         (Some(from), Some(to), 2) if from <= to && to.saturating_sub(from) < MOST_TASKS as i64 => {
             Ok((from..=to).map(Value::Integer).collect())
         }
-        _ => Err(format!("give a list, or {{ from = 1, to = 5 }} with at most {MOST_TASKS} whole numbers")),
+        _ => Err(OptionFault::Range { most: MOST_TASKS }),
     }
 }
 
 /// Values that are paths, patterns replaced by what they match.
-fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Value>, String> {
+fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Value>, OptionFault> {
     let mut paths = Vec::new();
     for value in values {
-        let Value::Text(text) = value else { return Err(format!("{value} is no path")) };
-        paths.extend(expand(folder, &text).map_err(|e| e.to_string())?.into_iter().map(Value::Text));
+        let Value::Text(text) = value else {
+            return Err(OptionFault::NoPath { value: value.to_string() });
+        };
+        paths.extend(expand(folder, &text).map_err(OptionFault::Input)?.into_iter().map(Value::Text));
     }
     match is_crossed || paths.len() == 1 {
         true => Ok(paths),
-        false => Err(format!("{} files match; patterns stand in [cross]", paths.len())),
+        false => Err(OptionFault::SeveralFiles { count: paths.len() }),
     }
 }
 
@@ -263,7 +263,7 @@ fn content(
     axes: &[Axis],
     command: &SweptCommand,
     known: &BTreeMap<&str, Input>,
-) -> Result<Content, Usage> {
+) -> Result<Content, SweepFault> {
     let (mut settings, mut inputs, mut seed) = (BTreeMap::new(), BTreeMap::new(), 1);
     for (axis, place) in axes.iter().zip(places) {
         let value = &axis.values[*place];
@@ -283,12 +283,12 @@ fn content(
     Ok(Content { augsim, command: command.words.clone(), settings, seed, inputs })
 }
 
-fn whole(value: &Value) -> Result<u64, Usage> {
+fn whole(value: &Value) -> Result<u64, SweepFault> {
     match value {
         Value::Integer(v) => u64::try_from(*v).ok(),
         _ => None,
     }
-    .ok_or_else(|| Usage(format!("seed: {value} is no whole number of at least 0")))
+    .ok_or_else(|| SweepFault::Seed { value: value.to_string() })
 }
 
 impl Plan {
@@ -298,11 +298,11 @@ impl Plan {
     /// There is none.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(SWEEP);
-        let text = std::fs::read_to_string(&path).map_err(|e| {
-            Usage(format!("{}: cannot read it ({e}); give the folder of `sweep plan`", path.display()))
-        })?;
-        let shared = serde_json::from_str(&text)
-            .map_err(|e| Usage(format!("{}: not of a plan of augsim: {e}", path.display())))?;
+        let file = || path.clone();
+        let text =
+            std::fs::read_to_string(&path).map_err(|cause| SweepFault::NoPlan { file: file(), cause })?;
+        let shared =
+            serde_json::from_str(&text).map_err(|cause| SweepFault::ForeignPlan { file: file(), cause })?;
         let folder =
             std::path::absolute(folder).with_context(|| format!("{}: cannot find it", folder.display()))?;
         Ok(Plan { folder, shared })
@@ -343,9 +343,8 @@ impl Plan {
             Ok(index + 1 < last)
         })?;
         if found.is_empty() {
-            let (plan, n) = (self.folder.display(), self.shared.tasks);
-            let last = n.saturating_sub(1);
-            return Err(Usage(format!("{plan}: has no task {first}; its {n} tasks are 0 to {last}")).into());
+            let (plan, tasks) = (self.folder.clone(), self.shared.tasks);
+            return Err(SweepFault::NoTask { plan, index: first, tasks }.into());
         }
         Ok(found)
     }

@@ -1,7 +1,7 @@
 //! Scores: values of a task's result that fill a row of the table.
 
+use super::fault::SweepFault;
 use anyhow::bail;
-use augsim_session::Usage;
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;
@@ -18,10 +18,12 @@ impl Score {
     ///
     /// # Errors
     /// The path cannot be read.
-    pub fn new(column: &str, path: &str) -> Result<Self, Usage> {
-        let parsed = JsonPath::parse(path)
-            .map_err(|e| Usage(format!("[scores] {column} = \"{path}\": no JSONPath (RFC 9535): {e}")))?;
-        Ok(Score { column: column.to_owned(), path: parsed })
+    pub fn new(column: &str, path: &str) -> Result<Self, SweepFault> {
+        let column = column.to_owned();
+        match JsonPath::parse(path) {
+            Ok(path) => Ok(Score { column, path }),
+            Err(cause) => Err(SweepFault::ScorePath { column, path: path.to_owned(), cause }),
+        }
     }
 
     /// The one value that the path leads to; `None` where it leads nowhere or to nothing.

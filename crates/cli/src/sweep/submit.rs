@@ -3,9 +3,10 @@
 //! The scheduler runs the sweep, not this program: an array job runs the tasks that are not done, one or a few each, and a
 //! second job, which waits until the first has ended in whatever way, collects. The script says all of it.
 
+use super::fault::SweepFault;
 use super::plan::Plan;
 use super::store::Store;
-use crate::exit::{Outcome, Usage};
+use crate::exit::Outcome;
 use crate::output::Output;
 use anyhow::{Context, bail};
 use augsim_data::atomic_write;
@@ -67,9 +68,7 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
         return Ok(Outcome::Done);
     }
     if !slurm && !dry_run {
-        let text = "`sbatch` is not here; submit from a machine of the cluster, see the script with --dry-run, or run the \
-                    tasks here with `augsim sweep run PLAN --all`";
-        return Err(Usage(text.to_owned()).into());
+        return Err(SweepFault::NoSlurm.into());
     }
     let path = plan.folder.join("submit.sh");
     atomic_write(&path, |w| w.write_all(script.as_bytes()))?;
@@ -128,15 +127,11 @@ struct Array {
 
 impl Array {
     /// Of the tasks at `left` among `tasks`, on a cluster whose arrays end below `limit`.
-    fn new(left: &[usize], tasks: usize, limit: usize, wish: Option<u32>) -> Result<Self, Usage> {
+    fn new(left: &[usize], tasks: usize, limit: usize, wish: Option<u32>) -> Result<Self, SweepFault> {
         let least = tasks.div_ceil(limit).max(1);
         let tasks_per_job = wish.map_or(least, |n| n as usize);
         if tasks_per_job < least {
-            let text = format!(
-                "--tasks-per-job {tasks_per_job}: the cluster's arrays end below {limit} (MaxArraySize), so {tasks} tasks \
-                 need at least {least} in a job"
-            );
-            return Err(Usage(text));
+            return Err(SweepFault::TasksPerJob { asked: tasks_per_job, limit, tasks, least });
         }
         let mut places: Vec<usize> = left.iter().map(|index| index / tasks_per_job).collect();
         places.dedup();
@@ -169,7 +164,7 @@ fn script(plan: &Plan, array: &Array, left: usize, wishes: &Wishes<'_>) -> anyho
         let Some(value) = value else { continue };
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:+@".contains(c);
         if value.is_empty() || !value.chars().all(plain) {
-            return Err(Usage(format!("--{option} {value}: Slurm knows no such name")).into());
+            return Err(SweepFault::SlurmName { option, value: value.to_owned() }.into());
         }
         writeln!(options, "#SBATCH --{option}={value}")?;
     }
@@ -226,10 +221,10 @@ echo "collect ${{collect%%;*}}"
     ))
 }
 
-fn path_text(path: &Path) -> Result<String, Usage> {
+fn path_text(path: &Path) -> Result<String, SweepFault> {
     match path.to_str().filter(|text| !text.contains('\n')) {
         Some(text) => Ok(text.to_owned()),
-        None => Err(Usage(format!("{}: no path for a script; move it", path.display()))),
+        None => Err(SweepFault::ScriptPath { path: path.to_owned() }),
     }
 }
 

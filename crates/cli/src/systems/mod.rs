@@ -14,6 +14,7 @@ use crate::reproduction::{claim, repeat};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
 use augsim_discovery::Discovery;
+use augsim_session::usage::{Inapplicable, Missing};
 use augsim_session::written::fit::fit;
 use augsim_session::written::forecast::{free_runs, rows};
 use augsim_session::written::records::records;
@@ -65,12 +66,10 @@ struct Scored {
 /// Runs it.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        let what =
-            "reproduce systems reads measured data: give the folder of the sets with --data".to_owned();
-        return Err(Usage(what).into());
+        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
     };
     if args.iterations.is_some() {
-        return Err(Usage("--iterations: reproduce systems trains no nets; leave it out".to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::IterationsWithoutNets).into());
     }
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {

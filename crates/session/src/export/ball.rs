@@ -2,6 +2,7 @@
 
 use super::{Language, effect_paragraphs, latex_document, number};
 use crate::Usage;
+use crate::usage::ModelFault;
 use augsim_physics::effects::{SCATTER_KIND, index_of, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
@@ -97,10 +98,8 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
     for block in blocks {
         let known = statements(&block.kind).filter(|_| block.table.is_none());
         let Some(((place, list), p)) = known.zip(block.parameters.first()) else {
-            return Err(Usage(format!(
-                "{}: the effect `{}` has no short law to write out; `--as latex` names it, and `augsim simulate` runs it",
-                model.file, block.kind
-            )));
+            let fault = ModelFault::BallEffectExported { kind: block.kind.clone() };
+            return Err(Usage::model(&model.file, fault));
         };
         if let Place::Constant(name) = place {
             set.push((name, p.nominal));

@@ -2,6 +2,7 @@
 
 use super::{Language, latex_document, latex_name, number};
 use crate::Usage;
+use crate::usage::ModelFault;
 use augsim_written::Model;
 use augsim_written::model::{Direction, How, Target};
 use augsim_written::text::{Comparison, Function, Kind, Symbol, Tree};
@@ -109,13 +110,6 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
 }
 
 impl Writer<'_> {
-    fn refuse(&self, what: &str) -> Usage {
-        Usage(format!(
-            "{}: {what} cannot be written out as a program; `--as latex` writes the formulas, and `augsim simulate` runs them",
-            self.model.file
-        ))
-    }
-
     /// The name of a quantity in the language.
     pub fn name(&self, name: &str) -> String {
         if self.language == Language::Latex {
@@ -223,7 +217,9 @@ impl Writer<'_> {
                 Kind::Slope { output } if latex => {
                     format!("\\tfrac{{d}}{{dt}} {}", latex_name(&self.model.outputs[*output].name))
                 }
-                Kind::Slope { .. } => return Err(self.refuse("the slope of an output")),
+                Kind::Slope { .. } => {
+                    return Err(Usage::model(&self.model.file, ModelFault::SlopeExported));
+                }
             });
         }
         Ok(done.pop().unwrap_or_default())

@@ -2,6 +2,7 @@
 
 use super::{Language, effect_paragraphs, latex_document, number};
 use crate::Usage;
+use crate::usage::ModelFault;
 use augsim_physics::model::{EffectBlock, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, spec_of};
 
@@ -41,11 +42,8 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
     ];
     for block in model.effects.iter().filter(|b| b.kind != SCATTER_KIND) {
         let Some(names) = constants_of(&block.kind) else {
-            return Err(Usage(format!(
-                "{}: the effect `{}` has no short law to write out; `--as latex` has its formula, and `augsim simulate` and \
-                 `augsim predict` run it",
-                model.file, block.kind
-            )));
+            let fault = ModelFault::PushEffectExported { kind: block.kind.clone() };
+            return Err(Usage::model(&model.file, fault));
         };
         for (name, p) in names.iter().zip(&block.parameters) {
             constants.iter_mut().filter(|(n, _)| n == name).for_each(|(_, value)| *value = p.nominal);

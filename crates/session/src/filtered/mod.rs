@@ -10,6 +10,7 @@ pub use system::{OfSystem, of_system};
 
 use crate::Usage;
 use crate::forecast::{check_size, summed};
+use crate::usage::PrefixFault;
 use augsim_data::Dataset;
 use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, StartLaw};
 use augsim_trainer::{Samples, Sequences, TrainerError};
@@ -40,17 +41,14 @@ impl Timed {
         for (k, prefix) in seen.iter().enumerate() {
             let rows = |lengths: &Vec<usize>| lengths[k];
             if lengths.iter().map(rows).all(|n| n == 0) {
-                return Err(Usage(format!("--seen {prefix}: no row is seen; see one at least")));
+                return Err(Usage::Prefix(PrefixFault::NoRow { seen: *prefix }));
             }
             if lengths.iter().zip(&self.times).all(|(l, times)| l[k] >= times.len()) {
-                let text = format!(
-                    "--seen {prefix}: the longest trajectory has {longest} samples, and nothing is left to forecast; see fewer"
-                );
-                return Err(Usage(text));
+                return Err(Usage::Prefix(PrefixFault::AllOfLongest { seen: *prefix, samples: longest }));
             }
             if k > 0 && lengths.iter().any(|l| l[k] <= l[k - 1] && l[k - 1] > 0) {
-                let text = format!("--seen {},{prefix}: give prefixes from short to long", seen[k - 1]);
-                return Err(Usage(text));
+                let before = seen[k - 1];
+                return Err(Usage::Prefix(PrefixFault::NotLonger { before, seen: *prefix }));
             }
         }
         Ok(lengths)
@@ -76,11 +74,8 @@ pub fn bands(
         .map(|(index, ((q, times), lengths))| {
             let n = lengths[0];
             if n >= q.time {
-                let text = format!(
-                    "--seen {seen}: trajectory `{}` has {} samples, and nothing is left to forecast; see fewer, or take it out",
-                    q.id, q.time
-                );
-                return Err(Usage(text).into());
+                let fault = PrefixFault::AllOf { seen, trajectory: q.id.clone(), samples: q.time };
+                return Err(Usage::Prefix(fault).into());
             }
             let hidden = |(i, v): (usize, &f64)| match sensor.sd()[i % columns] {
                 Some(_) => *v,

@@ -1,6 +1,7 @@
 //! The view of a prefix: how many rows, which columns, how well.
 
 use crate::Usage;
+use crate::usage::{Inapplicable, Takes, UnknownName};
 use augsim_trainer::filter::Sensor;
 use std::fmt;
 use std::str::FromStr;
@@ -43,9 +44,7 @@ impl FromStr for Seen {
     type Err = Usage;
 
     fn from_str(word: &str) -> Result<Self, Usage> {
-        let refuse = || {
-            Usage(format!("--seen {word}: give a number of samples, such as 65, or seconds, such as 0.5s"))
-        };
+        let refuse = || Usage::option("--seen", word, Takes::PrefixLength);
         match word.strip_suffix('s') {
             None => word.parse().map(Seen::Rows).map_err(|_| refuse()),
             Some(seconds) => {
@@ -71,13 +70,9 @@ impl View {
     /// # Errors
     /// A column that is not there, or a deviation that is no number of 0 or more.
     pub fn sensor(&self, columns: &[String]) -> anyhow::Result<Sensor> {
-        let place = |option: &str, name: &str| {
-            columns.iter().position(|c| c == name).ok_or_else(|| {
-                Usage(format!(
-                    "{option} {name}: there is no such column; the columns are {}",
-                    columns.join(", ")
-                ))
-            })
+        let place = |option: &'static str, name: &str| {
+            let known = || UnknownName::Column { option, name: name.to_owned(), known: columns.to_vec() };
+            columns.iter().position(|c| c == name).ok_or_else(|| Usage::Unknown(known()))
         };
         let all = self.columns.is_empty();
         let mut sd: Vec<Option<f64>> = vec![all.then_some(0.0); columns.len()];
@@ -86,20 +81,15 @@ impl View {
         }
         for word in &self.sensor_sd {
             let (name, number) = word.split_once('=').map_or((None, word.as_str()), |(n, v)| (Some(n), v));
-            let value: f64 =
-                number.trim().parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0).ok_or_else(|| {
-                    Usage(format!(
-                        "--sensor-sd {word}: give a standard deviation of 0 or more, or COLUMN=NUMBER"
-                    ))
-                })?;
+            let value = number.trim().parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
+            let value = value.ok_or_else(|| Usage::option("--sensor-sd", word, Takes::Deviation))?;
             match name {
                 None => sd.iter_mut().flatten().for_each(|sd| *sd = value),
                 Some(name) => {
                     let seen = &mut sd[place("--sensor-sd", name)?];
                     if seen.is_none() {
-                        return Err(
-                            Usage(format!("--sensor-sd {word}: --seen-columns leaves {name} out")).into()
-                        );
+                        let (word, column) = (word.clone(), name.to_owned());
+                        return Err(Usage::Inapplicable(Inapplicable::SensorOfUnseen { word, column }).into());
                     }
                     *seen = Some(value);
                 }
@@ -117,7 +107,7 @@ mod tests {
     #[test]
     fn samples_are_counted_and_seconds_are_measured_from_the_first_sample() {
         let times = [0.5, 0.6, 0.7, 0.8];
-        let rows = |word: &str| word.parse::<Seen>().map(|s| s.rows(&times)).map_err(|e| e.0);
+        let rows = |word: &str| word.parse::<Seen>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
         assert_eq!((rows("3"), rows("0.2s"), rows("0s"), rows("9s")), (Ok(3), Ok(3), Ok(1), Ok(4)));
         for wrong in ["0.2", "-1", "-1s", "NaNs", "", "s", "three"] {
             assert!(rows(wrong).is_err_and(|e| e.contains("such as 65")), "{wrong}");

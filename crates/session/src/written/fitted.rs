@@ -2,6 +2,7 @@
 
 use super::fit::{Fitted, fit, gauge_sentence};
 use super::{records, unit_text};
+use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
 use augsim_written::Model;
 use serde::Serialize;
@@ -87,10 +88,7 @@ pub struct HoldTried {
 /// [`Usage`] for another kind of model; data that do not go with the model, or a model that cannot be simulated.
 pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, Answer)> {
     let Subject::Written(model) = subject else {
-        let text = format!(
-            "{file}: fit takes models of equations (scenario = \"system\"); use augsim discover for a ball or pushes"
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
     let measured = records::read(data, model)?;
     let fitted = fit(model, &records::records(&measured.data, model, true)?)?;

@@ -8,6 +8,7 @@ use crate::output::Output;
 use augsim_data::Column;
 use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, of_net, of_system};
 use augsim_session::run_dir::RunDir;
+use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Given, Subject, discovery_in, written};
 use augsim_trainer::filter::{
     EngineLaw, FilterSettings, FilteredScore, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
@@ -107,8 +108,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
 fn met(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let Some(position) = row.and_then(|r| r.measures.first()).filter(|m| m.unit == "m") else {
-        let text = "--require-pos-m: this system measures no position in m";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::PositionUnmeasured).into());
     };
     Ok(if position.rest < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }

@@ -9,6 +9,7 @@ mod system;
 use crate::args::{Evaluate, ProtocolArg};
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
+use augsim_session::usage::Inapplicable;
 use augsim_session::{Given, written};
 
 /// Runs the subcommand.
@@ -16,8 +17,7 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
     match (args.protocol, args.seen.is_empty()) {
         (ProtocolArg::Filtered, _) => return filtered::run(args, seed, output),
         (_, false) => {
-            let text = "--seen is for --protocol filtered; add it, or leave --seen out";
-            return Err(Usage(text.to_owned()).into());
+            return Err(Usage::Inapplicable(Inapplicable::SeenUnfiltered).into());
         }
         (_, true) => {}
     }

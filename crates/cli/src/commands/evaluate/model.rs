@@ -7,6 +7,7 @@ use crate::output::Output;
 use crate::record::Record;
 use augsim_discovery::{ForetellOptions, Foretelling, reduction_of_rmse};
 use augsim_session::provenance::fingerprint;
+use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Subject, discovery_in, foretell, written};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -77,8 +78,7 @@ fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome>
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let position = scored.and_then(|f| f.errors.first()).filter(|e| e.unit == "m");
     let Some(position) = position else {
-        let text = "--require-pos-m: this system measures no position in m";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::PositionUnmeasured).into());
     };
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }

@@ -11,6 +11,7 @@ use augsim_physics::model::ModelFile;
 use augsim_session::discovery_in;
 use augsim_session::run_data::load;
 use augsim_session::run_dir::{Config, DataSource, RunDir};
+use augsim_session::usage::Inapplicable;
 use augsim_trainer::models::Physics;
 use augsim_trainer::score::{Score, average};
 use augsim_trainer::{
@@ -36,8 +37,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     let model = NetModel::new(run.read_model()?)?;
     let settings = &model.state().settings;
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
-        let text = "nets of pushes only forecast; leave out --protocol reconstruction";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }
     let test = load(&DataSource::File(args.data.clone()), &settings.engine)?;
     let layout = Layout::of(&settings.engine);

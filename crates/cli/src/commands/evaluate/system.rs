@@ -3,6 +3,7 @@
 use crate::args::Evaluate;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
+use augsim_session::usage::Inapplicable;
 use augsim_session::written::{self, forecast, records};
 use serde::Serialize;
 use std::fmt::Write;
@@ -17,8 +18,7 @@ struct Score {
 /// Runs the subcommand on a model file.
 pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
-        let text = "--require-pos-m is for runs of nets; a system of equations may measure no position";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
     }
     let model = written::read(&args.run)?;
     let measured = records::read(&args.data, &model)?;

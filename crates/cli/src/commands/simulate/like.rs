@@ -7,6 +7,7 @@ use crate::output::Output;
 use augsim_data::write_dataset;
 use augsim_discovery::ForetellOptions;
 use augsim_session::foretell::{self, table};
+use augsim_session::usage::{Inapplicable, ModelFault};
 use augsim_session::{DataFrom, Subject};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,15 +25,10 @@ struct Written {
 pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let model = Subject::read(file)?;
     let Some(like) = &args.like else {
-        let text = format!(
-            "{}: a ball or a push needs starts and times; name trajectories that have them: --like DATA",
-            file.display()
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::model(file.display(), ModelFault::BuiltInWithoutTimes).into());
     };
     if !args.start.is_empty() || args.check {
-        let text = "--start and --check are for models of equations (scenario = \"system\")";
-        return Err(Usage(text.to_owned()).into());
+        return Err(Usage::Inapplicable(Inapplicable::StartOfBuiltIn).into());
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.csv", model.scenario())));
     data_file(&out, &[], &[file, like])?;

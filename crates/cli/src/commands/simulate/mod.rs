@@ -9,6 +9,7 @@ use crate::args::{Simulate, SimulateScenario};
 use crate::destination::data_file;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
+use augsim_session::usage::ModelFault;
 use augsim_session::{Given, written};
 use std::path::{Path, PathBuf};
 
@@ -16,11 +17,7 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if let Some(given) = args.model.as_ref().or(args.named_model.as_ref()) {
         return match Given::of(given)? {
-            Given::Net => Err(Usage(format!(
-                "{}: is a trained net; `augsim predict` gives its forecasts",
-                given.display()
-            ))
-            .into()),
+            Given::Net => Err(Usage::model(given.display(), ModelFault::NetSimulated).into()),
             Given::Model { file, .. } if written::is_model(&file) => system::run(args, &file, output),
             Given::Model { file, .. } => like::run(args, &file, seed, output),
         };

@@ -6,8 +6,8 @@ use crate::destination::check_model;
 use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_data::{atomic_write, write_dataset};
-use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Generated, Made, Protocol, Recipe, SupportSheet};
+use augsim_physics::push::laboratory::{Generated, LaboratoryError, Made, Protocol, Recipe};
+use augsim_session::run_data::object_on_surface;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -65,9 +65,7 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
         PushProtocolArg::Repeat => Protocol::Repeat,
         PushProtocolArg::Random => Protocol::Random,
     };
-    let unknown = |what: &str, name: &str| Usage(format!("there is no {what} `{name}`; see --help"));
-    let object = Object::named(&args.object).ok_or_else(|| unknown("object", &args.object))?;
-    let sheet = SupportSheet::named(&args.surface).ok_or_else(|| unknown("surface", &args.surface))?;
+    let (object, sheet) = object_on_surface(&args.object, &args.surface)?;
     let recipe = Recipe {
         rate_hz: args.rate_hz,
         position_sd_m: args.position_sd_m,
@@ -75,8 +73,8 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
         ..Recipe::new(protocol, &object, sheet, args.trajectories as usize)
     };
     let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
-        augsim_physics::push::laboratory::LaboratoryError::Setting { .. } => Usage(e.to_string()).into(),
-        augsim_physics::push::laboratory::LaboratoryError::Data(e) => e.into(),
+        LaboratoryError::Setting { .. } => Usage::Laboratory(e).into(),
+        LaboratoryError::Data(e) => e.into(),
         other => anyhow::Error::from(other),
     })?;
     let declared_toml = declared.to_toml();

@@ -6,6 +6,7 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
 use augsim_physics::system::{Offsets, Record, Simulated, Stream, System, Task};
+use augsim_session::usage::{ModelFault, Takes, UnknownName};
 use augsim_session::written::{self, fit, records, unit_text};
 use augsim_written::model::{FirstSamples, Hold};
 use augsim_written::{Model, Waveform, WrittenSystem};
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// Seconds that are simulated without --duration-s.
 const DURATION_S: f64 = 10.0;
+/// Samples that a simulation without data may have.
+const MOST_SAMPLES: u64 = 100_000_000;
 /// Periods of a swing of an input that is not given.
 const SWINGS: f64 = 5.0;
 /// First value of a state that an output shows, where there are no data and nothing drives the system.
@@ -41,11 +44,7 @@ struct Deviation {
 pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Result<Outcome> {
     if !written::is_model(model) {
         augsim_physics::model::ModelFile::read(model)?;
-        let text = format!(
-            "{}: simulate takes models of equations (scenario = \"system\"); drops and pushes come by --scenario",
-            model.display()
-        );
-        return Err(Usage(text).into());
+        return Err(Usage::model(model.display(), ModelFault::BuiltInSimulated).into());
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out/system.csv"));
     let mut inputs = vec![model];
@@ -134,23 +133,19 @@ fn simulation_text(written: &Written) -> String {
 fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<Record> {
     let duration_s = args.duration_s.unwrap_or(DURATION_S);
     let samples = duration_s * args.rate_hz;
-    if !(duration_s > 0.0 && args.rate_hz > 0.0 && samples.is_finite() && (1.0..=1e8).contains(&samples)) {
-        let text = "--duration-s and --rate-hz must be positive, with 1 to 100000000 samples between them";
-        return Err(Usage(text.to_owned()).into());
+    let is_clock = duration_s > 0.0 && args.rate_hz > 0.0 && samples.is_finite();
+    if !(is_clock && (1.0..=MOST_SAMPLES as f64).contains(&samples)) {
+        return Err(Usage::Clock { duration_s, rate_hz: args.rate_hz, most: MOST_SAMPLES }.into());
     }
     let times: Vec<f64> = (0..=samples.round() as usize).map(|k| k as f64 / args.rate_hz).collect();
     let mut given = Vec::new();
     for text in &args.input {
         let (name, expression) = split(text, "--input", "force_N=2*sin(3*t)")?;
         if !model.inputs.iter().any(|input| input.name == name) {
-            let known: Vec<&str> = model.inputs.iter().map(|i| i.name.as_str()).collect();
-            return Err(Usage(format!(
-                "--input {name}: the model has no such input; it has {}",
-                list(&known)
-            ))
-            .into());
+            let known = model.inputs.iter().map(|i| i.name.clone()).collect();
+            return Err(Usage::Unknown(UnknownName::OptionInput { name: name.to_owned(), known }).into());
         }
-        let wave = Waveform::parse(expression, "--input").map_err(|e| Usage(e.to_string()))?;
+        let wave = Waveform::parse(expression, "--input").map_err(Usage::Waveform)?;
         given.push((name, wave));
     }
     let mut streams = Vec::with_capacity(model.inputs.len());
@@ -163,7 +158,7 @@ fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<R
                     "{} swings as {text}; --input {}=… says otherwise",
                     input.name, input.name
                 ));
-                Waveform::parse(&text, "the default input").map_err(|e| Usage(e.to_string()))?
+                Waveform::parse(&text, "the default input").map_err(Usage::Waveform)?
             }
         };
         let values = times.iter().map(|t| wave.at(*t)).collect();
@@ -195,14 +190,10 @@ fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -
     for text in &args.start {
         let (name, value) = split(text, "--start", "theta_rad=0.5")?;
         let Some(state) = model.state(name) else {
-            let known: Vec<&str> = model.states.iter().map(|s| s.name.as_str()).collect();
-            return Err(Usage(format!(
-                "--start {name}: the model has no such state; it has {}",
-                list(&known)
-            ))
-            .into());
+            let known = model.states.iter().map(|s| s.name.clone()).collect();
+            return Err(Usage::Unknown(UnknownName::OptionState { name: name.to_owned(), known }).into());
         };
-        let wrong = || Usage(format!("--start {text}: {value} is no finite number"));
+        let wrong = || Usage::option("--start", text, Takes::Finite { word: value.to_owned() });
         start[state] = value.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(wrong)?;
     }
     if let Some(window) = record.windows.first_mut() {
@@ -211,11 +202,11 @@ fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -
     Ok(())
 }
 
-fn list(names: &[&str]) -> String {
-    if names.is_empty() { "none".into() } else { names.join(", ") }
-}
-
-fn split<'t>(text: &'t str, option: &str, example: &str) -> Result<(&'t str, &'t str), Usage> {
+fn split<'t>(
+    text: &'t str,
+    option: &'static str,
+    example: &'static str,
+) -> Result<(&'t str, &'t str), Usage> {
     let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
-    parts.ok_or_else(|| Usage(format!("{option} {text}: write a name, = and a value, such as {example}")))
+    parts.ok_or_else(|| Usage::option(option, text, Takes::Assignment { example }))
 }

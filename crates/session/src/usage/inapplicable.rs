@@ -1,0 +1,76 @@
+//! Settings that mean nothing for what was asked.
+
+use std::fmt;
+
+/// A setting that has nothing to act on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "Display shows them")]
+pub enum Inapplicable {
+    /// `--data` of `effects`, for a model that is built in.
+    SizesOfBuiltIn,
+    /// `--seen` without `--protocol filtered`.
+    SeenUnfiltered,
+    /// `--protocol reconstruction` for a net of pushes.
+    ReconstructedPushes,
+    /// `--require-pos-m` for a model of equations.
+    PositionOfEquations,
+    /// `--require-pos-m` for a system that measures no position.
+    PositionUnmeasured,
+    /// `--net` for a reproduction that does not train one alone.
+    NetAlone,
+    /// `--scenario` for a reproduction that has one only.
+    OneScenario,
+    /// `--iterations` for a reproduction without nets.
+    IterationsWithoutNets,
+    /// `--start` or `--check` for a ball or a push.
+    StartOfBuiltIn,
+    /// `--library none` for a ball or a push.
+    FormulasOfBuiltIn,
+    /// `--residual-of` for a recipe that reads no physics.
+    PhysicsOfBlind { recipe: &'static str },
+    /// `--sensor-sd` of a column that `--seen-columns` leaves out.
+    SensorOfUnseen { word: String, column: String },
+    /// A net beside a model of equations in memory.
+    NetOfEquations,
+}
+
+impl fmt::Display for Inapplicable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Inapplicable::SizesOfBuiltIn => {
+                "--data gives sizes to models of equations; effects of the ball and of pushing have their own"
+            }
+            Inapplicable::SeenUnfiltered => "--seen is for --protocol filtered; add it, or leave --seen out",
+            Inapplicable::ReconstructedPushes => {
+                "nets of pushes only forecast; leave out --protocol reconstruction"
+            }
+            Inapplicable::PositionOfEquations => {
+                "--require-pos-m is for runs of nets; a system of equations may measure no position"
+            }
+            Inapplicable::PositionUnmeasured => "--require-pos-m: this system measures no position in m",
+            Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
+            Inapplicable::OneScenario => "--scenario: only `reproduce league` has several; leave it out",
+            Inapplicable::IterationsWithoutNets => {
+                "--iterations: reproduce systems trains no nets; leave it out"
+            }
+            Inapplicable::StartOfBuiltIn => {
+                "--start and --check are for models of equations (scenario = \"system\")"
+            }
+            Inapplicable::FormulasOfBuiltIn => {
+                "--library none: formulas are looked for in models of equations only; leave it out"
+            }
+            Inapplicable::NetOfEquations => {
+                "nets correct models of a ball or of pushes; this one is a system of equations"
+            }
+            Inapplicable::PhysicsOfBlind { recipe } => {
+                return write!(
+                    f,
+                    "the recipe of {recipe} reads no physics; leave out --residual-of, or choose a hybrid"
+                );
+            }
+            Inapplicable::SensorOfUnseen { word, column } => {
+                return write!(f, "--sensor-sd {word}: --seen-columns leaves {column} out");
+            }
+        })
+    }
+}

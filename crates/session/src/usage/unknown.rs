@@ -1,0 +1,89 @@
+//! Names that nothing has, with the names that there are.
+
+use augsim_data::shown;
+use std::fmt;
+use std::path::PathBuf;
+
+/// A name that nothing has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "Display shows them")]
+pub enum UnknownName {
+    /// A converter of measured sets.
+    Converter { name: String, known: Vec<&'static str> },
+    /// A library of effects, or an effect.
+    Effect { name: String, nearest: Vec<&'static str> },
+    /// A model file that is built in.
+    Model { name: String },
+    /// A figure of a discovery.
+    Figure { folder: PathBuf, name: String, known: Vec<String> },
+    /// A pushed object.
+    Object { name: String, known: &'static [&'static str] },
+    /// A sheet that pushed objects lie on.
+    Surface { name: String, known: Vec<&'static str> },
+    /// An input of a model of equations, named by an option.
+    OptionInput { name: String, known: Vec<String> },
+    /// A state of a model of equations, named by an option.
+    OptionState { name: String, known: Vec<String> },
+    /// A state column.
+    Column { option: &'static str, name: String, known: Vec<String> },
+    /// A group of trajectories.
+    Group { name: String, data: String, known: Vec<String> },
+    /// A recipe of a net.
+    Recipe { name: String, known: Vec<&'static str> },
+    /// A check of suspicious data.
+    Check { name: String, known: Vec<&'static str> },
+}
+
+impl fmt::Display for UnknownName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        use UnknownName as Name;
+        match self {
+            Name::Converter { name, known } => write!(
+                f,
+                "no converter is called `{name}`; known are {}: augsim data convert SET IN OUT.csv",
+                known.join(", ")
+            ),
+            Name::Effect { name, nearest } => write!(
+                f,
+                "no library and no effect is called `{}`; did you mean {}? augsim effects lists all",
+                shown(name),
+                nearest.join(" or ")
+            ),
+            Name::Model { name } => write!(f, "no model is called {name}"),
+            Name::Figure { folder, name, known } => {
+                write!(f, "{}: has no figure `{name}`; it has {}", folder.display(), known.join(", "))
+            }
+            Name::Object { name, known } => {
+                write!(f, "there is no object `{}`; choose one of {}", shown(name), known.join(", "))
+            }
+            Name::Surface { name, known } => {
+                write!(f, "there is no surface `{}`; choose one of {}", shown(name), known.join(", "))
+            }
+            Name::OptionInput { name, known } => {
+                write!(f, "--input {name}: the model has no such input; it has {}", all_or_none(known))
+            }
+            Name::OptionState { name, known } => {
+                write!(f, "--start {name}: the model has no such state; it has {}", all_or_none(known))
+            }
+            Name::Column { option, name, known } => {
+                write!(f, "{option} {name}: there is no such column; the columns are {}", known.join(", "))
+            }
+            Name::Group { name, data, known } => {
+                write!(f, "--group {name}: no trajectory is in this group; ")?;
+                match &known[..] {
+                    [] => write!(f, "{data} has no column `group`; leave --group out"),
+                    known => write!(f, "{data} has {}", known.join(", ")),
+                }
+            }
+            Name::Recipe { name, known } => write!(f, "recipe {name}: there are {}", known.join(", ")),
+            Name::Check { name, known } => {
+                write!(f, "accept: no check is called {name}; there are {}", known.join(", "))
+            }
+        }
+    }
+}
+
+/// The names, or `none`.
+pub(super) fn all_or_none(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,64 @@
+//! Settings with values that they do not take.
+
+use std::fmt;
+
+/// A setting and its value as they were given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "Display shows them")]
+pub enum Setting {
+    /// An option of the command line: `--samples 0`.
+    Option { name: &'static str, value: String },
+    /// A keyword of a call: `iterations = 0`.
+    Keyword { name: &'static str, value: String },
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Setting::Option { name, value } => write!(f, "{name} {value}"),
+            Setting::Keyword { name, value } => write!(f, "{name} = {value}"),
+        }
+    }
+}
+
+/// The values that a setting takes.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "Display shows them")]
+pub enum Takes {
+    /// A share that leaves something on both sides.
+    OpenShare,
+    /// A positive number.
+    Positive,
+    /// A positive number of seconds.
+    PositiveSeconds,
+    /// A count.
+    AtLeastOne,
+    /// Pushes for training, of which there are so many.
+    TrainingPushes { there: usize },
+    /// A finite number, which a word is not.
+    Finite { word: String },
+    /// A name and a value, such as in the example.
+    Assignment { example: &'static str },
+    /// The length of a prefix.
+    PrefixLength,
+    /// The standard deviation of a sensor.
+    Deviation,
+}
+
+impl fmt::Display for Takes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Takes::OpenShare => f.write_str("must lie between 0 and 1"),
+            Takes::Positive => f.write_str("must be a positive number"),
+            Takes::PositiveSeconds => f.write_str("give a positive number of seconds"),
+            Takes::AtLeastOne => f.write_str("give at least one"),
+            Takes::TrainingPushes { there } => write!(f, "there are {there} training pushes"),
+            Takes::Finite { word } => write!(f, "{word} is no finite number"),
+            Takes::Assignment { example } => write!(f, "write a name, = and a value, such as {example}"),
+            Takes::PrefixLength => {
+                f.write_str("give a number of samples, such as 65, or seconds, such as 0.5s")
+            }
+            Takes::Deviation => f.write_str("give a standard deviation of 0 or more, or COLUMN=NUMBER"),
+        }
+    }
+}
