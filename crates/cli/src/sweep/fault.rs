@@ -87,7 +87,7 @@ pub enum SweepFault {
     ScriptPath { path: PathBuf },
 }
 
-/// What is wrong with an option of a sweep, without its name.
+/// A mistake in an option of a sweep, without the name of the option.
 #[derive(Debug)]
 pub enum OptionFault {
     /// The sweep itself sets it.

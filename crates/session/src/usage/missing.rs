@@ -1,4 +1,4 @@
-//! What a request needs and does not name.
+//! Settings, data and files that a request needs and does not name.
 
 use std::fmt;
 
