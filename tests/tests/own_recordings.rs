@@ -11,6 +11,11 @@ use augsim_tests::sealed::{Kind, Scene, Truth, seal};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+#[path = "../support/own_files.rs"]
+mod own_files;
+
+use own_files::{PLAIN, Style, write_in_twelve_ways};
+
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
                      restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n[release]\nkind = \"free\"\n";
 
@@ -27,50 +32,6 @@ fn throws() -> Dataset {
     };
     let truth = Truth { effects: vec![Kind::QuadraticDrag(0.08)], declared_ratio: 1.0, ..Truth::default() };
     seal(&scene, truth, &mut random_stream(17, "own recordings", 0)).expect("well formed").data
-}
-
-/// How a file is written.
-struct Style {
-    header: &'static str,
-    separator: &'static str,
-    /// Metres in a unit of the file, for x and for the height, which may count downwards.
-    metres: [f64; 2],
-    raised_m: f64,
-    seconds: f64,
-    decimal_comma: bool,
-    /// Cells after the fourth.
-    extra: &'static str,
-}
-
-const PLAIN: Style = Style {
-    header: "run,t,x,y",
-    separator: ",",
-    metres: [1.0, 1.0],
-    raised_m: 0.0,
-    seconds: 1.0,
-    decimal_comma: false,
-    extra: "",
-};
-
-impl Style {
-    fn rows(&self, data: &Dataset) -> Vec<String> {
-        let mut rows = Vec::new();
-        for t in data.trajectories() {
-            for k in 0..t.len() {
-                let (x, z) =
-                    (t.column(0)[k] / self.metres[0], (t.column(1)[k] + self.raised_m) / self.metres[1]);
-                let time = t.time_s()[k] / self.seconds;
-                let cells = [t.id().to_owned(), format!("{time:.9}"), format!("{x:.7}"), format!("{z:.7}")];
-                let row = cells.join(self.separator) + self.extra;
-                rows.push(if self.decimal_comma { row.replace('.', ",") } else { row });
-            }
-        }
-        rows
-    }
-
-    fn text(&self, data: &Dataset) -> String {
-        self.rows(data).into_iter().fold(format!("{}\n", self.header), |text, row| text + &row + "\n")
-    }
 }
 
 /// The drag that the loop finds in a set, alone.
@@ -105,54 +66,6 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
     assert!(clean.ci95[0] <= 0.08 && 0.08 <= clean.ci95[1], "{clean}");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let d = folder.path();
-    let plain = PLAIN.text(&data);
-    let shuffled = {
-        let mut rows = PLAIN.rows(&data);
-        let n = rows.len();
-        // A stride that shares no factor with the number of rows visits each once.
-        let stride = (n / 3..n)
-            .find(|s| (1..=*s).filter(|k| s.is_multiple_of(*k) && n.is_multiple_of(*k)).count() == 1)
-            .expect("a stride");
-        rows = (0..n).map(|k| rows[k * stride % n].clone()).collect();
-        rows.into_iter().fold("run,t,x,y\n".to_owned(), |text, row| text + &row + "\n")
-    };
-    let blank = {
-        let cut = |(i, row): (usize, String)| match i % 23 {
-            7 => row.rsplit_once(',').expect("cells").0.to_owned() + ",",
-            _ => row,
-        };
-        let rows = PLAIN.rows(&data).into_iter().enumerate().map(cut);
-        rows.fold("run,t,x,y\n".to_owned(), |text, row| text + &row + "\n")
-    };
-    let styles = [
-        (
-            "centimetres.csv",
-            Style { header: "run,time,x_cm,y_cm", metres: [0.01, 0.01], ..PLAIN }.text(&data),
-        ),
-        (
-            "millimetres.csv",
-            Style { header: "trial,time [ms],x (mm),z (mm)", metres: [1e-3, 1e-3], seconds: 1e-3, ..PLAIN }
-                .text(&data),
-        ),
-        (
-            "semicolons.csv",
-            Style { header: "Versuch;Zeit;x;y", separator: ";", decimal_comma: true, ..PLAIN }.text(&data),
-        ),
-        (
-            "tabs.txt",
-            Style { header: "throw\tt (s)\tx (m)\theight (m)", separator: "\t", ..PLAIN }.text(&data),
-        ),
-        ("mark.csv", format!("\u{feff}{plain}")),
-        ("comments.csv", format!("# tracked by hand\n# 60 fps\n{plain}# end\n")),
-        (
-            "extra.csv",
-            Style { header: "run,t,x,y,frame,comment", extra: ",17,\"fine, no spin\"", ..PLAIN }.text(&data),
-        ),
-        ("down.csv", Style { metres: [1.0, -1.0], ..PLAIN }.text(&data)),
-        ("table.csv", Style { raised_m: 0.85, ..PLAIN }.text(&data)),
-        ("blank.csv", blank),
-        ("shuffled.csv", shuffled),
-    ];
     let mut slow = String::new();
     let mut same = |name: &str, read: &Recognised| {
         let begun = std::time::Instant::now();
@@ -167,22 +80,14 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
         );
         let _ = write!(slow, " {name} {:.1}", begun.elapsed().as_secs_f64());
     };
-    for (name, text) in styles {
-        let path = write(d, name, text);
-        let read = read(&[path]).unwrap_or_else(|e| panic!("{e}"));
+    let paths = write_in_twelve_ways(&data, d);
+    for (name, path) in &paths {
+        let read = read(std::slice::from_ref(path)).unwrap_or_else(|e| panic!("{e}"));
         same(name, &read);
     }
-    let each = d.join("each");
-    std::fs::create_dir(&each).expect("a folder");
-    for t in data.trajectories() {
-        let rows = PLAIN.rows(&Dataset::new(data.columns().to_vec(), vec![t.clone()]).expect("well formed"));
-        let rows = rows.iter().map(|r| r.split_once(',').expect("cells").1);
-        let text = rows.fold("t,x,y\n".to_owned(), |text, row| text + row + "\n");
-        write(&each, &format!("throw_{:02}.csv", t.id().parse::<u32>().expect("a number")), text);
-    }
-    same("one file each", &read(std::slice::from_ref(&each)).unwrap_or_else(|e| panic!("{e}")));
+    let each = &paths.last().expect("twelve").1;
     // Every command reads them as `start` does.
-    assert_eq!(read_dataset(&each, MissingCells::Refuse).expect("read").trajectories().len(), 12);
+    assert_eq!(read_dataset(each, MissingCells::Refuse).expect("read").trajectories().len(), 12);
     eprintln!("seconds:{slow}");
 }
 
