@@ -9,6 +9,7 @@ pub mod filter;
 mod forecast;
 mod latent;
 mod league;
+mod least_squares;
 pub mod models;
 pub mod nets;
 mod noise;

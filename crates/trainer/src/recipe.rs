@@ -42,6 +42,12 @@ pub enum Recipe {
     GpResidual,
     /// The same with the mean propagated.
     GpResidualMean,
+    /// The contact model with a convex polynomial for the support's friction (Zhou et al. 2016), for pushes.
+    ConvexQuartic,
+    /// The same, drawn anew in each roll-out (Zhou et al. 2017).
+    ConvexQuarticDrawn,
+    /// Points that move with soft rigid bodies, without physics (SE3-Nets, Byravan and Fox 2017), for pushes.
+    RigidFlow,
 }
 
 /// A recipe as it is chosen and shown.
@@ -59,7 +65,7 @@ const fn entry(recipe: Recipe, [name, label, about]: [&'static str; 3]) -> Entry
 }
 
 /// Every recipe, in the order of the variants.
-static RECIPES: [Entry; 18] = [
+static RECIPES: [Entry; 21] = [
     entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"]),
     entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"]),
     entry(
@@ -126,6 +132,26 @@ static RECIPES: [Entry; 18] = [
         ],
     ),
     entry(Recipe::GpResidualMean, ["gp-residual-mean", "GP res. mean", "The same with the mean propagated"]),
+    entry(
+        Recipe::ConvexQuartic,
+        [
+            "convex-quartic",
+            "Zhou",
+            "Contact model with a convex quartic for the support's friction (Zhou et al. 2016), for pushes",
+        ],
+    ),
+    entry(
+        Recipe::ConvexQuarticDrawn,
+        ["convex-quartic-drawn", "Zhou drawn", "The same, drawn anew in each roll-out (Zhou et al. 2017)"],
+    ),
+    entry(
+        Recipe::RigidFlow,
+        [
+            "rigid-flow",
+            "SE3-Nets",
+            "Points that move with soft rigid bodies, without physics (Byravan, Fox 2017), for pushes",
+        ],
+    ),
 ];
 
 impl Recipe {

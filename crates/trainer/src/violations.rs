@@ -10,7 +10,7 @@ const SLOP_M: f64 = 1e-3;
 /// Energy that a rebound may seem to gain by rounding, J/kg.
 const ENERGY_SLOP: f64 = 1e-2;
 /// Gap at which rod and object count as touching, m: twice the noise of a pose or so.
-const TOUCH_M: f64 = 7e-4;
+pub(crate) const TOUCH_M: f64 = 7e-4;
 
 /// Violations of mechanics in the samples of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,19 +40,61 @@ pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<
     if let Some(push) = engine.pushing() {
         return Some(pushed(push, task, samples));
     }
-    let (gravity, step_s) = (engine.expected().gravity_m_s2?, engine.step_s()?);
-    (task.start.len() == 2).then(|| bounced(gravity, step_s, task, samples))
+    Some(bounced(&BallLimits::of(engine, task.start)?, task, samples))
 }
 
-fn bounced(gravity: f64, step_s: f64, task: Task<'_>, samples: &Samples) -> Violations {
+/// The limits that ground and energy set a ball from a first state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BallLimits {
+    gravity: f64,
+    step_s: f64,
+    /// Height of the ground in the data, m.
+    ground_m: f64,
+    /// How far below the ground a step of the fastest fall reaches, m.
+    deepest: f64,
+}
+
+impl BallLimits {
+    /// For states of height, m, and velocity, m/s, over flat ground; none for others.
+    pub fn of(engine: &Engine, start: &[f64]) -> Option<Self> {
+        let (gravity, step_s) = (engine.expected().gravity_m_s2?, engine.step_s()?);
+        let ground_m = engine.ground_m()?;
+        let &[height, velocity] = start else { return None };
+        let fastest = (velocity.powi(2) + 2.0 * gravity * (height - ground_m).max(0.0)).sqrt();
+        Some(BallLimits { gravity, step_s, ground_m, deepest: step_s * fastest })
+    }
+
+    /// Most energy, J/kg, that a rebound from the state `before` leaves with: within the step the ball falls on, and arrives with more
+    /// speed than it had before.
+    fn most_energy(&self, before: [f64; 2]) -> f64 {
+        self.energy(before) + self.gravity * self.step_s * before[1].abs()
+    }
+
+    fn energy(&self, [height, velocity]: [f64; 2]) -> f64 {
+        0.5 * velocity * velocity + self.gravity * (height - self.ground_m)
+    }
+
+    /// The state nearest to `after` that ground and energy allow behind `before`. Where the engine's own next state, `expected`, goes
+    /// further (a table that moves, an updraught), so may this one.
+    pub fn allowed(&self, before: [f64; 2], expected: [f64; 2], after: [f64; 2]) -> [f64; 2] {
+        let height = after[0].max((self.ground_m - self.deepest).min(expected[0]));
+        let rebounds = before[1] < 0.0 && after[1] > 0.0;
+        let most = self.most_energy(before).max(self.energy(expected));
+        if !rebounds || self.energy([height, after[1]]) <= most {
+            return [height, after[1]];
+        }
+        [height, (2.0 * (most - self.energy([height, 0.0]))).max(0.0).sqrt()]
+    }
+}
+
+fn bounced(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Violations {
     let n = samples.count;
-    let at = |t: usize, j: usize, sample: usize| f64::from(samples.values[(t * 2 + j) * n + sample]);
-    let fastest = (task.start[1].powi(2) + 2.0 * gravity * task.start[0].max(0.0)).sqrt();
-    let deepest = step_s * fastest + SLOP_M;
+    let at =
+        |t: usize, sample: usize| [0, 1].map(|j: usize| f64::from(samples.values[(t * 2 + j) * n + sample]));
     let (mut under, mut depth, mut rebounds, mut gains) = (0.0, 0.0, 0.0, 0.0);
     for sample in 0..n {
         for t in 0..task.time {
-            let below = -at(t, 0, sample) - deepest;
+            let below = limits.ground_m - at(t, sample)[0] - (limits.deepest + SLOP_M);
             if below > 0.0 {
                 under += 1.0;
                 depth += below;
@@ -60,13 +102,10 @@ fn bounced(gravity: f64, step_s: f64, task: Task<'_>, samples: &Samples) -> Viol
             if t == 0 {
                 continue;
             }
-            let (before, after) = (at(t - 1, 1, sample), at(t, 1, sample));
-            if before < 0.0 && after > 0.0 {
+            let (before, after) = (at(t - 1, sample), at(t, sample));
+            if before[1] < 0.0 && after[1] > 0.0 {
                 rebounds += 1.0;
-                let energy = |t: usize| 0.5 * at(t, 1, sample).powi(2) + gravity * at(t, 0, sample);
-                // Within the step the ball falls on: it arrives with more speed than it had before.
-                let allowed = energy(t - 1) + gravity * step_s * before.abs() + ENERGY_SLOP;
-                gains += f64::from(u8::from(energy(t) > allowed));
+                gains += f64::from(u8::from(limits.energy(after) > limits.most_energy(before) + ENERGY_SLOP));
             }
         }
     }
@@ -77,19 +116,29 @@ fn bounced(gravity: f64, step_s: f64, task: Task<'_>, samples: &Samples) -> Viol
     }
 }
 
+/// Gap between the rod at sample `t` and the object at a pose, m, and the direction from the object to the rod; negative where they
+/// overlap.
+pub(crate) fn gap(push: &ModelPush, task: &Task<'_>, t: usize, [x, y, angle]: [f64; 3]) -> (f64, [f64; 2]) {
+    let pose = Pose::new(x, y, angle);
+    let rod = [task.actions[3 * t], task.actions[3 * t + 1]];
+    let nearest = push.world().object().outline.nearest(pose.to_body(rod));
+    let (sin, cos) = angle.sin_cos();
+    let [a, b] = nearest.outward;
+    (nearest.distance - push.rod_radius_m(), [cos * a - sin * b, sin * a + cos * b])
+}
+
 fn pushed(push: &ModelPush, task: Task<'_>, samples: &Samples) -> Violations {
-    let (n, outline) = (samples.count, &push.world().object().outline);
+    let n = samples.count;
     let (mut overlap, mut untouched) = (0.0, 0.0);
     for sample in 0..n {
         let pose = |t: usize| [0, 1, 2].map(|j| f64::from(samples.values[(t * 3 + j) * n + sample]));
         let (mut deepest, mut touched, mut way) = (0.0_f64, false, 0.0_f64);
         for t in 0..task.time {
-            let [x, y, angle] = pose(t);
-            let rod = [task.actions[3 * t], task.actions[3 * t + 1]];
-            let gap = outline.nearest(Pose::new(x, y, angle).to_body(rod)).distance - push.rod_radius_m();
+            let (gap, _) = gap(push, &task, t, pose(t));
             deepest = deepest.max(-gap);
             touched |= gap < TOUCH_M;
             if !touched {
+                let [x, y, _] = pose(t);
                 way = (x - task.start[0]).hypot(y - task.start[1]).max(way);
             }
         }
@@ -109,6 +158,22 @@ mod tests {
         let engine = Engine::PybulletBall(BulletBall::default());
         let task = Task { start: &[1.0, 0.0], actions: &[], time: values.len() / 2, index: 0 };
         violations(&engine, task, &Samples { count: 1, values }).expect("a ball over flat ground")
+    }
+
+    #[test]
+    fn a_state_is_moved_to_the_nearest_that_ground_and_energy_allow() {
+        let engine = Engine::PybulletBall(BulletBall::default());
+        let limits = BallLimits::of(&engine, &[1.0, 0.0]).expect("a ball over flat ground");
+        let free = [0.5, -3.0];
+        assert_eq!(limits.allowed([0.6, -2.9], free, free), free);
+        // A step of the fastest fall below the ground, and no deeper.
+        let deep = limits.allowed([0.05, -4.4], [0.01, 2.0], [-0.5, -4.5]);
+        assert!((deep[0] + limits.deepest).abs() < 1e-12 && deep[1] == -4.5, "{deep:?}");
+        let fast = limits.allowed([0.05, -3.0], [0.05, 2.0], [0.05, 9.0]);
+        assert!((limits.energy(fast) - limits.most_energy([0.05, -3.0])).abs() < 1e-9, "{fast:?}");
+        // The engine may do what it does.
+        let risen = limits.allowed([0.05, -3.0], [0.05, 9.0], [0.05, 8.9]);
+        assert_eq!(risen, [0.05, 8.9]);
     }
 
     #[test]

@@ -260,6 +260,18 @@ fn gaussian_processes_learn_what_a_wrong_contact_model_leaves() {
 }
 
 #[test]
+fn a_convex_quartic_becomes_the_ellipsoid_that_made_the_pushes() {
+    learns_pushes(Recipe::ConvexQuartic, 1, 0.1);
+    learns_pushes(Recipe::ConvexQuarticDrawn, 1, 0.1);
+}
+
+#[test]
+fn points_learn_to_flow_with_the_object() {
+    // Without physics, from 120 pushes: the declared model stays far behind.
+    learns_pushes(Recipe::RigidFlow, 700, 0.3);
+}
+
+#[test]
 fn calibrated_physics_is_the_contact_that_made_the_pushes() {
     learns_pushes(Recipe::PhysicsCalibrated, 1, 0.1);
 }

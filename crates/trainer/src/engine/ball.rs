@@ -121,6 +121,11 @@ impl Motion for ModelBall {
         self.expected
     }
 
+    fn ground_m(&self) -> Option<f64> {
+        let (_, parameters) = &self.step;
+        matches!(self.axes, Axes::Vertical).then(|| self.ground_m + parameters[FLOOR])
+    }
+
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
         next.copy_from_slice(&self.run(&self.step, state, &[self.step_s]));
     }

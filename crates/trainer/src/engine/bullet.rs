@@ -18,6 +18,10 @@ impl Motion for BulletBall {
         Expected { gravity_m_s2: Some(self.gravity_m_s2), ..Expected::default() }
     }
 
+    fn ground_m(&self) -> Option<f64> {
+        Some(0.0)
+    }
+
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
         let mut s = BulletState { centre_m: state[0] + self.radius_m, velocity_m_s: state[1] };
         BulletBall::step(self, &mut s);

@@ -102,6 +102,11 @@ impl Engine {
         self.motion().step_s()
     }
 
+    /// Height of the flat ground in the data, m, under what moves only up and down.
+    pub(crate) fn ground_m(&self) -> Option<f64> {
+        self.motion().ground_m()
+    }
+
     /// State one step after `state`, while the actions go from `from` to `to` (both empty without actions).
     pub fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         self.motion().step(state, from, to, next);

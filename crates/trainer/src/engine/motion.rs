@@ -25,6 +25,11 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
         Expected::default()
     }
 
+    /// Height of the flat ground in the data, m, under what moves only up and down.
+    fn ground_m(&self) -> Option<f64> {
+        None
+    }
+
     /// The state one step after `state`, while the actions go from `from` to `to`.
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 

@@ -1,9 +1,9 @@
 //! Which recipes are classes of the league, and what follows from it.
 
 use super::{
-    CALIBRATED, CONDITIONAL_VRNN, Class, ENSEMBLE, ENSEMBLE_RESIDUAL, FEED_FORWARD, FEED_FORWARD_RESIDUAL,
-    GP_RESIDUAL, GP_RESIDUAL_MEAN, Kind, MIXTURE_RESIDUAL, PREDICTED_PARAMETERS, PREDICTED_PARAMETERS_ERROR,
-    RECURRENT_RESIDUAL, VRNN,
+    CALIBRATED, CONDITIONAL_VRNN, CONVEX_QUARTIC, CONVEX_QUARTIC_DRAWN, Class, ENSEMBLE, ENSEMBLE_RESIDUAL,
+    FEED_FORWARD, FEED_FORWARD_RESIDUAL, GP_RESIDUAL, GP_RESIDUAL_MEAN, Kind, MIXTURE_RESIDUAL,
+    PREDICTED_PARAMETERS, PREDICTED_PARAMETERS_ERROR, RECURRENT_RESIDUAL, RIGID_FLOW, VRNN,
 };
 use crate::recipe::Recipe;
 
@@ -24,6 +24,9 @@ impl Recipe {
             Recipe::PredictedParametersError => &PREDICTED_PARAMETERS_ERROR,
             Recipe::GpResidual => &GP_RESIDUAL,
             Recipe::GpResidualMean => &GP_RESIDUAL_MEAN,
+            Recipe::ConvexQuartic => &CONVEX_QUARTIC,
+            Recipe::ConvexQuarticDrawn => &CONVEX_QUARTIC_DRAWN,
+            Recipe::RigidFlow => &RIGID_FLOW,
             Recipe::Neural
             | Recipe::Hybrid
             | Recipe::HybridStandardised

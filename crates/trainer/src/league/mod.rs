@@ -6,23 +6,28 @@
 
 mod calibrated;
 mod classes;
+mod contact;
+mod convex_quartic;
 mod ensemble;
 mod feed_forward;
 mod gp_residual;
 mod predicted_parameters;
 pub(crate) mod reads;
 mod recurrent;
+mod rigid_flow;
 mod states;
 mod strides;
 mod trained;
 mod vrnn;
 
 pub(crate) use calibrated::CALIBRATED;
+pub(crate) use convex_quartic::{CONVEX_QUARTIC, CONVEX_QUARTIC_DRAWN};
 pub(crate) use ensemble::{ENSEMBLE, ENSEMBLE_RESIDUAL};
 pub(crate) use feed_forward::{FEED_FORWARD, FEED_FORWARD_RESIDUAL};
 pub(crate) use gp_residual::{GP_RESIDUAL, GP_RESIDUAL_MEAN};
 pub(crate) use predicted_parameters::{PREDICTED_PARAMETERS, PREDICTED_PARAMETERS_ERROR};
 pub(crate) use recurrent::{MIXTURE_RESIDUAL, RECURRENT_RESIDUAL};
+pub(crate) use rigid_flow::RIGID_FLOW;
 pub use trained::Trained;
 pub(crate) use vrnn::{CONDITIONAL_VRNN, VRNN};
 
@@ -37,6 +42,7 @@ use ensemble::Ensemble;
 use feed_forward::FeedForward;
 use predicted_parameters::PredictedParameters;
 use recurrent::Recurrent;
+use rigid_flow::RigidFlow;
 use std::fmt::Debug;
 use std::sync::Arc;
 use vrnn::Vrnn;
@@ -67,6 +73,7 @@ pub(crate) enum Kind {
     PredictedParameters {
         with_error: bool,
     },
+    RigidFlow,
     /// Fitted directly, in one iteration.
     Fitted(fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>),
 }
@@ -211,6 +218,7 @@ learned! {
     Ensemble(Ensemble),
     Vrnn(Vrnn),
     PredictedParameters(PredictedParameters),
+    RigidFlow(RigidFlow),
 }
 
 impl ClassNet {
@@ -231,6 +239,7 @@ impl ClassNet {
             Kind::PredictedParameters { with_error } => LearnedNet::PredictedParameters(
                 PredictedParameters::new(settings, extents, with_error, params),
             ),
+            Kind::RigidFlow => LearnedNet::RigidFlow(RigidFlow::new(settings, extents, params)),
             Kind::Fitted(make) => {
                 // An engine that the class cannot work with is refused by the settings' check, before a net is made.
                 let class = make(settings).ok();

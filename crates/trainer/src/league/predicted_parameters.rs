@@ -3,6 +3,7 @@
 //! object moves. Trained end to end through the model, whose Jacobian comes from dual numbers. The second variant adds a learned error.
 //! Deterministic, as published.
 
+use super::contact::{Contact, Misplaced};
 use super::strides::{self, RAW, Steps};
 use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
 use crate::league::reads::Reads;
@@ -11,17 +12,14 @@ use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
 use augsim_nn::inference::{LinearRunner, MlpRunner};
 use augsim_nn::{Bound, Linear, Mlp, Params};
-use augsim_physics::push::planar::{Rotation, add, dot, rot90, scale};
 use augsim_physics::push::surface::Surface;
-use augsim_physics::push::{ContactFriction, Outline, Pose, Support, Touch, respond};
+use augsim_physics::push::{ContactFriction, Support};
 use augsim_physics::{Dual, Scalar as Real};
 use augsim_tensor::{Scalar, Tape, TensorError};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Predicted inputs of the model.
 const INPUTS: usize = 4;
-/// Straight pieces of a stride that the model is asked about.
-const PIECES: usize = 4;
 /// Largest change of ln c and ln friction, of the contact point in units of c, and of the normal, rad.
 const BOUNDS: [f64; INPUTS] = [1.0, 1.5, 0.2, 0.4];
 
@@ -37,75 +35,41 @@ const fn class(with_error: bool) -> Class {
 pub(crate) static PREDICTED_PARAMETERS: Class = class(false);
 pub(crate) static PREDICTED_PARAMETERS_ERROR: Class = class(true);
 
-/// The analytical model of one stride, in the object's frame at its beginning.
-#[derive(Debug, Clone)]
-struct Contact {
-    outline: Outline,
-    rod_radius_m: f64,
-    c_m: f64,
-    friction: f64,
+/// Displacement (m, m, rad) of a stride while the rod goes from `rod` by `travel`, m, for predicted `inputs` before their bounds.
+fn displacement<S: Real>(contact: &Contact, rod: [f64; 2], travel: [f64; 2], inputs: [S; INPUTS]) -> [S; 3] {
+    let [ratio, friction, shift, turn] = [0, 1, 2, 3].map(|k: usize| inputs[k].tanh() * BOUNDS[k]);
+    let c = ratio.exp() * contact.c_m;
+    let law = ContactFriction::coulomb(friction.exp() * contact.friction);
+    let support = Support::plain(Surface::Ellipsoid { c });
+    let moved = Misplaced { shift: shift * contact.c_m, turn };
+    contact.displacement(rod, travel, &support, &law, Some(&moved))
 }
 
-impl Contact {
-    /// Displacement (m, m, rad) while the rod goes from `rod` by `travel`, m, for predicted `inputs` before their bounds.
-    fn displacement<S: Real>(&self, rod: [f64; 2], travel: [f64; 2], inputs: [S; INPUTS]) -> [S; 3] {
-        let [ratio, friction, shift, turn] = [0, 1, 2, 3].map(|k: usize| inputs[k].tanh() * BOUNDS[k]);
-        let c = ratio.exp() * self.c_m;
-        let law = ContactFriction::coulomb(friction.exp() * self.friction);
-        let support = Support::plain(Surface::Ellipsoid { c });
-        let mut pose = Pose::new(S::zero(), S::zero(), S::zero());
-        let step = travel.map(|v| S::constant(v / PIECES as f64));
-        for piece in 0..PIECES {
-            let share = piece as f64 / PIECES as f64;
-            let at = [0, 1].map(|j| S::constant(rod[j] + share * travel[j]));
-            let nearest = self.outline.nearest(pose.to_body(at));
-            let rotation = Rotation::new(pose.angle);
-            let inward = rotation.to_world(nearest.outward.map(|n| -n));
-            let normal = Rotation::new(turn).to_world(inward);
-            let gap = nearest.distance - self.rod_radius_m;
-            let approach = dot(step, inward);
-            // The rod moves freely until it touches.
-            let pushing = if gap.value() <= 0.0 {
-                S::constant(1.0)
-            } else if approach.value() > gap.value() {
-                -(gap / approach) + 1.0
-            } else {
-                continue;
-            };
-            let shifted = scale(rot90(normal), shift * self.c_m);
-            let point = add(rotation.to_world(nearest.point), shifted);
-            let touch = Touch { point, normal, velocity: scale(step, pushing) };
-            let twist = respond(&support, &touch, &law).twist;
-            pose = Pose { position: add(pose.position, twist.velocity), angle: pose.angle + twist.rotation };
-        }
-        [pose.position[0], pose.position[1], pose.angle]
-    }
-
-    /// Values `[time, 3, lane]` and Jacobian `[time, 3, INPUTS, lane]` for `inputs [time, INPUTS, lane]` and rows `raw [time, RAW, lane]`, in
-    /// units of the corrections, which the raw rows hold.
-    fn differentiated<T: Scalar>(&self, inputs: &[T], raw: &[T], lanes: usize) -> (Vec<T>, Vec<T>) {
-        let time = raw.len() / (RAW * lanes).max(1);
-        let mut values = vec![T::ZERO; time * 3 * lanes];
-        let mut jacobian = vec![T::ZERO; time * 3 * INPUTS * lanes];
-        for t in 0..time {
-            for lane in 0..lanes {
-                let raw = |k: usize| raw[(t * RAW + k) * lanes + lane].to_f64();
-                let variable =
-                    |k: usize| Dual::<INPUTS>::variable(inputs[(t * INPUTS + k) * lanes + lane].to_f64(), k);
-                let moved = self.displacement([raw(0), raw(1)], [raw(2), raw(3)], [0, 1, 2, 3].map(variable));
-                for (j, moved) in moved.iter().enumerate() {
-                    let unit = raw(4 + j);
-                    // Beyond the end of a shorter trajectory the rows are 0, which is no unit.
-                    let rate = if unit > 0.0 { 1.0 / unit } else { 0.0 };
-                    values[(t * 3 + j) * lanes + lane] = T::of(moved.value * rate);
-                    for (k, d) in moved.d.iter().enumerate() {
-                        jacobian[((t * 3 + j) * INPUTS + k) * lanes + lane] = T::of(d * rate);
-                    }
+/// Values `[time, 3, lane]` and Jacobian `[time, 3, INPUTS, lane]` for `inputs [time, INPUTS, lane]` and rows `raw [time, RAW, lane]`, in
+/// units of the corrections, which the raw rows hold.
+fn differentiated<T: Scalar>(contact: &Contact, inputs: &[T], raw: &[T], lanes: usize) -> (Vec<T>, Vec<T>) {
+    let time = raw.len() / (RAW * lanes).max(1);
+    let mut values = vec![T::ZERO; time * 3 * lanes];
+    let mut jacobian = vec![T::ZERO; time * 3 * INPUTS * lanes];
+    for t in 0..time {
+        for lane in 0..lanes {
+            let raw = |k: usize| raw[(t * RAW + k) * lanes + lane].to_f64();
+            let variable =
+                |k: usize| Dual::<INPUTS>::variable(inputs[(t * INPUTS + k) * lanes + lane].to_f64(), k);
+            let inputs = [0, 1, 2, 3].map(variable);
+            let moved = displacement(contact, [raw(0), raw(1)], [raw(2), raw(3)], inputs);
+            for (j, moved) in moved.iter().enumerate() {
+                let unit = raw(4 + j);
+                // Beyond the end of a shorter trajectory the rows are 0, which is no unit.
+                let rate = if unit > 0.0 { 1.0 / unit } else { 0.0 };
+                values[(t * 3 + j) * lanes + lane] = T::of(moved.value * rate);
+                for (k, d) in moved.d.iter().enumerate() {
+                    jacobian[((t * 3 + j) * INPUTS + k) * lanes + lane] = T::of(d * rate);
                 }
             }
         }
-        (values, jacobian)
     }
+    (values, jacobian)
 }
 
 /// The net.
@@ -126,12 +90,7 @@ impl PredictedParameters {
         params: &mut Params<T>,
     ) -> Self {
         let h = settings.net.hidden;
-        let contact = settings.engine.pushing().map(|push| Contact {
-            outline: push.world().object().outline.clone(),
-            rod_radius_m: push.rod_radius_m(),
-            c_m: push.c_m(),
-            friction: push.contact_friction(),
-        });
+        let contact = settings.engine.pushing().map(Contact::of);
         PredictedParameters {
             extents,
             hidden: Mlp::new(params, "step", &[extents.condition - RAW, h, h]),
@@ -162,7 +121,7 @@ impl Learned for PredictedParameters {
         let mut moved = match &self.contact {
             Some(contact) => {
                 let (values, jacobian) =
-                    contact.differentiated(tape.value(inputs), tape.value(raw), tile.lanes);
+                    differentiated(contact, tape.value(inputs), tape.value(raw), tile.lanes);
                 tape.external(inputs, 3, &values, &jacobian)?
             }
             // Settings without a rod are refused before a net is trained.
@@ -212,7 +171,7 @@ impl Steps for Runner<'_> {
     fn draw(&mut self, u: &[f32], _: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
         let (features, raw) = u.split_at(u.len() - RAW * self.lanes);
         let h = self.hidden.run(features, 1);
-        let (values, _) = self.contact.differentiated(self.inputs.run(h, 1), raw, self.lanes);
+        let (values, _) = differentiated(self.contact, self.inputs.run(h, 1), raw, self.lanes);
         out.copy_from_slice(&values);
         if let Some(error) = &mut self.error {
             out.iter_mut().zip(error.run(h, 1).iter()).for_each(|(out, e)| *out += *e);

@@ -324,6 +324,28 @@ fn each_stride(push: &ModelPush, physics: bool, q: &Sequence, mut visit: impl Fn
     }
 }
 
+/// A measured stride in the object's frame at its beginning: place and way of the rod, m, and displacement of the object, m, m, rad.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RodWay {
+    pub rod: [f64; 2],
+    pub travel: [f64; 2],
+    pub moved: [f64; 3],
+}
+
+/// The strides of a measured push.
+pub(crate) fn contacts(q: &Sequence) -> Vec<RodWay> {
+    let of = |stride: Stride<'_>| {
+        let frame = StartFrame::new(q.state(stride.first), 0.0);
+        let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
+        RodWay {
+            rod: frame.point([a[0], a[1]]),
+            travel: frame.vector([b[0] - a[0], b[1] - a[1]]),
+            moved: frame.pose(q.state(stride.last)),
+        }
+    };
+    strides_of(&q.actions).into_iter().map(of).collect()
+}
+
 /// Features of a stride from a pose, and the displacement that the physics expects; 0 without physics. `before` is the displacement
 /// of the stride before: whether the object coasts does not show in a pose. Lengths are divided by c.
 fn look(

@@ -1,5 +1,6 @@
 //! The model classes behind [`crate::Forecaster`].
 
+mod apart;
 mod law;
 mod net;
 mod physics;
@@ -7,6 +8,7 @@ mod scattered;
 mod still;
 mod zero;
 
+pub use apart::Apart;
 pub use law::Law;
 pub use net::NetModel;
 pub use physics::Physics;

@@ -13,6 +13,7 @@ use crate::sequences::Sequence;
 use crate::settings::Correction;
 use crate::steps::conditions;
 use crate::training::{TrainingState, net_of};
+use crate::violations::BallLimits;
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};
@@ -155,6 +156,7 @@ impl NetModel {
         let (engine, scales) = (&self.state.settings.engine, &self.state.scales);
         let width = engine.action_columns().len();
         let action = |t: usize| &actions[t * width..(t + 1) * width];
+        let limits = BallLimits::of(engine, start);
         let mut tape = Tape::new();
         let mut bound = Bound::default();
         let mut rng = random_stream(self.state.settings.seed, "step-noise", index);
@@ -197,6 +199,11 @@ impl NetModel {
                     let correction = f64::from(mean[at]) + f64::from(sd[at]) * draw;
                     let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
                     moved[j] = to[j] + scales.unit(j, from, to) * correction;
+                }
+                if let (Some(limits), [height, velocity]) = (&limits, &mut moved[..]) {
+                    let (from, expected) = (&now[sample * s..][..s], &next[sample * s..][..s]);
+                    let [from, expected] = [from, expected].map(|v| [v[0], v[1]]);
+                    [*height, *velocity] = limits.allowed(from, expected, [*height, *velocity]);
                 }
                 now[sample * s..][..s].copy_from_slice(&moved);
             }

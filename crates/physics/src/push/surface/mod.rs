@@ -7,6 +7,7 @@
 
 pub mod ellipsoid;
 pub mod patches;
+pub mod quartic;
 mod sloped;
 pub mod superellipsoid;
 pub mod uniform;
@@ -14,6 +15,7 @@ pub mod uniform;
 use super::planar::{Vector, Wrench, rot90};
 use crate::Scalar;
 use patches::{Patch, SpeedLaw};
+use quartic::Quartic;
 use uniform::UniformPolygon;
 
 /// A linear map of the plane, by rows.
@@ -33,6 +35,11 @@ pub enum Surface<'a, S> {
         c: S,
         /// The exponent p, above 1.
         exponent: S,
+    },
+    /// A level set of a convex polynomial of the fourth degree.
+    Quartic {
+        /// The polynomial.
+        quartic: &'a Quartic,
     },
     /// Coulomb friction integrated over a uniformly pressed polygon, in closed form.
     Uniform {
@@ -64,6 +71,10 @@ impl<'a, S: Scalar> Surface<'a, S> {
             Surface::Ellipsoid { c } => ellipsoid::wrench(*c, velocity, rotation),
             Surface::Superellipsoid { c, exponent } => {
                 superellipsoid::wrench(*c, *exponent, velocity, rotation)
+            }
+            Surface::Quartic { quartic } => {
+                let inputs = [velocity[0], velocity[1], rotation];
+                quartic.sloped(inputs.map(S::value)).through(inputs)
             }
             Surface::Uniform { footprint, scale } => {
                 let turning = rotation * *scale;
@@ -103,6 +114,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
             Surface::Superellipsoid { c, exponent } => {
                 Surface::Superellipsoid { c: f(c), exponent: f(exponent) }
             }
+            Surface::Quartic { quartic } => Surface::Quartic { quartic },
             Surface::Uniform { footprint, scale } => Surface::Uniform { footprint, scale: f(scale) },
             Surface::Patches { patches, weights, scale, speed } => Surface::Patches {
                 patches,
@@ -117,6 +129,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
     pub fn nominal_c(&self) -> f64 {
         match self {
             Surface::Ellipsoid { c } | Surface::Superellipsoid { c, .. } => c.value(),
+            Surface::Quartic { quartic } => quartic.nominal_c(),
             Surface::Uniform { footprint, scale } => footprint.mean_radius() * scale.value(),
             Surface::Patches { patches, scale, .. } => {
                 let square =
