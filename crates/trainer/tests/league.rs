@@ -268,7 +268,7 @@ fn a_convex_quartic_becomes_the_ellipsoid_that_made_the_pushes() {
 #[test]
 fn points_learn_to_flow_with_the_object() {
     // Without physics, from 120 pushes: the declared model stays far behind.
-    learns_pushes(Recipe::RigidFlow, 700, 0.3);
+    learns_pushes(Recipe::RigidFlow, 1500, 0.3);
 }
 
 #[test]
