@@ -3,6 +3,7 @@
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
 use crate::limits::LimitExceeded;
+use crate::npz_fault::ArrayFault;
 use crate::printable::{printable, shown, shown_list};
 use crate::push::PushError;
 use crate::sniff::Unrecognised;
@@ -474,7 +475,7 @@ pub enum DataError {
         /// Name of the array.
         array: String,
         /// The mistake, and the remedy.
-        fault: String,
+        fault: ArrayFault,
     },
     /// The values cannot be what the names say.
     #[error(transparent)]

@@ -13,7 +13,7 @@ use crate::csv_long::MissingCells;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::limits::{Limit, LimitExceeded};
-use crate::printable::{shown_cause, shown_list};
+use crate::npz_fault::ArrayFault;
 use crate::push::archive::{members, unpack};
 use crate::source::Source;
 use crate::whole_file::read_whole;
@@ -73,11 +73,7 @@ fn assemble(
     let absent = |column: &str| DataError::Array {
         path: path.to_owned(),
         array: column.to_owned(),
-        fault: format!(
-            "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and columns that end in \
-             their unit, one value a sample",
-            shown_list(&available)
-        ),
+        fault: ArrayFault::Missing { available: available.clone() },
     };
     let ids = texts.remove(TRAJECTORY).ok_or_else(|| absent(TRAJECTORY))?;
     let time = numbers.iter().position(|(name, _)| name == TIME).ok_or_else(|| absent(TIME))?;
@@ -90,10 +86,7 @@ fn assemble(
             return Err(DataError::Array {
                 path: path.to_owned(),
                 array: name.to_owned(),
-                fault: format!(
-                    "{length} values where `trajectory` has {}; save one value for each sample",
-                    ids.len()
-                ),
+                fault: ArrayFault::Length { found: length, samples: ids.len() },
             });
         }
     }
@@ -148,23 +141,23 @@ impl<'a> Array<'a> {
         check_header(&content).map_err(|cause| DataError::Array {
             path: path.to_owned(),
             array: name.to_owned(),
-            fault: cause.to_string(),
+            fault: ArrayFault::Limit(cause),
         })?;
-        let file = NpyFile::new(Cursor::new(content)).map_err(|e| damaged(path, name, &e))?;
+        let file = NpyFile::new(Cursor::new(content)).map_err(|e| damaged(path, name, e))?;
         let array = Array { path, name, file };
         if array.file.shape().len() != 1 {
             let shape = array.file.shape().to_vec();
-            return Err(array.fault(format!("has shape {shape:?}; save it with one dimension")));
+            return Err(array.fault(ArrayFault::Shape { shape }));
         }
         // A damaged header must not make us ask for more memory than the file could fill.
         let width = array.file.dtype().num_bytes().map_or(u64::MAX, |width| width as u64);
         if array.file.len() > size || width > size || array.file.len().saturating_mul(width) > size {
-            return Err(damaged(path, name, &io::Error::from(io::ErrorKind::UnexpectedEof)));
+            return Err(damaged(path, name, io::Error::from(io::ErrorKind::UnexpectedEof)));
         }
         Ok(array)
     }
 
-    fn fault(&self, fault: String) -> DataError {
+    fn fault(&self, fault: ArrayFault) -> DataError {
         DataError::Array { path: self.path.to_owned(), array: self.name.to_owned(), fault }
     }
 
@@ -178,7 +171,7 @@ impl<'a> Array<'a> {
 
     fn values<T: npyz::Deserialize, U>(self, convert: impl FnMut(T) -> U) -> Result<Vec<U>, DataError> {
         let (path, name) = (self.path, self.name);
-        let values = self.file.into_vec::<T>().map_err(|e| damaged(path, name, &e))?;
+        let values = self.file.into_vec::<T>().map_err(|e| damaged(path, name, e))?;
         Ok(values.into_iter().map(convert).collect())
     }
 
@@ -195,7 +188,7 @@ impl<'a> Array<'a> {
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| f64::from(v)),
             Some((TypeChar::Uint, 2)) => self.values(|v: u16| f64::from(v)),
             Some((TypeChar::Uint, 1)) => self.values(|v: u8| f64::from(v)),
-            _ => Err(self.fault("is no array of numbers; save it as float64".to_owned())),
+            _ => Err(self.fault(ArrayFault::NoNumbers)),
         }
     }
 
@@ -206,7 +199,7 @@ impl<'a> Array<'a> {
             Some((TypeChar::Int, 4)) => self.values(|v: i32| v.to_string()),
             Some((TypeChar::Uint, 8)) => self.values(|v: u64| v.to_string()),
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| v.to_string()),
-            _ => Err(self.fault("is no array of texts or whole numbers; save it as str".to_owned())),
+            _ => Err(self.fault(ArrayFault::NoTexts)),
         }
     }
 }
@@ -226,12 +219,8 @@ fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
     Limit::Brackets.check(header.filter(|&&byte| matches!(byte, b'(' | b'[' | b'{')).count() as u64)
 }
 
-fn damaged(path: &Path, name: &str, cause: &io::Error) -> DataError {
-    DataError::Array {
-        path: path.to_owned(),
-        array: name.to_owned(),
-        fault: format!("is damaged or cut off ({}); copy or save the file again", shown_cause(cause)),
-    }
+fn damaged(path: &Path, name: &str, cause: io::Error) -> DataError {
+    DataError::Array { path: path.to_owned(), array: name.to_owned(), fault: ArrayFault::Damaged(cause) }
 }
 
 /// Writes `dataset` as compressed NPZ; all or nothing. The same data set gives the same bytes.

@@ -89,8 +89,8 @@ pub enum Fault {
     Syntax { reason: String },
     #[error(transparent)]
     Expression(#[from] Problem),
-    #[error("unknown key `{key}`{}; known here: {known}", suggest(.nearest))]
-    UnknownKey { key: String, nearest: Option<String>, known: String },
+    #[error("unknown key `{key}`{}; known here: {}", suggest(.nearest), known.join(", "))]
+    UnknownKey { key: String, nearest: Option<String>, known: Vec<String> },
     #[error("lacks `{key}`; add {example}")]
     Missing { key: &'static str, example: &'static str },
     #[error("must be {expected}")]
@@ -117,8 +117,8 @@ pub enum Fault {
     NoSuchEffect { kind: String, nearest: Option<String> },
     #[error("lacks `{name}`, a parameter of {kind}; add {name} = {{ nominal = 1.0 }}")]
     MissingParameter { name: String, kind: String },
-    #[error("`{kind}` cannot be on `{on}`; it can be on {possible}")]
-    NotThere { kind: String, on: String, possible: String },
+    #[error("`{kind}` cannot be on `{on}`; it can be on {}", places(possible))]
+    NotThere { kind: String, on: String, possible: Vec<String> },
     #[error("min {min:?} is not below max {max:?}; exchange them")]
     EmptyBounds { min: f64, max: f64 },
     #[error("used nowhere; remove it or set frozen = true")]
@@ -149,6 +149,12 @@ pub enum Fault {
         "the compiled system with its derivatives needs more than {OPERATIONS} operations; simplify the model"
     )]
     TooLarge,
+}
+
+/// The places, or that there are none.
+fn places(possible: &[String]) -> String {
+    let quoted: Vec<String> = possible.iter().map(|place| format!("`{place}`")).collect();
+    if quoted.is_empty() { "nothing in this model".to_owned() } else { quoted.join(", ") }
 }
 
 fn suggest(nearest: &Option<String>) -> String {

@@ -1,8 +1,8 @@
 //! Zip archives, read from memory: the published push files and NPZ come in them.
 
 use super::error::PushError;
+use super::fault::FilePart;
 use crate::limits::Limit;
-use crate::printable::shown;
 use crate::whole_file::within;
 use std::io::Cursor;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushErro
     let archive = open(path, bytes)?;
     let mut names = Vec::new();
     for name in archive.file_names() {
-        let name = name.map_err(|e| damaged(path, String::new(), e.to_string()))?;
+        let name = name.map_err(|e| damaged(path, None, e.to_string()))?;
         if !name.ends_with('/') {
             names.push(name.into_owned());
         }
@@ -41,14 +41,13 @@ pub(crate) fn unpack(
         if name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
             return Err(PushError::MemberName { path: path.to_owned(), member: name.clone() }.into());
         }
-        let part = || format!("member `{}`", shown(name));
-        let damaged = |cause: String| damaged(path, format!("{}: ", part()), cause);
+        let damaged = |cause: String| damaged(path, Some(name.clone()), cause);
         let member = archive.by_name(name).map_err(|e| damaged(e.to_string()))?;
         // The size that the archive states may be a lie: what counts is how much comes out.
         let content = within(member, Limit::Bytes).map_err(|e| damaged(e.to_string()))?;
         let content = content.ok_or_else(|| PushError::Limit {
             path: path.to_owned(),
-            part: format!("{} ", part()),
+            part: FilePart::Member(name.clone()),
             cause: Limit::Bytes.exceeded(),
         })?;
         each(name, content)?;
@@ -57,9 +56,9 @@ pub(crate) fn unpack(
 }
 
 fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<ZipArchive<Cursor<&'a [u8]>>, PushError> {
-    ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(path, String::new(), e.to_string()))
+    ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(path, None, e.to_string()))
 }
 
-fn damaged(path: &Path, member: String, cause: String) -> PushError {
+fn damaged(path: &Path, member: Option<String>, cause: String) -> PushError {
     PushError::Zip { path: path.to_owned(), member, cause }
 }

@@ -1,5 +1,6 @@
 //! Mistakes in the files of the push sets, each with file, key and remedy.
 
+use super::fault::{FilePart, NameFault, StreamLayout};
 use crate::limits::LimitExceeded;
 use crate::printable::{shown, shown_cause, shown_list};
 use std::path::PathBuf;
@@ -26,12 +27,12 @@ pub enum PushError {
         known: Vec<&'static str>,
     },
     /// A file name of another pattern, or a field that is missing or no number.
-    #[error("{}: file name: {field}; {NAME_LAYOUT}", path.display())]
+    #[error("{}: file name: {fault}; {NAME_LAYOUT}", path.display())]
     Name {
         /// File.
         path: PathBuf,
-        /// Which field, and what is wrong with it.
-        field: String,
+        /// The field, and what is wrong with it.
+        fault: NameFault,
     },
     /// Neither HDF5, JSON nor a zip archive.
     #[error(
@@ -81,7 +82,7 @@ pub enum PushError {
         /// Stream.
         key: &'static str,
         /// The layout that is there instead.
-        found: String,
+        found: StreamLayout,
     },
     /// A value that is no finite number.
     #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = shown(key))]
@@ -128,12 +129,12 @@ pub enum PushError {
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
-    #[error("{}: {member}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), cause = shown_cause(cause))]
+    #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), within(member), cause = shown_cause(cause))]
     Zip {
         /// Archive.
         path: PathBuf,
-        /// "member `name`: ", or nothing where the archive as a whole is meant.
-        member: String,
+        /// Name of the member; none where the archive as a whole is meant.
+        member: Option<String>,
         /// Error of the decoder.
         cause: String,
     },
@@ -183,12 +184,12 @@ pub enum PushError {
         expected: &'static str,
     },
     /// More than [`Limit`](crate::Limit)s allow.
-    #[error("{}: {part}{cause}", path.display())]
+    #[error("{}: {part} {cause}", path.display())]
     Limit {
         /// File or archive.
         path: PathBuf,
-        /// "member `name` " or "stream `key` ", or nothing where the file as a whole is meant.
-        part: String,
+        /// The part that is too large.
+        part: FilePart,
         /// Which limit.
         cause: LimitExceeded,
     },
@@ -206,4 +207,9 @@ pub enum PushError {
         /// Which limit.
         cause: LimitExceeded,
     },
+}
+
+/// `member `name`: `, or nothing.
+fn within(member: &Option<String>) -> String {
+    member.as_ref().map_or(String::new(), |name| format!("member `{}`: ", shown(name)))
 }

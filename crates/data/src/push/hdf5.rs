@@ -1,6 +1,7 @@
 //! The HDF5 form of a trial: one two-dimensional data set of doubles for each stream.
 
 use super::error::PushError;
+use super::fault::{FilePart, StreamLayout};
 use crate::limits::Limit;
 use hdf5_reader::error::Error;
 use hdf5_reader::{Hdf5File, OpenOptions};
@@ -33,20 +34,20 @@ pub(super) fn rows<const N: usize>(
             }
             Err(cause) => return Err(damaged(key)(cause)),
         };
-        let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
+        let layout = |found: StreamLayout| PushError::Layout { path: path.to_owned(), key, found };
         let [count, 4] = *stream.shape() else {
-            return Err(layout(format!("a data set of shape {:?}", stream.shape())));
+            return Err(layout(StreamLayout::Shape { shape: stream.shape().to_vec() }));
         };
         // A header of a few bytes can state any shape, and what is not stored is filled in.
         Limit::Samples.check(count).map_err(|cause| PushError::Limit {
             path: path.to_owned(),
-            part: format!("stream `{key}` "),
+            part: FilePart::Stream(key),
             cause,
         })?;
         let cells = match stream.read_array::<f64>() {
             Ok(cells) => cells,
             Err(Error::Context { source, .. }) if matches!(*source, Error::TypeMismatch { .. }) => {
-                return Err(layout("another type than 64-bit floating point".to_owned()));
+                return Err(layout(StreamLayout::Type));
             }
             Err(cause) => return Err(damaged(key)(cause)),
         };

@@ -1,8 +1,8 @@
 //! The JSON form of a trial: an object with one array of rows for each stream.
 
 use super::error::PushError;
+use super::fault::{FilePart, StreamLayout};
 use crate::limits::Limit;
-use crate::printable::shown_cause;
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,19 +22,19 @@ pub(super) fn rows<const N: usize>(
             key,
             found: members.keys().cloned().collect(),
         })?;
-        let layout = |found: String| PushError::Layout { path: path.to_owned(), key, found };
+        let layout = |found: StreamLayout| PushError::Layout { path: path.to_owned(), key, found };
         // Each row and each cell takes many times the bytes it has in the file; both are counted before.
         let count = |mark: u8| raw.get().bytes().filter(|&byte| byte == mark).count() as u64;
         Limit::Samples.check(count(b'[').max(count(b',') / 4)).map_err(|cause| PushError::Limit {
             path: path.to_owned(),
-            part: format!("stream `{key}` "),
+            part: FilePart::Stream(key),
             cause,
         })?;
-        let cells: Vec<Vec<Option<f64>>> = serde_json::from_str(raw.get())
-            .map_err(|cause| layout(format!("other than rows of numbers ({})", shown_cause(&cause))))?;
+        let cells: Vec<Vec<Option<f64>>> =
+            serde_json::from_str(raw.get()).map_err(|cause| layout(StreamLayout::NoRows { cause }))?;
         for (row, cells) in cells.iter().enumerate() {
             let [t, a, b, c] = cells[..] else {
-                return Err(layout(format!("row {row} has {} numbers", cells.len())));
+                return Err(layout(StreamLayout::Row { row, numbers: cells.len() }));
             };
             match (t, a, b, c) {
                 (Some(t), Some(a), Some(b), Some(c)) => rows.push([t, a, b, c]),

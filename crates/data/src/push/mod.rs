@@ -15,6 +15,7 @@
 pub(crate) mod archive;
 mod collection;
 mod error;
+mod fault;
 mod frame;
 mod hdf5;
 mod json;
@@ -27,6 +28,7 @@ pub(crate) mod union_clock;
 pub(crate) use collection::push_dataset_of_bytes;
 pub use collection::{read_push_dataset, read_push_trials};
 pub use error::PushError;
+pub use fault::{FilePart, NameFault, StreamLayout};
 pub use frame::{PlanarPose, in_start_frame};
 pub(crate) use resample::FRESH_SUFFIX;
 pub use resample::resample;

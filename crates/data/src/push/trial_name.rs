@@ -5,6 +5,7 @@
 //! Lengths in the names are millimetres; here they are metres.
 
 use super::error::PushError;
+use super::fault::NameFault;
 use std::fmt;
 use std::path::Path;
 
@@ -205,8 +206,8 @@ struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    fn wrong(&self, field: String) -> PushError {
-        PushError::Name { path: self.path.to_owned(), field }
+    fn wrong(&self, fault: NameFault) -> PushError {
+        PushError::Name { path: self.path.to_owned(), fault }
     }
 
     /// Values of `key=value` pairs in this order.
@@ -215,14 +216,15 @@ impl<'a> Fields<'a> {
         let mut values = [""; N];
         for (value, key) in values.iter_mut().zip(keys) {
             let part = parts.next().unwrap_or_default();
-            *value = part
-                .strip_prefix(key)
-                .and_then(|rest| rest.strip_prefix('='))
-                .ok_or_else(|| self.wrong(format!("`{key}=` expected where `{}` has `{part}`", self.stem)))?;
+            let of_key = part.strip_prefix(key).and_then(|rest| rest.strip_prefix('='));
+            *value = of_key.ok_or_else(|| {
+                let [expected, stem, found] = [key, self.stem, part].map(str::to_owned);
+                self.wrong(NameFault::Key { expected, stem, found })
+            })?;
         }
         match parts.next() {
             None => Ok(values),
-            Some(more) => Err(self.wrong(format!("`{more}` is one field too many"))),
+            Some(more) => Err(self.wrong(NameFault::TooMany { field: more.to_owned() })),
         }
     }
 
@@ -242,13 +244,15 @@ impl<'a> Fields<'a> {
     }
 
     fn number<T: std::str::FromStr>(&self, value: &str, field: &str) -> Result<T, PushError> {
-        value.parse().map_err(|_| self.wrong(format!("`{field}={value}` is not a number of its kind")))
+        let fault = || NameFault::NoNumber { field: field.to_owned(), value: value.to_owned() };
+        value.parse().map_err(|_| self.wrong(fault()))
     }
 
     fn real(&self, value: &str, field: &str, within: [f64; 2]) -> Result<f64, PushError> {
         let number: f64 = self.number(value, field)?;
         if !(within[0]..=within[1]).contains(&number) {
-            return Err(self.wrong(format!("`{field}={value}` is not within {} to {}", within[0], within[1])));
+            let (field, value) = (field.to_owned(), value.to_owned());
+            return Err(self.wrong(NameFault::OutOfRange { field, value, within }));
         }
         Ok(number)
     }
@@ -264,7 +268,7 @@ impl<'a> Fields<'a> {
         let shape = self.known(shape, "shape", PushShape::ALL, PushShape::name)?;
         let side = self.real(i, "i", [0.0, f64::from(shape.sides() - 1)])?;
         if side.fract() != 0.0 {
-            return Err(self.wrong(format!("`i={i}` is no whole number")));
+            return Err(self.wrong(NameFault::NoIndex { value: i.to_owned() }));
         }
         let speed = self.real(v, "v", [-1.0, 1e4])?;
         Ok(Motion {

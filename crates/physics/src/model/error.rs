@@ -51,7 +51,7 @@ pub enum ModelError {
         known: Box<KnownKeys>,
     },
     /// An effect that the library does not have.
-    #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{nearest}`?", shown(kind))]
+    #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{}`?", shown(kind), nearest.join("` or `"))]
     UnknownKind {
         /// The file.
         file: String,
@@ -60,7 +60,7 @@ pub enum ModelError {
         /// The kind.
         kind: String,
         /// The known kinds that it may have meant.
-        nearest: String,
+        nearest: Vec<&'static str>,
     },
     /// Something that must be there is not.
     #[error("{file}:{line}: {place} lacks `{key}`; add `{example}`")]

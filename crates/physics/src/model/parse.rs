@@ -284,7 +284,7 @@ impl<'t> Reader<'t> {
         let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
         let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
         let Some(spec) = (library.spec_of)(kind) else {
-            let nearest = (library.kinds_like)(kind).join("` or `");
+            let nearest = (library.kinds_like)(kind);
             return Err(ModelError::UnknownKind { file, line, kind: kind.into(), nearest });
         };
         let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());

@@ -122,9 +122,8 @@ fn of_library(
         c.on == on_text && with.is_none_or(|with| c.with.as_deref() == Some(with))
     };
     let Some(candidate) = places.iter().find(is_there) else {
-        let mut possible: Vec<String> = places.iter().map(|c| format!("`{}`", c.on)).collect();
+        let mut possible: Vec<String> = places.iter().map(|c| c.on.clone()).collect();
         possible.dedup();
-        let possible = if possible.is_empty() { "nothing in this model".into() } else { possible.join(", ") };
         return Err(on.error(Fault::NotThere { kind: kind.into(), on: shown(on_text), possible }));
     };
     let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();

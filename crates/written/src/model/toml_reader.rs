@@ -58,7 +58,7 @@ impl<'t> Reader<'t> {
                 let fault = Fault::UnknownKey {
                     key: shown(key),
                     nearest: nearest(key, known.iter().copied()),
-                    known: known.join(", "),
+                    known: known.iter().map(|name| (*name).to_owned()).collect(),
                 };
                 return Err(self.error(line, place, fault));
             }
