@@ -100,4 +100,10 @@ mod tests {
         let p = Parameter::free("k".into(), 2.0, 1.0, 4.0);
         assert_eq!([0.0, 0.5, 1.0].map(|share| start(&p, share)), [1.0, 2.0, 4.0]);
     }
+    #[test]
+    fn starts_reach_five_times_the_declared_value_to_each_side() {
+        let p = Parameter::free("k".into(), 2.0, 1e-3, 1e3);
+        let [least, largest] = [0.0, 1.0].map(|share| start(&p, share));
+        assert!((least - 0.4).abs() < 1e-12 && (largest - 10.0).abs() < 1e-12, "{least} to {largest}");
+    }
 }

@@ -135,4 +135,15 @@ mod tests {
         let (records, recordings) = divided(vec![long(100, 100)]);
         assert_eq!((records.len(), recordings.len()), (1, 0));
     }
+    #[test]
+    fn few_records_share_twenty_blocks() {
+        let (blocks, recordings) = divided(vec![long(100, 10); 6]);
+        assert_eq!((blocks.len(), recordings.len()), (18, 6));
+    }
+
+    #[test]
+    fn a_recording_of_more_than_ten_thousand_samples_is_several() {
+        let recordings = |samples: usize| divided(vec![long(samples, 400)]).1.len();
+        assert_eq!([8_000, 12_000].map(recordings), [1, 2]);
+    }
 }

@@ -100,4 +100,34 @@ mod tests {
         *information.at_mut(2, 2) = 1.0;
         assert_eq!(undetermined(&information), [true, true, false]);
     }
+    #[test]
+    fn a_direction_is_flat_below_a_billionth_of_the_curvature() {
+        let is_flat = |value: f64| {
+            let mut information = Square::zero(2);
+            for i in 0..2 {
+                for j in 0..2 {
+                    *information.at_mut(i, j) = if i == j { 1.0 } else { 1.0 - value };
+                }
+            }
+            undetermined(&information) == [true, true]
+        };
+        assert!(is_flat(7e-10) && !is_flat(1.5e-9));
+    }
+
+    #[test]
+    fn a_parameter_with_four_hundredths_of_a_flat_direction_takes_no_part_and_one_with_seven_does() {
+        // The information I - v v' has the flat direction v; in units of single parameters its last component is 1.4 `last`.
+        let parts = |last: f64| {
+            let side = (0.5 * (1.0 - last * last)).sqrt();
+            let v = [side, side, last];
+            let mut information = Square::zero(3);
+            for i in 0..3 {
+                for j in 0..3 {
+                    *information.at_mut(i, j) = f64::from(u8::from(i == j)) - v[i] * v[j];
+                }
+            }
+            undetermined(&information)
+        };
+        assert_eq!((parts(0.028), parts(0.05)), (vec![true, true, false], vec![true; 3]));
+    }
 }

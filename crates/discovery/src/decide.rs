@@ -9,14 +9,14 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
 use crate::grammar::{is_formula, nodes};
-use crate::judged::{AMBIGUOUS_TOTAL, Judged};
+use crate::judged::{Judged, is_as_good};
 use crate::result::Verdict;
 use crate::scattered::{Scattered, scattered, surviving_additions};
 use crate::search::Search;
 use crate::unlisted::unlisted;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
-pub(crate) const MARGIN: f64 = 10.0;
+const MARGIN: f64 = 10.0;
 
 /// Ratio of forecast errors (of either part) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
@@ -102,7 +102,7 @@ pub(crate) fn settle(
             && let Some(wider) = widen(search, &base, &best)
         {
             let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
-            let better = wider.criterion < best.criterion - MARGIN
+            let better = is_worth_a_table(best.criterion - wider.criterion)
                 && wider.heldout_ll > best.heldout_ll
                 && !runs_worse;
             if better {
@@ -138,13 +138,18 @@ fn without_chance(
     if is_confirmed(&less, base) { less } else { base.clone() }
 }
 
+/// Whether so large a fall of the criterion is worth giving up the library's answer for a table or a formula.
+pub(crate) fn is_worth_a_table(fall: f64) -> bool {
+    fall > MARGIN
+}
+
 /// The set with the shortest formulas among those that are as good as `best`.
 fn simplest<'f>(found: &'f Explored, best: &'f Judged) -> &'f Judged {
     if !best.additions().iter().any(is_formula) {
         return best;
     }
     let as_good = found.pool.iter().filter(|j| {
-        let close = j.total() < best.total() + AMBIGUOUS_TOTAL;
+        let close = is_as_good(j.total() - best.total(), 1.0);
         close && !j.additions().is_empty() && j.additions().len() <= best.additions().len()
     });
     as_good.min_by_key(|j| nodes(j)).unwrap_or(best)
@@ -217,4 +222,16 @@ fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
     let mut wider = unlisted(search, base, &starts)?;
     wider.heldout_ll = Some(search.heldout(&wider).ll);
     Some(wider)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the library's answer gives way to a table for odds of more than a hundred to one, and not for less.
+    use super::*;
+
+    #[test]
+    fn a_table_needs_odds_of_more_than_a_hundred_to_one() {
+        let fall = |odds: f64| 2.0 * odds.ln();
+        assert!(!is_worth_a_table(fall(60.0)) && is_worth_a_table(fall(400.0)));
+    }
 }

@@ -265,3 +265,15 @@ impl<'a> StartLaw<'a> {
         self.mode.iter().zip(&x).zip(noise).map(|((m, x), e)| m + x + e).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the interval of a normal number that is called one of 95 % holds 95 % of them.
+    use super::*;
+    use crate::statistics::chi2_tail;
+
+    #[test]
+    fn one_normal_number_in_twenty_lies_outside() {
+        assert!((chi2_tail(NORMAL_95 * NORMAL_95, 1.0) - 0.05).abs() < 1e-12);
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::DiscoveryError;
 use crate::candidates::Family;
-use crate::decide::{Decided, MARGIN, decide};
+use crate::decide::{Decided, decide, is_worth_a_table};
 use crate::free_runs::NO_WORSE;
 use crate::grammar::is_formula;
 use crate::judged::Judged;
@@ -49,7 +49,7 @@ pub(crate) fn beyond_the_library(
     let runs_worse = after.free_run.zip(before.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
     let is_better = after.additions().iter().any(is_formula)
         && squares < 1.0 - WORTH
-        && after.criterion < before.criterion - MARGIN
+        && is_worth_a_table(before.criterion - after.criterion)
         && after.heldout_ll > before.heldout_ll
         && !runs_worse;
     if !is_better {

@@ -8,9 +8,15 @@ use augsim_physics::system::EffectParameter;
 use std::sync::{Arc, OnceLock};
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
-pub(crate) const AMBIGUOUS_TOTAL: f64 = 9.2;
+const AMBIGUOUS_TOTAL: f64 = 9.2;
 /// Share of its usual size below which an amount is none.
 const STILL: f64 = 1e-6;
+
+/// Whether an alternative that is so far `behind` in the criterion, or in twice the ln likelihood of the held-out part, is as
+/// good; `unit` is the size of one unit of the gain.
+pub(crate) fn is_as_good(behind: f64, unit: f64) -> bool {
+    behind < AMBIGUOUS_TOTAL * unit
+}
 
 /// A fitted hypothesis with its criterion, once also judged on the held-out part.
 #[derive(Clone, Debug)]
@@ -68,5 +74,18 @@ impl Judged {
 
     pub fn additions(&self) -> &[Addition] {
         &self.fit.hypothesis.additions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what is refuted by odds of less than 100 to 1 is as good as the best.
+    use super::*;
+
+    #[test]
+    fn an_alternative_is_refuted_by_odds_of_a_hundred_to_one() {
+        let behind = |odds: f64| 2.0 * odds.ln();
+        assert!(is_as_good(behind(50.0), 1.0) && !is_as_good(behind(200.0), 1.0));
+        assert!(is_as_good(behind(200.0), 2.0) && !is_as_good(behind(50.0), 0.5));
     }
 }

@@ -256,18 +256,18 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     let (mut rho, mut growth) = (0.0, 0.0);
     let by_rho = golden(|r| criterion(&some, channels, r, 0.0), -0.4, 0.95, 14);
     let by_growth = golden(|g| criterion(&some, channels, 0.0, g), 0.0, top, 14);
-    if smooth_motion && plain - by_rho.1.min(by_growth.1) > ENOUGH {
+    if smooth_motion && pays(plain - by_rho.1.min(by_growth.1)) {
         if by_rho.1 < by_growth.1 {
             rho = by_rho.0;
             let second = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14);
-            if by_rho.1 - second.1 > ENOUGH {
+            if pays(by_rho.1 - second.1) {
                 growth = second.0;
                 rho = golden(|r| criterion(&some, channels, r, growth), -0.4, 0.95, 14).0;
             }
         } else {
             growth = by_growth.0;
             let second = golden(|r| criterion(&some, channels, r, growth), -0.4, 0.95, 14);
-            if by_growth.1 - second.1 > ENOUGH {
+            if pays(by_growth.1 - second.1) {
                 rho = second.0;
                 growth = golden(|g| criterion(&some, channels, rho, g), 0.0, top, 14).0;
             }
@@ -338,6 +338,11 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
         }
     }
     Noise { white: sd.clone(), sd, correlation: rho, jitter_s, findings, outliers, freedom }
+}
+
+/// Whether a further parameter of the noise pays, by the reduction of -2 ln of the restricted likelihood that it brings.
+fn pays(reduction: f64) -> bool {
+    reduction > ENOUGH
 }
 
 /// Arcs without those whose misfit is far beyond that of the others: there was a hand in the way, or an event in the arc.
@@ -446,5 +451,39 @@ fn weigh(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64
                     .collect()
             })
             .collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: chance does not give the noise a further parameter, and arcs that something disturbed are no measure of it.
+    use super::*;
+    use crate::statistics::chi2_quantile;
+
+    #[test]
+    fn a_noise_parameter_pays_beyond_chance_of_one_in_ten_thousand() {
+        let reduction = |chance: f64| chi2_quantile(chance, 1.0);
+        assert!(!pays(reduction(1e-3)) && pays(reduction(1e-7)));
+    }
+
+    /// Arcs about a constant with residuals that alternate, by their standard deviations.
+    fn arcs(sds: &[f64]) -> Vec<Arc> {
+        let y = |sd: f64| (0..8).map(|k| if k % 2 == 0 { sd } else { -sd }).collect();
+        let arc = |(record, sd): (usize, &f64)| Arc {
+            channel: 0,
+            y: y(*sd),
+            basis: vec![vec![1.0]; 8],
+            speed: vec![0.0; 8],
+            linked: vec![false; 8],
+            place: (record, (0..8).collect()),
+        };
+        sds.iter().enumerate().map(arc).collect()
+    }
+
+    #[test]
+    fn an_arc_of_three_and_a_half_times_the_noise_is_disturbed_and_one_of_two_and_a_half_is_not() {
+        let arcs = arcs(&[1.0, 1.0, 1.0, 2.5, 3.5]);
+        let smooth: Vec<usize> = smooth_arcs(&arcs, 1).iter().map(|arc| arc.place.0).collect();
+        assert_eq!(smooth, [0, 1, 2, 3]);
     }
 }

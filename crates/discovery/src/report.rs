@@ -11,7 +11,7 @@ use crate::fit::Fit;
 use crate::folds::folds_that_found;
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judged::{AMBIGUOUS_TOTAL, Judged};
+use crate::judged::{Judged, is_as_good};
 use crate::remainder::unexplained;
 use crate::result::*;
 use crate::sentence::{by_error_removed, sentence};
@@ -105,9 +105,8 @@ fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
         let theirs = kinds(j.additions());
         let superset = mine.iter().all(|k| theirs.contains(k));
         let heldout = best.heldout_ll.zip(j.heldout_ll).map_or(f64::INFINITY, |(a, b)| 2.0 * (a - b));
-        let close = j.total() - best.total() < AMBIGUOUS_TOTAL * best.unit
-            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit
-                && heldout < AMBIGUOUS_TOTAL * best.unit;
+        let close = is_as_good(j.total() - best.total(), best.unit)
+            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit && is_as_good(heldout, best.unit);
         if close
             && may_answer(parts.search, j, parts.base)
             && !superset

@@ -153,4 +153,17 @@ mod tests {
         let none = vec![effect("a", 0.2, Some(-1e-4)), effect("b", 0.7, Some(0.0))];
         assert_eq!(named(none, -1e-4), [vec!["b"], vec!["a"]]);
     }
+    #[test]
+    fn three_per_cent_of_the_gain_or_of_the_error_is_small() {
+        let shares =
+            vec![effect("much", 0.9, None), effect("some", 0.04, None), effect("little", 0.02, None)];
+        assert_eq!(named(shares, 0.0), [vec!["much", "some"], vec!["little"]]);
+        let of_error = |removed: f64| Some(removed * 1e-3);
+        let errors = vec![
+            effect("much", 0.5, of_error(0.9)),
+            effect("some", 0.25, of_error(0.04)),
+            effect("little", 0.25, of_error(0.02)),
+        ];
+        assert_eq!(named(errors, 1e-3), [vec!["much", "some"], vec!["little"]]);
+    }
 }
