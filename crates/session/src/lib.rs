@@ -13,6 +13,7 @@ pub mod folders;
 pub mod forecast;
 pub mod foretell;
 mod given;
+mod prefix_length;
 pub mod provenance;
 pub mod residual;
 pub mod run_data;

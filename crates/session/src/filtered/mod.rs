@@ -4,8 +4,9 @@ mod net;
 mod seen;
 mod system;
 
+pub use crate::prefix_length::Seen;
 pub use net::{OfNet, of_net};
-pub use seen::{Seen, View};
+pub use seen::View;
 pub use system::{OfSystem, of_system};
 
 use crate::Usage;

@@ -1,6 +1,6 @@
 //! Prefixes that cannot be forecast from.
 
-use crate::filtered::Seen;
+use crate::prefix_length::Seen;
 use std::fmt;
 
 /// Why nothing can be forecast behind the rows seen.
