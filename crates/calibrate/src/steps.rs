@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 const MOST_STEPS: usize = 60;
 /// A fit has come to its end when a step lowers the cost by less than this share.
 pub(crate) const SETTLED: f64 = 1e-8;
-/// The same for windows on the way to longer ones: their values are a beginning.
+/// A fit to windows on the way to longer ones has come to its end when a step lowers the cost by less than this share.
 pub(crate) const ROUGHLY_SETTLED: f64 = 1e-4;
 /// Share of the cost that rounding may add to a step that changes nothing.
 const ROUNDING: f64 = 1e-10;
@@ -38,7 +38,7 @@ impl Problem<'_> {
         self.fit_with(values, shots, &[], settled)
     }
 
-    /// The same with the scale of misfits of channels whose noise is known, in their unit.
+    /// Fits as [`fit`](Self::fit) does, with `known` scales of the misfits of channels whose noise is known, in their unit.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the beginning.

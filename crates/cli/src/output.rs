@@ -15,7 +15,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// From the global options.
+    /// Makes the output that the global options ask for.
     pub fn new(json: bool, quiet: bool, verbose: bool) -> Self {
         Output { json, quiet, verbose }
     }

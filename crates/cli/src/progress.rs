@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 pub struct TrainingProgress(ProgressBar);
 
 impl TrainingProgress {
-    /// For a run of `total` iterations of which `done` are done.
+    /// Begins the bar of a run of `total` iterations of which `done` are done.
     pub fn new(output: &Output, label: &str, done: u64, total: u64) -> Self {
         let target = if output.shows_progress() {
             ProgressDrawTarget::stderr_with_hz(5)

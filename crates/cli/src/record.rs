@@ -26,7 +26,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Of a command without settings.
+    /// Makes the record of a command without settings.
     pub fn new(command: &str) -> Self {
         Record {
             augsim: env!("CARGO_PKG_VERSION").to_owned(),
@@ -36,13 +36,13 @@ impl Record {
         }
     }
 
-    /// With a setting.
+    /// Adds a setting.
     pub fn setting(mut self, name: &str, value: impl ToString) -> Self {
         self.settings.insert(name.to_owned(), value.to_string());
         self
     }
 
-    /// With the content of a file or a folder.
+    /// Adds the fingerprint of an input: a file or a folder.
     pub fn input(mut self, name: &str, path: &Path) -> Self {
         self.inputs.insert(name.to_owned(), fingerprint(path));
         self

@@ -19,7 +19,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Of these nets.
+    /// Collects the times of the trained nets.
     pub fn of<'a>(trained: impl IntoIterator<Item = &'a Trained>) -> Self {
         let each = |t: &Trained| (t.model.name().to_owned(), t.seconds_per_iteration);
         Times { seconds_per_iteration: trained.into_iter().map(each).collect() }

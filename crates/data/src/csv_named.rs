@@ -67,7 +67,7 @@ impl NamedCsv {
         self.read_by(TIME, wanted)
     }
 
-    /// The same of a file whose rows are counted by the column `clock` where others have times: times are these counts.
+    /// Reads as [`read`](Self::read) does a file whose rows are counted by the column `clock`: times are these counts.
     ///
     /// # Errors
     /// As [`read`](Self::read).

@@ -31,7 +31,7 @@ impl CsvSource {
         Self::of_bytes(path, read_whole(path)?)
     }
 
-    /// The same for a file whose bytes were read; `path` is for messages.
+    /// Opens a file whose bytes were read; `path` is for messages.
     pub(crate) fn of_bytes(path: &Path, mut content: Vec<u8>) -> Result<Self, DataError> {
         if is_gzip(&content) {
             content = gunzip(path, &content)?;
@@ -143,7 +143,7 @@ impl CsvSource {
         }
     }
 
-    /// That the line at `from` has no more commas than a row may: a parsed row takes many times its bytes.
+    /// Checks that the line at `from` has no more commas than a row may: a parsed row takes many times its bytes.
     fn check_columns(&self, from: usize) -> Result<(), DataError> {
         let line = self.content.iter().skip(from).take_while(|&&byte| byte != b'\n');
         if line.filter(|&&byte| byte == b',').count() as u64 >= self.most_columns {

@@ -85,7 +85,7 @@ impl Dataset {
         &self.origin
     }
 
-    /// The same set, said to come from `path`.
+    /// Names `path` as the place that the set comes from.
     pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
         self.origin = Source::File(path.into());
         self
@@ -96,7 +96,7 @@ impl Dataset {
         &self.notes
     }
 
-    /// The same set, read with these assumptions.
+    /// Adds the assumptions that the set was read with.
     #[must_use]
     pub(crate) fn with_notes(mut self, notes: Vec<String>) -> Self {
         self.notes = notes;

@@ -50,9 +50,9 @@ pub enum ColumnError {
 pub enum RowRemedy {
     /// Cells are missing.
     Complete,
-    /// There are too many, and digits stand where a decimal comma would have cut a number in two.
+    /// Cells are too many, and digits stand where a decimal comma would have cut a number in two.
     Points,
-    /// There are too many.
+    /// Cells are too many.
     Shorten,
 }
 
@@ -130,7 +130,7 @@ pub enum DataError {
     AfterGzip {
         /// File.
         path: PathBuf,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
     /// More than [`Limit`](crate::Limit)s allow.

@@ -36,7 +36,7 @@ pub enum Limit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{} (the limit is {allowed}; set {}{} to allow more)", limit.sentence(), PREFIX, limit.name())]
 pub struct LimitExceeded {
-    /// Which.
+    /// The limit that was reached.
     pub limit: Limit,
     /// Largest value that is allowed.
     pub allowed: u64,
@@ -121,7 +121,7 @@ impl Limit {
         set.as_deref().and_then(number).unwrap_or_else(|| self.default_value())
     }
 
-    /// That `found` is within the limit.
+    /// Checks that `found` is within the limit.
     ///
     /// # Errors
     /// [`LimitExceeded`].
@@ -135,7 +135,7 @@ impl Limit {
         LimitExceeded { limit: self, allowed: self.value() }
     }
 
-    /// That every variable `AUGSIM_LIMIT_…` of the environment names a limit and holds a number.
+    /// Checks that every variable `AUGSIM_LIMIT_…` of the environment names a limit and holds a number.
     ///
     /// # Errors
     /// [`LimitSetting`] for the first one that does not.

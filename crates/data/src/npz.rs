@@ -204,7 +204,7 @@ impl<'a> Array<'a> {
     }
 }
 
-/// That the header may be parsed: the parser's time grows exponentially with the depth of its brackets. Bytes that
+/// Checks that the header may be parsed: the parser's time grows exponentially with the depth of its brackets. Bytes that
 /// are no array of numpy's are left to the parser, which refuses them.
 fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
     const MAGIC_AND_VERSION: usize = 8;

@@ -1,4 +1,4 @@
-//! What can be wrong with an array of an NPZ file.
+//! Faults of an array in an NPZ file.
 
 use crate::limits::LimitExceeded;
 use crate::printable::{shown_cause, shown_list};

@@ -28,9 +28,9 @@ pub enum SplitSize {
 /// Indices of trajectories, ascending; the two never overlap.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Split {
-    /// For training.
+    /// Indices of the trajectories for training.
     pub train: Vec<usize>,
-    /// For testing.
+    /// Indices of the trajectories for testing.
     pub test: Vec<usize>,
 }
 

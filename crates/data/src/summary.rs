@@ -73,7 +73,7 @@ pub struct ColumnSummary {
     pub name: String,
     /// SI symbol; empty for a pure number.
     pub unit: String,
-    /// The same throughout each trajectory.
+    /// Whether the column has one value throughout each trajectory.
     pub covariate: bool,
     /// Cells without a value.
     pub missing: usize,
@@ -95,7 +95,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Of the values that are not NaN; `None` where there are none.
+    /// Sums up the values that are not NaN; `None` where there are none.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
         let measured = values.filter(|v| !v.is_nan());
         let count = measured.clone().count();

@@ -56,7 +56,7 @@ impl Trajectory {
         Ok(Trajectory { id, group: None, time_s, values })
     }
 
-    /// The same with the text label `group` (which ball, which surface).
+    /// Sets the text label `group` (which ball, which surface).
     ///
     /// # Errors
     /// A label that cannot be written and read back.
@@ -67,7 +67,7 @@ impl Trajectory {
         Ok(self)
     }
 
-    /// The same identifier and group with other samples.
+    /// Makes a trajectory of the same identifier and group with other samples.
     ///
     /// # Errors
     /// The errors of [`Trajectory::new`].

@@ -44,7 +44,7 @@ pub(crate) fn worth_crossing(data: &Measured, best: &Judged, error: &ErrorTable)
 }
 
 impl Crossed {
-    /// Those of some additions that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them,
+    /// Keeps the additions that half of the folds or more find again (after Meinshausen and Bühlmann 2010); all of them,
     /// where that leaves none.
     pub fn stable(&self, additions: &[Addition]) -> Vec<Addition> {
         let found = |a: &&Addition| {

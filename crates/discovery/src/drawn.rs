@@ -69,7 +69,7 @@ struct OfRecord {
     s: Square,
     /// Sum of squares between windows and its degrees of freedom.
     within: [f64; 2],
-    /// The same of the residuals at the record's own values.
+    /// Sum of squares of the residuals at the record's own values, and its degrees of freedom.
     left: [f64; 2],
 }
 
@@ -146,7 +146,7 @@ impl Shared {
         Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places, centred: false })
     }
 
-    /// The same with the mean of the draws at their null.
+    /// Moves the mean of the draws to their null.
     pub fn centre(mut self, sample: &ChosenRecords<'_>, from: &Fit) -> Self {
         let mut held = self.hypothesis.clone();
         let mut at = 0;

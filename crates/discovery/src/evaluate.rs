@@ -139,13 +139,13 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// The same with other values of the parameters from place `first` on.
+    /// Replaces the parameters from place `first` on by `values`.
     pub fn with_values(mut self, first: usize, values: &[f64]) -> Self {
         self.values[first..][..values.len()].copy_from_slice(values);
         self
     }
 
-    /// The same with the parameters from place `first` on moved by `offsets`.
+    /// Moves the parameters from place `first` on by `offsets`.
     pub fn moved(mut self, first: usize, offsets: &[f64]) -> Self {
         self.values[first..].iter_mut().zip(offsets).for_each(|(value, offset)| *value += offset);
         self
@@ -198,7 +198,7 @@ fn robust(q: f64, m: f64) -> (f64, f64) {
     (n * (q / SCALE_FREEDOM).ln_1p(), n / (SCALE_FREEDOM + q))
 }
 
-/// The same where the weights are those of a tolerance: to agree better than it counts no more than the Gaussian cost gives.
+/// Cost and weight as of [`robust`] where the noise is a tolerance: to agree better counts no more than the Gaussian cost gives.
 fn tolerant(q: f64, m: f64) -> (f64, f64) {
     if q < m { (q - m + robust(m, m).0, 1.0) } else { robust(q, m) }
 }

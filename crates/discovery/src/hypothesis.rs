@@ -153,7 +153,7 @@ impl Hypothesis {
         self.free.iter().map(|f| self.width(f)).sum()
     }
 
-    /// Entries of theta that a free parameter takes.
+    /// Number of entries of theta that a free parameter takes: one, or one for each group.
     pub fn width(&self, f: &Free) -> usize {
         match f.per {
             Per::All => 1,
@@ -224,7 +224,7 @@ impl Hypothesis {
         values
     }
 
-    /// The same with the entries of `theta` in them.
+    /// Parameter values of a group with the entries of `theta` in their places.
     pub fn values_at(&self, theta: &[f64], group: usize) -> Vec<f64> {
         let mut values = self.values_of(group);
         let mut at = 0;

@@ -133,7 +133,7 @@ impl Measured {
         self.records.iter().map(|r| &r.seen).collect()
     }
 
-    /// The same description with other records, which are no parts of recordings.
+    /// Copies the description with other records, which are no parts of recordings.
     pub fn with_records(&self, records: Vec<Record>) -> Self {
         Self {
             name: self.name.clone(),

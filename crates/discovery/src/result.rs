@@ -186,11 +186,11 @@ pub struct ErrorTable {
     /// Folds, where the whole loop was repeated without each in turn and the errors are those on all of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<usize>,
-    /// The model as declared.
+    /// Errors of the model as declared.
     pub declared: Rmse,
-    /// After calibration of the declared parameters.
+    /// Errors of the model after calibration of the declared parameters.
     pub calibrated: Rmse,
-    /// With the added effects.
+    /// Errors of the model with the added effects.
     pub augmented: Rmse,
     /// The error that noise and scatter leave to the best model.
     pub noise_floor: Rmse,
@@ -211,9 +211,9 @@ pub struct ErrorTable {
 pub struct FreeRun {
     /// Unit of the one output; empty where there are several, whose errors' geometric mean is given.
     pub unit: String,
-    /// Of the calibrated model; absent where a run does not stay finite.
+    /// Error of the calibrated model; absent where a run does not stay finite.
     pub calibrated: Option<f64>,
-    /// Of the augmented model; absent where a run does not stay finite.
+    /// Error of the augmented model; absent where a run does not stay finite.
     pub augmented: Option<f64>,
 }
 
@@ -252,7 +252,7 @@ pub struct Anatomy {
     pub autocorrelation_after: Vec<f64>,
     /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, before.
     pub quantiles_before: Vec<f64>,
-    /// The same percentiles of the residuals, after.
+    /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, after.
     pub quantiles_after: Vec<f64>,
 }
 
@@ -282,7 +282,7 @@ pub struct Windows {
     pub fitted: [usize; 2],
     /// Windows that no model follows and that were not forecast, of the training part and of the held-out part.
     pub left_out: [usize; 2],
-    /// By which rule.
+    /// The rule by which windows were left out, in words.
     pub rule: String,
 }
 
@@ -291,11 +291,11 @@ pub struct Windows {
 pub struct HorizonErrors {
     /// Unit of the errors.
     pub unit: String,
-    /// The model as declared.
+    /// Errors of the model as declared.
     pub declared: Rmse,
-    /// After calibration of the declared parameters.
+    /// Errors of the model after calibration of the declared parameters.
     pub calibrated: Rmse,
-    /// With the added effects.
+    /// Errors of the model with the added effects.
     pub augmented: Rmse,
     /// Calibrated minus augmented.
     pub reduction: Rmse,
@@ -348,11 +348,11 @@ pub struct ExampleChannel {
     pub column: String,
     /// Unit in print.
     pub unit: String,
-    /// Measured.
+    /// Measured values.
     pub measured: Vec<Option<f64>>,
-    /// By the declared model.
+    /// Values that the declared model foretells.
     pub declared: Vec<Option<f64>>,
-    /// By the augmented model.
+    /// Values that the augmented model foretells.
     pub augmented: Vec<Option<f64>>,
 }
 

@@ -78,9 +78,9 @@ pub(crate) fn scores(sample: &ChosenRecords<'_>, fit: &Fit, candidates: &[Additi
 pub(crate) struct Joint<'b> {
     pub s: Square,
     pub u: Vec<f64>,
-    /// Of each candidate: its place in the list, the point at which it stands, and its entries.
+    /// Place in the list, point and entries of each candidate.
     pub owned: Vec<(usize, &'b [f64], std::ops::Range<usize>)>,
-    /// The same window by window: information and gradient of some entries, and which these are.
+    /// Information and gradient of each window's entries, and which entries these are.
     parts: Vec<(Square, Vec<f64>, Vec<usize>)>,
 }
 

@@ -10,7 +10,7 @@ pub(crate) struct Score {
     pub addition: Addition,
     /// Chi-squared statistic.
     pub statistic: f64,
-    /// The same whatever the sign of an amount that has one.
+    /// Chi-squared statistic whatever the sign of an amount that has one.
     pub unsigned: f64,
     /// The point at which the test was made.
     pub point: Vec<f64>,

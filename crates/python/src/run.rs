@@ -130,7 +130,7 @@ fn named(recipe: &str) -> anyhow::Result<Recipe> {
 /// Samples side by side that are turned over together: a cache line of the source.
 const BESIDE: usize = 16;
 
-/// From `[row, sample]` to the bytes of `[sample, row]`.
+/// Writes an array `[row, sample]` as the bytes of `[sample, row]`.
 fn transpose(from: &[f32], samples: usize, to: &mut [u8]) {
     const SIZE: usize = size_of::<f32>();
     let rows = from.len() / samples.max(1);

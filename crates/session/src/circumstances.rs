@@ -23,7 +23,7 @@ pub struct Circumstances {
 }
 
 impl Circumstances {
-    /// Of a discovery whose page lies in the folder `out`. A `model` that is no file has no path.
+    /// Collects the circumstances of a discovery whose page lies in the folder `out`. A `model` that is no file has no path.
     pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &Wanted, out: &Path) -> Self {
         let of_file = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(of_file).into_iter().collect();

@@ -43,7 +43,7 @@ pub struct WantedRun {
 }
 
 impl Corrected {
-    /// By the options of a command, which assumes no system, of which one at most is given.
+    /// Takes the model that the options of a command name, of which one at most is given; none is assumed.
     ///
     /// # Errors
     /// None is given.

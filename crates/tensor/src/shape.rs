@@ -55,7 +55,7 @@ impl Shape {
         (d[..axis].iter().product(), d[axis], d[axis + 1..].iter().product())
     }
 
-    /// The same shape with another extent on `axis`.
+    /// Replaces the extent on `axis`.
     pub(crate) fn with(mut self, axis: usize, extent: usize) -> Self {
         self.dims[axis] = extent;
         self

@@ -83,7 +83,7 @@ fn each(
         .collect()
 }
 
-/// That a forecast of a trajectory consists of numbers.
+/// Checks that a forecast of a trajectory consists of finite numbers.
 ///
 /// # Errors
 /// [`TrainerError::NotFinite`] names the first step at which it does not.

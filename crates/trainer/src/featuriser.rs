@@ -22,7 +22,7 @@ pub(crate) enum Featuriser<'a> {
 }
 
 impl<'a> Featuriser<'a> {
-    /// That of a run.
+    /// Gives the features that the net of a run reads.
     ///
     /// # Errors
     /// [`TrainerError::Setting`] if the engine has no roll-outs to correct.

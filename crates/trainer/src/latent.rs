@@ -92,7 +92,7 @@ pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
     white
 }
 
-/// The same, written to `white [L]`.
+/// Writes the coordinates that [`whiten`] gives to `white [L]`.
 pub(crate) fn whiten_into(latent: &[f64], mean: &[f64], factor: &[f64], white: &mut [f64]) {
     let l = latent.len();
     for j in 0..l {
@@ -110,7 +110,7 @@ pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
     l
 }
 
-/// The same, written to `l [n, n]`.
+/// Writes the factor that [`cholesky`] gives to `l [n, n]`.
 pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
     l.fill(0.0);
     for i in 0..n {

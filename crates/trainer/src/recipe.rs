@@ -24,7 +24,7 @@ pub enum Recipe {
     FeedForwardResidual,
     /// A recurrent net that corrects a physics step, with a learned deviation.
     RecurrentResidual,
-    /// The same with a mixture of five Gaussians.
+    /// The residual net with a mixture of five Gaussians.
     MixtureResidual,
     /// Five probabilistic perceptrons (PETS).
     Ensemble,
@@ -32,15 +32,15 @@ pub enum Recipe {
     EnsembleResidual,
     /// The variational recurrent net of Chung et al., without condition.
     Vrnn,
-    /// The same, conditioned on the physics' roll-out.
+    /// The variational recurrent net of Chung et al., conditioned on the physics' roll-out.
     ConditionalVrnn,
     /// A net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes.
     PredictedParameters,
-    /// The same with an additive learned error.
+    /// The net that predicts the inputs of the contact model, with an additive learned error.
     PredictedParametersError,
     /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), drawn; for pushes.
     GpResidual,
-    /// The same with the mean propagated.
+    /// Gaussian processes for the residual of the contact model with the mean propagated; for pushes.
     GpResidualMean,
     /// The contact model with a convex polynomial for the support's friction (Zhou et al. 2016), for pushes.
     ConvexQuartic,

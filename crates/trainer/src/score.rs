@@ -30,7 +30,7 @@ pub struct Scoring {
 }
 
 impl Scoring {
-    /// That of a set of trajectories, by its columns.
+    /// Chooses the scoring of a set of trajectories by its columns.
     pub fn of(set: &Sequences) -> Self {
         let units: Vec<_> = set.columns.iter().map(|name| Column::new(name).ok().map(|c| c.unit())).collect();
         let mut measures: Vec<Range<usize>> = Vec::new();

@@ -82,7 +82,7 @@ pub struct Training {
     order_epoch: Option<u64>,
     /// The batch as (length, place in the batch, trajectory), longest first.
     batch: Vec<(usize, usize, usize)>,
-    /// The same, trajectories only.
+    /// The trajectories of the batch, longest first.
     chosen: Vec<usize>,
     workspaces: Vec<Workspace>,
     grads: Vec<f32>,

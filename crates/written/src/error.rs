@@ -31,7 +31,7 @@ pub struct Excerpt {
 /// A model file that cannot be used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
-    /// Where.
+    /// Place in the file.
     pub place: Place,
     /// The mistake.
     pub fault: Box<Fault>,

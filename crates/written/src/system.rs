@@ -172,7 +172,7 @@ impl System {
         &self.widths
     }
 
-    /// The same, with the widths of smoothed jumps that it shares with another: those that data gave.
+    /// Takes the widths of smoothed jumps that it shares with another system: those that data gave.
     pub(crate) fn with_widths_of(mut self, other: &System) -> System {
         for (text, width) in self.width_texts.iter().zip(&mut self.widths) {
             if let Some(there) = other.width_texts.iter().position(|t| t == text) {

@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, ParameterSpec};
 
-/// a_z = f - k z
+/// The law is a_z = f - k z.
 pub struct HeightSpring;
 
 static SPEC: EffectSpec = EffectSpec {

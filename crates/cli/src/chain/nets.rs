@@ -31,7 +31,7 @@ pub struct Chain<'a> {
     pub name: Option<&'static str>,
     /// The declared model.
     pub declared: Engine,
-    /// The same with the values that calibration alone gave.
+    /// The engine of the model with the values that calibration alone gave.
     pub calibrated: Engine,
     /// The model with what the loop found.
     pub augmented: Engine,

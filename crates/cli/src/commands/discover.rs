@@ -83,7 +83,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     Ok(found)
 }
 
-/// When the search is to end, where a limit was set.
+/// The moment at which the search is to end, where a limit was set.
 fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
     let Some(seconds) = args.time_limit else { return Ok(None) };
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());

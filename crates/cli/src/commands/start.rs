@@ -166,7 +166,7 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
     }
 }
 
-/// At most ten lines.
+/// Writes what was recognised and what comes next, in at most ten lines.
 fn start_text(begun: &Begun, data: &Dataset, recording: &Recording) -> String {
     let mut lines = begun.assumed.clone();
     lines.truncate(5);

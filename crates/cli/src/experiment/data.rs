@@ -261,7 +261,7 @@ impl Data {
         Ok(Data::of_pushes("published MIT Push files", source, engine, train, tests, notes))
     }
 
-    /// The same with the first `size` of the training set.
+    /// Keeps the first `size` trajectories of the training set.
     pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
         let there = self.train.items.len();
         if size > there {

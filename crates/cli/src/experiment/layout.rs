@@ -13,7 +13,7 @@ pub enum Figure {
     Moved,
     /// Error of a measure, by its place, times a factor from the unit of the data.
     Error(usize, f64),
-    /// The same at the last sample.
+    /// Error of a measure at the last sample, by its place, times a factor from the unit of the data.
     End(usize, f64),
 }
 
@@ -160,7 +160,7 @@ static ACTED: Layout = Layout {
 };
 
 impl Layout {
-    /// That of an engine's trajectories.
+    /// Gives the layout of an engine's trajectories.
     pub fn of(engine: &Engine) -> &'static Self {
         if engine.action_columns().is_empty() { &FREE } else { &ACTED }
     }

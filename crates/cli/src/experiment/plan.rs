@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// One net to train.
 #[derive(Debug, Clone, Copy)]
 pub struct NetPlan {
-    /// Which.
+    /// Recipe of the net.
     pub recipe: Recipe,
     /// Iterations.
     pub iterations: u64,

@@ -14,7 +14,7 @@ const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, R
 /// One net instead of the whole experiment: a point of the size curve, with its scores on every set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OneNet {
-    /// Which.
+    /// Recipe of the net.
     pub recipe: Recipe,
     /// Training pushes, the first ones; all without a number.
     pub train_size: Option<usize>,

@@ -24,7 +24,7 @@ pub struct Distance {
     pub model: String,
     /// Chamfer distance to the truth, mm.
     pub chamfer_mm: f64,
-    /// The same, relative to the floor.
+    /// Chamfer distance to the truth, divided by that of the second truth.
     pub over_floor: f64,
     /// Energy distance to the truth, mm.
     pub energy_mm: f64,

@@ -19,8 +19,9 @@ use std::path::Path;
 
 /// Where the rows say they come from.
 const DATA: &str = "mit-pusher-slider-runs";
-/// Rate of the windows, Hz, and their samples: one second.
+/// Rate of the windows, Hz.
 const RATE_HZ: f64 = 25.0;
+/// Samples of a window: one second.
 const SAMPLES: usize = 26;
 /// Samples from one window to the next: training windows overlap, test windows do so by half.
 const EVERY: [usize; 2] = [3, 13];

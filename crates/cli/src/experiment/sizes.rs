@@ -60,7 +60,7 @@ impl Sizes {
         }
     }
 
-    /// The same with that many iterations for every net.
+    /// Sets the iterations of every net.
     pub fn with_iterations(self, iterations: u64) -> Self {
         Sizes { paper_iterations: iterations, plus_iterations: iterations, ..self }
     }

@@ -31,7 +31,7 @@ pub enum Ended {
         /// Whether it was there before.
         kept: bool,
     },
-    /// It failed, which is written down.
+    /// The attempt failed, which is written down.
     Failed(Failure),
     /// The user stopped it; the next attempt goes on.
     Stopped,
@@ -50,7 +50,7 @@ pub struct Runner {
 }
 
 impl Runner {
-    /// For the tasks of a plan.
+    /// Makes the runner of a plan's tasks.
     ///
     /// # Errors
     /// The plan's folder cannot be written to.
@@ -102,7 +102,7 @@ impl Runner {
         Ok(Ended::Failed(failure))
     }
 
-    /// That this program is the one that the task was planned for, and that its inputs are as they were.
+    /// Checks that this program is the one that the task was planned for, and that its inputs are as they were.
     fn check(&self, task: &Task) -> anyhow::Result<()> {
         let (here, planned) = (env!("CARGO_PKG_VERSION"), &task.content.augsim);
         if here != planned {

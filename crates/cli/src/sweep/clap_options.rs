@@ -18,11 +18,11 @@ const NOT_IN_A_SWEEP: [&str; 9] =
 /// How an option is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// By its name alone.
+    /// The option is given by its name alone.
     Flag,
-    /// By its name and a value.
+    /// The option is given by its name and a value.
     Valued,
-    /// By its place.
+    /// The value is given by its place, without a name.
     Placed,
 }
 

@@ -60,7 +60,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of some values; `None` of none.
+    /// Sums up some values; `None` where there are none.
     pub fn of(values: &[f64]) -> Option<Self> {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;

@@ -7,7 +7,7 @@ pub struct TaskFailed {
     pub index: usize,
     /// Number of tasks that failed.
     pub failures: usize,
-    /// Its exit code.
+    /// Exit code of the task.
     pub code: u8,
     /// The sentence that it ended with.
     pub error: String,

@@ -28,11 +28,11 @@ const PATIENCE: Duration = Duration::from_millis(100);
 struct Run {
     /// Tasks that were asked for.
     tasks: usize,
-    /// Those of them that have a result now.
+    /// Tasks asked for that have a result now.
     done: usize,
-    /// Those whose result was there before.
+    /// Tasks asked for whose result was there before.
     kept: usize,
-    /// Those whose criterion is not met.
+    /// Tasks asked for whose criterion is not met.
     criterion_not_met: usize,
     /// Why others have none, by their place.
     failed: BTreeMap<usize, Failure>,

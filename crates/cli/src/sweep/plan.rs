@@ -43,7 +43,7 @@ pub struct Shared {
 /// A plan that was written.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Its folder, from the root.
+    /// Folder of the plan, from the root.
     pub folder: PathBuf,
     /// Settings that all tasks share.
     pub shared: Shared,

@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
-    /// It has a result.
+    /// The task has a result.
     Done,
-    /// It has a result, which does not meet the criterion that it asked for.
+    /// The task has a result, which does not meet the criterion that it asked for.
     CriterionNotMet,
-    /// It failed.
+    /// The task failed.
     Failed,
-    /// It was not run, or not to its end.
+    /// The task was not run, or not to its end.
     Missing,
 }
 
@@ -37,7 +37,7 @@ pub struct Row {
     pub index: usize,
     /// Name of the task.
     pub id: String,
-    /// Its outcome.
+    /// Outcome of the task.
     pub state: State,
     /// Settings, seed and paths of the inputs by option.
     pub settings: BTreeMap<String, Value>,

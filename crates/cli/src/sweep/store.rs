@@ -62,7 +62,7 @@ pub enum Turn {
 pub struct Store(PathBuf);
 
 impl Store {
-    /// In the folder of a plan.
+    /// Names the store in the folder of a plan; nothing is made yet.
     pub fn of(plan: &Path) -> Self {
         Store(plan.to_owned())
     }

@@ -117,7 +117,7 @@ fn not_done(plan: &Plan) -> anyhow::Result<Vec<usize>> {
     Ok(left)
 }
 
-/// Which jobs an array has, and which tasks a job runs.
+/// The jobs of an array, and the tasks that a job runs.
 struct Array {
     /// Tasks of each job.
     tasks_per_job: usize,
@@ -126,7 +126,7 @@ struct Array {
 }
 
 impl Array {
-    /// Of the tasks at `left` among `tasks`, on a cluster whose arrays end below `limit`.
+    /// Shares the tasks at `left` among `tasks` out to jobs, on a cluster whose arrays end below `limit`.
     fn new(left: &[usize], tasks: usize, limit: usize, wish: Option<u32>) -> Result<Self, SweepFault> {
         let least = tasks.div_ceil(limit).max(1);
         let tasks_per_job = wish.map_or(least, |n| n as usize);

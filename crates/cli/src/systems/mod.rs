@@ -46,7 +46,7 @@ struct SetRow {
     declared: Option<f64>,
     calibrated: Option<f64>,
     augmented: Scored,
-    /// The same with the library emptied; absent in a quick run.
+    /// Test error with a formula that was found with the library emptied; absent in a quick run.
     formula: Option<Scored>,
     published: &'static [Published],
 }

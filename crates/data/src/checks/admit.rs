@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Accepted(u32);
 
 impl Accepted {
-    /// The same with `check`.
+    /// Accepts the findings of `check` too.
     #[must_use]
     pub fn with(self, check: Check) -> Self {
         Accepted(self.0 | 1 << check as u32)

@@ -183,7 +183,7 @@ pub enum Finding {
         time_s: f64,
         /// Mean change of the height, m, without sign.
         height_m: f64,
-        /// The same of the velocity's integral, m.
+        /// Mean change of the velocity's integral, m, without sign.
         velocity_m: f64,
     },
     /// Degrees in a column of radians.
@@ -214,7 +214,7 @@ pub enum Finding {
         column: String,
         /// Median over the trajectories, m/s², downward positive.
         found_m_s2: f64,
-        /// Of the model, m/s².
+        /// Acceleration that the model has, m/s², downward positive.
         expected_m_s2: f64,
     },
     /// Free fall in another column than that of the height.

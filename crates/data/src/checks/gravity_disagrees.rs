@@ -8,7 +8,7 @@ use crate::statistics::median;
 /// Ratio to the model's gravity, either way, from which it is another unit: inches are a factor of 39, while drag near the
 /// terminal velocity takes all but a fifth away, and lift of a table-tennis ball adds two gravities.
 const OTHER: f64 = 6.0;
-/// The same for one trajectory against the rest, whose spin and drag are its own: centimetres are a factor of 100.
+/// Ratio of one trajectory's acceleration to that of the rest: its spin and drag are its own, and centimetres are a factor of 100.
 const OTHER_THAN_REST: f64 = 15.0;
 /// Ratio, below zero, from which a trajectory falls upwards: backspin holds a table-tennis ball up, and throws it no higher.
 const UPWARD: f64 = -0.5;

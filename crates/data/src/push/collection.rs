@@ -30,7 +30,7 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
     checked(path, trials)
 }
 
-/// That there are trials, and none twice.
+/// Checks that there are trials, and none twice.
 fn checked(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
     if trials.is_empty() {
         return Err(PushError::Nothing { path: path.to_owned(), expected: EXPECTED }.into());
@@ -85,7 +85,7 @@ fn add_trials(path: &Path, bytes: Vec<u8>, trials: &mut Vec<PushTrial>) -> Resul
     })
 }
 
-/// By its extension, whether a file in a folder is one of the set's.
+/// Whether a file in a folder is one of the set's, by its extension.
 fn holds_trials(path: &Path) -> bool {
     let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());

@@ -1,4 +1,4 @@
-//! What can be wrong with the name of a trial and with the layout of a stream; parts of files.
+//! Faults of a trial's file name and of the layout of a stream; parts of files.
 
 use crate::printable::{shown, shown_cause};
 use std::fmt;

@@ -79,7 +79,7 @@ impl Stream {
         kept
     }
 
-    /// With all times `by` earlier.
+    /// Moves all times by so many seconds towards the past.
     pub(crate) fn earlier(mut self, by: f64) -> Stream {
         self.time_s.iter_mut().for_each(|t| *t -= by);
         self

@@ -51,7 +51,7 @@ pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     Some(joined)
 }
 
-/// `source` at `clock`, which lies within its time, and the flags of its own samples.
+/// Reads `source` at `clock`, which lies within its time, and gives the flags of its own samples.
 fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut columns = vec![Vec::with_capacity(clock.len()); source.columns.len()];
     let mut fresh = Vec::with_capacity(clock.len());

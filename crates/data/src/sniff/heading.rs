@@ -70,7 +70,7 @@ impl Scale {
 /// A name with what it says.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heading {
-    /// As it stands in the file.
+    /// The heading as it stands in the file.
     pub raw: String,
     /// Its words in small letters, without the unit.
     pub words: Vec<String>,

@@ -26,7 +26,7 @@ const ONLY: &str = "run";
 /// A data set that was recognised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recognised {
-    /// In the long form's columns.
+    /// The recording in the long form's columns.
     pub data: Dataset,
     /// Kind of the recording.
     pub recording: Recording,

@@ -17,9 +17,9 @@ pub struct Dimensions {
 }
 
 impl Dimensions {
-    /// Those of a pure number.
+    /// The dimensions of a pure number.
     pub const NONE: Dimensions = Dimensions { twelfths: [0; 6] };
-    /// Those of a time, for the rate of a state: its own dimensions over these.
+    /// The dimensions of a time, for the rate of a state: its own dimensions over these.
     pub const TIME: Dimensions = Dimensions::of([0, 0, 1, 0, 0, 0]);
 
     /// Whole exponents of kg, m, s, A, K, mol.
@@ -89,7 +89,7 @@ impl Div for Dimensions {
 }
 
 impl fmt::Display for Dimensions {
-    /// In base units: `kg m/s^2`; `1` for a pure number.
+    /// Writes the dimensions in base units: `kg m/s^2`; `1` for a pure number.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let factors: Vec<(&str, i32)> = BASES.into_iter().zip(self.twelfths).collect();
         let text = quotient(&factors);

@@ -67,7 +67,7 @@ impl<S: Scalar> Step<S> {
         Self { start: *start, end, length }
     }
 
-    /// The same step without derivatives.
+    /// Copies the step without derivatives.
     pub fn values(&self) -> Step<f64> {
         let plain = |s: &State<S>| State {
             time: s.time.value(),

@@ -143,7 +143,7 @@ pub fn rollout(engine: &BulletBall, dataset: &Dataset) -> Result<Dataset, ScoreE
     Ok(Dataset::from_names(&["height_m", "velocity_m_s"], rows)?)
 }
 
-/// That every sample lies `step_s` after the one before.
+/// Checks that every sample lies `step_s` after the one before.
 ///
 /// # Errors
 /// Names the first trajectory and sample that do not.

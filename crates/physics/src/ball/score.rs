@@ -62,7 +62,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of one value for each trajectory.
+    /// Estimates the mean from one value for each trajectory.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Estimate {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
@@ -110,7 +110,7 @@ pub(crate) struct Observation<'a> {
 }
 
 impl Observation<'_> {
-    /// From the sums of absolute errors over its samples.
+    /// Mean errors of the trajectory, from the sums of absolute errors over its samples.
     pub(crate) fn error_from_sums(&self, height: f64, velocity: f64) -> TrajectoryError {
         let samples = self.height_m.len() as f64;
         TrajectoryError {

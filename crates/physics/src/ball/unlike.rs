@@ -12,13 +12,13 @@ const ON_EARTH: f64 = 9.81;
 /// Ratio of a calibrated gravity to the declared one and to that on the ground, either way, from which scale or clock of the
 /// data are wrong: a tape measure and a camera's clock are good to a few per cent.
 const ALIKE: f64 = 1.25;
-/// The same before anything was added: drag takes away half of a fall near the terminal speed.
+/// Ratio of gravities as [`ALIKE`], before anything was added: drag takes away half of a fall near the terminal speed.
 const ALIKE_AT_FIRST: f64 = 3.0;
 /// Standard deviation of the rebound, as a share of the speed of impact, from which it is no ball's: restitution scatters by
 /// 0.1 where it was drawn at random to be hard to foretell, bodies that tumble reach 0.2 to 0.3.
 const ERRATIC: f64 = 0.15;
-/// The same over all records where the heights of impacts differ by more than any floor does: a body that tumbles a little is no
-/// ball either. Of 106 simulated squares and cubes some scatter by 0.10 to 0.15 (a robust estimate of a law with long tails), at
+/// Scatter of the rebound as [`ERRATIC`], over all records where the heights of impacts differ by more than any floor does:
+/// a body that tumbles a little is no ball either. Of 106 simulated squares and cubes some scatter by 0.10 to 0.15 (a robust estimate of a law with long tails), at
 /// heights that differ by 0.015 of the fall and more.
 const ERRATIC_IF_UNEVEN: f64 = 0.08;
 /// Share of the fall by which the heights of impacts differ more than contacts and floors make them: a corner strikes a floor at
@@ -26,10 +26,12 @@ const ERRATIC_IF_UNEVEN: f64 = 0.08;
 const FAR_UNEVEN_SHARE: f64 = 0.01;
 /// Standard deviation of the heights of impacts, in units of the noise, from which they differ.
 const UNEVEN: f64 = 4.0;
-/// The same where the rebounds of one and the same body are erratic. Heights of a ball's impacts are known to half of the noise;
+/// Scatter of impacts' heights as [`UNEVEN`], where the rebounds of one and the same body are erratic. Heights of a ball's
+/// impacts are known to half of the noise;
 /// those of the squares that this is for (7 of 99) scatter by 2.9 to 4.0 times the noise.
 const UNEVEN_IF_ERRATIC: f64 = 2.5;
-/// The same as a share of the fall before them: contacts that last and floors that dent keep it below a hundredth.
+/// Scatter of impacts' heights as a share of the fall before them: contacts that last and floors that dent keep it below a
+/// hundredth.
 const UNEVEN_SHARE: f64 = 0.004;
 /// Fewest impacts by which rebounds are judged.
 const FEWEST: usize = 8;

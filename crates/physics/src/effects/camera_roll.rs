@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
-/// x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)
+/// The law is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
 pub struct CameraRoll;
 
 static SPEC: EffectSpec = EffectSpec {

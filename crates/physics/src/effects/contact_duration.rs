@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 
-/// z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e
+/// The law is z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e.
 pub struct ContactDuration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 use crate::scalar::{axpy, dot};
 
-/// dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio
+/// The law is dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio.
 pub struct CoulombFriction;
 
 static SPEC: EffectSpec = EffectSpec {

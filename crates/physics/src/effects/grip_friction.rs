@@ -5,7 +5,7 @@ use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks
+/// An impact changes the tangential velocity by -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks.
 pub struct GripFriction;
 
 static SPEC: EffectSpec = EffectSpec {

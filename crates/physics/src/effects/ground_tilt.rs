@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// ground plane z = x tan(alpha)
+/// The ground is the plane z = x tan(alpha).
 pub struct GroundTilt;
 
 static SPEC: EffectSpec = EffectSpec {

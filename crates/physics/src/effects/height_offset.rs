@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
-/// z' = z + b
+/// The law is z' = z + b.
 pub struct HeightOffset;
 
 static SPEC: EffectSpec = EffectSpec {

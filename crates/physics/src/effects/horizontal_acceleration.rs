@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// a_x = a
+/// The law is a_x = a.
 pub struct HorizontalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

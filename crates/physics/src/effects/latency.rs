@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// z'(t) = z(t - delay)
+/// The law is z'(t) = z(t - delay).
 pub struct Latency;
 
 static SPEC: EffectSpec = EffectSpec {

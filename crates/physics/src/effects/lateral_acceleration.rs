@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// a_y = a
+/// The law is a_y = a.
 pub struct LateralAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// a = -c (v - w), w the velocity of the air
+/// The law is a = -c (v - w), w the velocity of the air.
 pub struct LinearDrag;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::{axpy, cross};
 
-/// a = s (spin x v); in the plane a = s w (v_z, -v_x)
+/// The law is a = s (spin x v); in the plane a = s w (v_z, -v_x).
 pub struct Magnus;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec, Rival};
 use crate::scalar::{axpy, dot};
 
-/// a = -k |v - w| (v - w), w the velocity of the air
+/// The law is a = -k |v - w| (v - w), w the velocity of the air.
 pub struct QuadraticDrag;
 
 static SPEC: EffectSpec = EffectSpec {

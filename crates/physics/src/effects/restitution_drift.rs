@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// e = e0 + d (T - T_ref), T the session time of the impact
+/// The law is e = e0 + d (T - T_ref), T the session time of the impact.
 pub struct RestitutionDrift;
 
 static SPEC: EffectSpec = EffectSpec {

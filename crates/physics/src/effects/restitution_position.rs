@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// e = e0 + q x
+/// The law is e = e0 + q x.
 pub struct RestitutionPosition;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// e = e0 - b (v_n - 3 m/s)
+/// The law is e = e0 - b (v_n - 3 m/s).
 pub struct RestitutionSpeedLinear;
 
 static SPEC: EffectSpec = EffectSpec {

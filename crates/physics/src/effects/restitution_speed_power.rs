@@ -4,7 +4,7 @@ use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// e = e0 (v_n / 3 m/s)^-p
+/// The law is e = e0 (v_n / 3 m/s)^-p.
 pub struct RestitutionSpeedPower;
 
 static SPEC: EffectSpec = EffectSpec {

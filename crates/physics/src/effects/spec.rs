@@ -5,17 +5,17 @@ use std::f64::consts::PI;
 /// Where an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Location {
-    /// Between impacts.
+    /// The effect acts between impacts.
     Flight,
-    /// At impacts.
+    /// The effect acts at impacts.
     Impact,
-    /// In what is measured, not in the motion.
+    /// The effect is in what is measured, not in the motion.
     Sensor,
-    /// Between a pushed object and what it lies on.
+    /// The effect acts between a pushed object and what it lies on.
     Support,
-    /// Between a pushed object and the rod.
+    /// The effect acts between a pushed object and the rod.
     Contact,
-    /// In the rod and what moves it.
+    /// The effect is in the rod and what moves it.
     Rod,
 }
 

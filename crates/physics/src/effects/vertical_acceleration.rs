@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// a_z = a
+/// The law is a_z = a.
 pub struct VerticalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

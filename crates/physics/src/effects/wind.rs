@@ -3,7 +3,7 @@
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Join, Law, Location, Needs, ParameterSpec};
 
-/// the air moves with w along x; drag acts on v - w
+/// The air moves with w along x; drag acts on v - w.
 pub struct Wind;
 
 static SPEC: EffectSpec = EffectSpec {

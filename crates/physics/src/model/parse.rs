@@ -65,7 +65,7 @@ pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
 pub(super) struct Library {
     pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
     pub(super) kinds_like: fn(&str) -> Vec<&'static str>,
-    /// A line that names one, for messages.
+    /// A line of a model file that names an effect, for messages.
     pub(super) example: &'static str,
 }
 
@@ -91,7 +91,7 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// That the file is of `scenario`.
+    /// Checks that the file is of `scenario`.
     pub(super) fn scenario(&self, root: &DeTable<'_>, scenario: &str) -> Result<(), ModelError> {
         let value = root.get("scenario");
         let example = format!("scenario = \"{scenario}\"");

@@ -76,7 +76,7 @@ impl PushModel {
         }
     }
 
-    /// The same model with another nominal value of each base parameter that `value` has one for, by name.
+    /// Sets the nominal value of each base parameter that `value` has one for, by name.
     pub fn with_nominal(mut self, value: impl Fn(&str) -> Option<f64>) -> Self {
         for p in &mut self.parameters {
             p.nominal = value(&p.name).unwrap_or(p.nominal);

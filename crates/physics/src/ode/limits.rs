@@ -10,7 +10,7 @@ pub(super) const MOST_EVENTS: usize = 1_000;
 pub struct Tolerance {
     /// Share of the state.
     pub relative: f64,
-    /// In the unit of the state.
+    /// Error that is allowed, in the unit of the state.
     pub absolute: f64,
 }
 

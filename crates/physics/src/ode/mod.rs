@@ -102,7 +102,7 @@ impl<E: Equations> Ode<E> {
         Self { equations, tolerance, parameters, laws: Vec::new(), values, places }
     }
 
-    /// The same system, integrated to another tolerance.
+    /// Sets the tolerance that the system is integrated to.
     pub fn with_tolerance(mut self, tolerance: Tolerance) -> Self {
         self.tolerance = tolerance;
         self

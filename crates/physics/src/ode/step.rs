@@ -93,7 +93,7 @@ impl<S: Scalar> Step<S> {
         }
     }
 
-    /// The same step without derivatives.
+    /// Copies the step without derivatives.
     pub fn values(&self) -> Step<f64> {
         let plain = |list: &[S]| list.iter().map(|x| x.value()).collect();
         Step {

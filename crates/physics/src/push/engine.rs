@@ -335,7 +335,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         sub(rod, scale(force, compliance))
     }
 
-    /// A sub-step of `h` s from `start`.
+    /// Makes a sub-step of `h` s from `start`: the object rests until the rod touches it.
     pub(super) fn quasi_static<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, pose: Pose<S>) -> Arc<S> {
         let (begin, end) = (S::constant(start), start + h);
         let (gap, _) = self.scene.gap(&pose, self.bent(piece, &pose, begin));

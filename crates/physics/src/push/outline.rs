@@ -65,7 +65,7 @@ impl Polygon {
         &self.vertices
     }
 
-    /// The same polygon with every vertex moved by `by`, m.
+    /// Copies the polygon with every vertex moved by `by`, m.
     pub fn moved(&self, by: Vector<f64>) -> Self {
         let mut moved = self.clone();
         moved.vertices.iter_mut().for_each(|v| *v = add(*v, by));

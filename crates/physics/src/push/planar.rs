@@ -74,13 +74,13 @@ impl<S: Scalar> Rotation<S> {
         Self { cos: angle.cos(), sin: angle.sin() }
     }
 
-    /// From the body to the world.
+    /// Turns a vector of the body's frame into one of the world's.
     #[inline(always)]
     pub fn to_world(self, a: Vector<S>) -> Vector<S> {
         [self.cos * a[0] - self.sin * a[1], self.sin * a[0] + self.cos * a[1]]
     }
 
-    /// From the world to the body.
+    /// Turns a vector of the world's frame into one of the body's.
     #[inline(always)]
     pub fn to_body(self, a: Vector<S>) -> Vector<S> {
         [self.cos * a[0] + self.sin * a[1], self.cos * a[1] - self.sin * a[0]]
@@ -121,12 +121,12 @@ impl<S: Scalar> Pose<S> {
         Rotation::new(self.angle).to_body(sub(point, self.position))
     }
 
-    /// The same numbers without derivatives.
+    /// Copies the pose without derivatives.
     pub fn value(&self) -> Pose<f64> {
         Pose { position: self.position.map(S::value), angle: self.angle.value() }
     }
 
-    /// The same pose in another scalar, as a constant.
+    /// Copies the pose in another scalar, as a constant.
     pub fn lift<T: Scalar>(&self) -> Pose<T> {
         let v = self.value();
         Pose { position: constant(v.position), angle: T::constant(v.angle) }

@@ -81,7 +81,7 @@ impl<'a, S: Scalar> Support<'a, S> {
         w
     }
 
-    /// The same support in another scalar.
+    /// Copies the support in another scalar.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> Support<'a, T> {
         let vector = |a: Vector<S>| a.map(f);
         let twist = |t: Twist<S>| Twist { velocity: vector(t.velocity), rotation: f(t.rotation) };
@@ -99,7 +99,7 @@ impl<'a, S: Scalar> Support<'a, S> {
         }
     }
 
-    /// The same support without derivatives.
+    /// Copies the support without derivatives.
     pub fn values(&self) -> Support<'a, f64> {
         self.map(S::value)
     }
@@ -120,7 +120,7 @@ impl<'a> Support<'a, f64> {
         sum - dot(self.load.force, twist.velocity) - self.load.moment * twist.rotation
     }
 
-    /// The same support as a constant of another scalar.
+    /// Copies the support as a constant of another scalar.
     pub(super) fn lift<T: Scalar>(&self) -> Support<'a, T> {
         self.map(T::constant)
     }

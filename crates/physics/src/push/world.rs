@@ -69,7 +69,7 @@ impl World {
         }
     }
 
-    /// The same world with patches `across` the object, each weighted by `pressure` (at a point of the body, m; any unit).
+    /// Spreads patches `across` the object, each weighted by `pressure` (at a point of the body, m; any unit).
     pub fn with_patches(mut self, across: usize, pressure: impl Fn([f64; 2]) -> f64) -> Self {
         self.patches = cut(&self.object.outline, across);
         self.shares = self.patches.iter().map(|p| p.share * pressure(p.position)).collect();

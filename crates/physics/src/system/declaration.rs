@@ -39,9 +39,9 @@ pub enum Addition {
 pub struct Augmentation {
     /// Session time that laws of the session clock count from, s, where the data have one.
     pub clock_reference_s: Option<f64>,
-    /// By the place of the parameter in the system's vector.
+    /// Values of declared parameters, by the place of the parameter in the system's vector.
     pub declared: Vec<(usize, Fitted)>,
-    /// In the order in which they were added.
+    /// Effects in the order in which they were added.
     pub additions: Vec<Addition>,
     /// Standard deviation of the scatter, declared or added.
     pub scatter_sd: Option<f64>,

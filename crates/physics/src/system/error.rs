@@ -78,7 +78,7 @@ pub enum SystemError {
         /// How many there are.
         count: usize,
     },
-    /// With the laws it would have more parameters, states or operations than it can.
+    /// The system would have more parameters, states or operations than it can.
     #[error("no further law fits into this system: it would have too many parameters, states or operations")]
     Full,
     /// No table of this target and feature.

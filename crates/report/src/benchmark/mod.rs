@@ -244,7 +244,7 @@ pub struct Cloud {
     pub y_mm: Vec<f64>,
     /// Chamfer distance to the truth, mm; absent for the truth.
     pub chamfer_mm: Option<f64>,
-    /// The same over that of a second truth.
+    /// Chamfer distance to the truth, divided by that of a second truth.
     pub over_floor: Option<f64>,
     /// Energy distance to the truth, mm.
     pub energy_mm: Option<f64>,

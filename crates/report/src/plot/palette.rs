@@ -18,7 +18,7 @@ pub(crate) const LIGHT: [(&str, &str); 12] = [
     ("s4", "#629a2a"),
 ];
 
-/// The same names, dark.
+/// Colours of the dark page, by the names of [`LIGHT`].
 pub(crate) const DARK: [(&str, &str); 12] = [
     ("bg", "#16181c"),
     ("ink", "#e8e9ea"),

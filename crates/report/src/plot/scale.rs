@@ -70,7 +70,7 @@ impl Scale {
         Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1, integer: axis.integer })
     }
 
-    /// The same data range on other pixels.
+    /// Moves the data range to other pixels.
     pub(crate) fn on(self, start: f64, end: f64) -> Self {
         Self { start, end, ..self }
     }

@@ -88,7 +88,7 @@ const TAKEN: [&str; 74] = [
 /// How a jump of an expression is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Jump {
-    /// As it is.
+    /// Writes the jump as it is.
     Sharp,
     /// Over the width that the file declares for it, as the engine runs rates.
     Smooth,

@@ -105,7 +105,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Statements that change a quantity in place by what was added to the model.
+    /// Appends the statements that change a quantity in place by what was added to the model.
     fn changes(&self, target: Target, name: &str, jump: Jump, to: &mut Vec<Statement>) -> Result<(), Usage> {
         for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
             let value = self.expression(&change.value.tree, jump)?;

@@ -65,7 +65,7 @@ pub struct Row {
 pub struct Stage {
     /// Length, s.
     pub window_s: f64,
-    /// How many.
+    /// Number of windows.
     pub windows: usize,
     /// Root mean square misfit of each output.
     pub rmse: Vec<f64>,

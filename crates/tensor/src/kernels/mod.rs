@@ -95,7 +95,7 @@ pub struct GruBackward<'a, T> {
     pub dx: &'a mut [T],
     /// `dx` holds nothing yet: it is written, not added to.
     pub dx_fresh: bool,
-    /// Of how many inputs, the first ones, the gradient is wanted. What `dx` holds of the others afterwards is anything.
+    /// Number of inputs, the first ones, of which the gradient is wanted. What `dx` holds of the others afterwards is anything.
     pub dx_inputs: usize,
     /// Gradient of h0 `[H, B]`; empty when not wanted.
     pub dh0: &'a mut [T],

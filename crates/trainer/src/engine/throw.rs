@@ -8,7 +8,7 @@ use augsim_physics::model::{Model, ModelFile};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// In which coordinates a throw was measured.
+/// The coordinates in which a throw was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Room {
@@ -55,7 +55,7 @@ impl ThrowEngine {
         Ok(ThrowEngine { declared: Declared { room, step_s, model: model.to_toml() }, motion })
     }
 
-    /// In which coordinates it moves.
+    /// The coordinates in which the ball moves.
     pub fn room(&self) -> Room {
         self.declared.room
     }

@@ -116,7 +116,7 @@ impl Processes {
         std::array::from_fn(|k| (input[k] - self.inputs[k][0]) / self.inputs[k][1])
     }
 
-    /// From the parameters of a run; `None` if they are none of a fit.
+    /// Reads the fit from the parameters of a run; `None` if they are none of a fit.
     fn of(values: &[f64]) -> Option<Self> {
         let (head, data) = values.split_at_checked(1 + 2 * INPUTS + OUTPUTS + OUTPUTS * KERNEL)?;
         let count = head[0] as usize;

@@ -101,7 +101,7 @@ impl NetModel {
         &self.params
     }
 
-    /// The same net with another engine: another object or support, the same scenario.
+    /// Copies the net with another engine: another object or support, the same scenario.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the engine is that of another scenario.
@@ -115,7 +115,7 @@ impl NetModel {
         Self::new(state)
     }
 
-    /// The same net whose forecasts draw from another seed than that of its training.
+    /// Copies the net with forecasts that draw from another seed than that of its training.
     ///
     /// # Errors
     /// As [`NetModel::new`].

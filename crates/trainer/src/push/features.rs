@@ -55,7 +55,7 @@ pub(crate) fn width(recipe: Recipe) -> usize {
 }
 
 impl Condition {
-    /// From the first pose and the rod's path alone.
+    /// Makes the condition from the first pose and the rod's path alone.
     pub fn new(recipe: Recipe, engine: &ModelPush, start: &[f64], actions: &[f64]) -> Self {
         let time = actions.len() / 3;
         let action = |t: usize| &actions[3 * t..3 * t + 3];

@@ -127,7 +127,7 @@ impl GpPush {
         Ok(model)
     }
 
-    /// The same processes for another object: its outline decides where the rod touches.
+    /// Copies the processes for another object: its outline decides where the rod touches.
     ///
     /// # Errors
     /// An engine without a rod.

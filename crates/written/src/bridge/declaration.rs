@@ -32,7 +32,7 @@ impl MeasuredModel {
         Self { model, system }
     }
 
-    /// The same with what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
+    /// Sets what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
     /// windows, in its unit.
     pub fn calibrated(mut self, values: Vec<f64>, misfit: &[f64]) -> Self {
         self.system = self.system.with_fit(values, misfit);

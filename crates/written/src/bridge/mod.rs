@@ -34,7 +34,7 @@ pub struct WrittenSystem {
     candidates: Arc<[Candidate]>,
     library: Arc<[Effect]>,
     compiled: Arc<Compiled>,
-    /// The same with derivatives by frozen parameters too, once somebody asks for one.
+    /// The system compiled with derivatives by frozen parameters too, once somebody asks for one.
     complete: Arc<OnceLock<Option<Compiled>>>,
     options: Options,
     /// Seconds that a window of a fit lasts; whole records without it.
@@ -95,13 +95,13 @@ impl WrittenSystem {
         })
     }
 
-    /// The same with steps chosen from data.
+    /// Sets the steps, as they were chosen from data.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
         self
     }
 
-    /// The same with values that fits of declared parameters begin at, and the standard deviation that the sensor of each
+    /// Sets the values that fits of declared parameters begin at, and the standard deviation that the sensor of each
     /// output does not exceed.
     pub fn with_fit(mut self, values: Vec<f64>, noise: &[f64]) -> Self {
         self.fit_from = values;
@@ -111,7 +111,7 @@ impl WrittenSystem {
         self
     }
 
-    /// The same, whose prepared records have windows of so many seconds.
+    /// Sets the seconds that windows of prepared records last.
     pub fn with_windows(mut self, seconds: Option<f64>) -> Self {
         self.window_s = seconds;
         self

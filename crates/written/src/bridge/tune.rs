@@ -15,7 +15,7 @@ const SAMPLES: usize = 400;
 const USUAL_NOISE: f64 = 0.01;
 
 impl WrittenSystem {
-    /// The same with widths of jumps and steps that suit the records, which were prepared by it.
+    /// Sets widths of jumps and steps that suit the records, which were prepared by this system.
     ///
     /// # Errors
     /// Rates that are too fast for any number of steps, or a window that cannot be simulated.

@@ -20,7 +20,7 @@ pub(crate) enum Variable {
 /// Derivatives of operations, with zeros left out.
 #[derive(Debug, Default)]
 pub(crate) struct Derivatives {
-    /// By operation: variables in order and the derivative.
+    /// Variables in order with the derivatives that are known, by operation.
     known: Vec<Option<Vec<(Variable, Id)>>>,
     /// Parameters to differentiate with respect to.
     active: Vec<usize>,

@@ -10,7 +10,7 @@ use crate::model::{Model, Table};
 const BUDGET: usize = 10_000_000;
 /// Points of the switch that are looked at.
 const POINTS: usize = 6;
-/// Trials to find one.
+/// Trials to find such a point.
 const TRIALS: usize = 24;
 
 /// Evaluates operations at points of its own choice, always the same.

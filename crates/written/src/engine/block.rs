@@ -37,9 +37,9 @@ pub(crate) struct Columns {
     pub(crate) seeds: Vec<Seed>,
     /// Active parameter of each seed.
     pub(crate) active: Vec<Option<usize>>,
-    /// By state: entries of the rates' gradient with respect to states.
+    /// Entries of the rates' gradient with respect to states, by state.
     rows: Vec<Vec<RowEntry>>,
-    /// By active parameter: state and entry.
+    /// States and entries of the gradient with respect to each active parameter.
     parameters: Vec<Vec<(usize, usize)>>,
 }
 
@@ -259,7 +259,7 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// The same step on the equation S' = J S + P of each column: the exact derivative of the step of the values.
+    /// Makes the step of the values on the equation S' = J S + P of each column too: the exact derivative of that step.
     #[inline(always)]
     fn sensitivities(&mut self, h: &[f64; L], columns: &Columns, held: &[bool]) {
         let n = self.x.len();

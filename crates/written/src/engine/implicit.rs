@@ -97,7 +97,7 @@ pub(crate) fn step(
     true
 }
 
-/// Rates and their derivatives with respect to states, row by row.
+/// Evaluates the rates and their derivatives with respect to states, row by row.
 pub(crate) fn linearise(
     block: &mut Block<1>,
     system: &System,

@@ -13,7 +13,7 @@ pub(crate) struct Mode {
     pub(crate) sides: Vec<f64>,
     /// Side of each `when` before the event that led to rest.
     pub(super) resting: Vec<Option<f64>>,
-    /// By state: -1 at its lower wall, 1 at its upper, else 0.
+    /// For each state -1 at its lower wall, 1 at its upper, else 0.
     pub(super) walls: Vec<i8>,
     /// States that stand still.
     pub(super) held: Vec<bool>,

@@ -34,8 +34,8 @@ impl Signal {
         Signal { times, pieces, hold }
     }
 
-    /// From coefficients of the powers 0 to 3 of the time since each knot, as [`coefficients`](Signal::coefficients) gives
-    /// them for a longer signal of which these knots are a part.
+    /// Makes a signal of coefficients of the powers 0 to 3 of the time since each knot, as
+    /// [`coefficients`](Signal::coefficients) gives them for a longer signal of which these knots are a part.
     pub(crate) fn from_coefficients(times: Vec<f64>, pieces: Vec<[f64; 4]>, hold: Hold) -> Signal {
         Signal { times, pieces, hold }
     }

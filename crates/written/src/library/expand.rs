@@ -48,7 +48,7 @@ pub struct CandidateParameter {
     pub unit: Option<Unit>,
     /// Whether the effect does not vanish by it: a width, a threshold.
     pub is_inner: bool,
-    /// Whether it stays where it begins.
+    /// Whether the parameter stays at the value that it begins with.
     pub frozen: bool,
     /// Smallest value that makes sense.
     pub min: f64,

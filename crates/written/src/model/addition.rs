@@ -26,11 +26,11 @@ pub enum Target {
 /// How an expression changes what is there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
-    /// It is added.
+    /// The expression is added to the target.
     Add,
-    /// It multiplies.
+    /// The expression multiplies the target.
     Factor,
-    /// It stands in its place.
+    /// The expression stands in place of the target.
     Replace,
 }
 
@@ -50,7 +50,7 @@ impl How {
 pub struct Change {
     /// The place that it changes.
     pub target: Target,
-    /// How.
+    /// How the expression changes the target.
     pub how: How,
     /// The expression.
     pub value: Expression,

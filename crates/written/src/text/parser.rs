@@ -27,7 +27,7 @@ pub trait Scope {
     /// # Errors
     /// [`Problem::UnknownTable`].
     fn table(&self, name: &str) -> Result<usize, Problem>;
-    /// Whether `slope` has a meaning here.
+    /// Whether `slope` has a meaning where the expression stands.
     fn allows_slope(&self) -> bool {
         false
     }

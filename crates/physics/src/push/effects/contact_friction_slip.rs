@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// mu_c = mu_c0 (1 + k |slip|)
+/// The law is mu_c = mu_c0 (1 + k |slip|).
 pub struct ContactFrictionSlip;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
-/// D = `<|v + w x rho|>` over the footprint
+/// The law is D = `<|v + w x rho|>` over the footprint.
 pub struct ExactSurface;
 
 static SPEC: EffectSpec = EffectSpec {

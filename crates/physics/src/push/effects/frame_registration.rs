@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
-/// true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world
+/// The true rod is at (1 + scale) R(angle) times the reported one, plus (dx, dy), in the world.
 pub struct FrameRegistration;
 
 static SPEC: EffectSpec = EffectSpec {

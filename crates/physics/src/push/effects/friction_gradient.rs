@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g
+/// The law is mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g.
 pub struct FrictionGradient;
 
 static SPEC: EffectSpec = EffectSpec {

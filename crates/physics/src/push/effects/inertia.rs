@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
-/// M d(twist)/dt = contact - friction
+/// The law is M d(twist)/dt = contact - friction.
 pub struct Inertia;
 
 static SPEC: EffectSpec = EffectSpec {

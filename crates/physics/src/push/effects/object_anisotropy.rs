@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::{Anisotropy, Setting};
 
-/// D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body
+/// The law is D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body.
 pub struct ObjectAnisotropy;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// reported pose at t = pose at t - delay
+/// The pose that is reported at t is that at t - delay.
 pub struct PoseLatency;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// reported pose = true pose, then (dx, dy) in the body and a turn by dtheta
+/// The reported pose is the true one moved by (dx, dy) in the body and turned by dtheta.
 pub struct PoseOffset;
 
 static SPEC: EffectSpec = EffectSpec {

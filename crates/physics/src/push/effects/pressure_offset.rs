@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// friction acts about the body point (dx, dy)
+/// Friction acts about the body point (dx, dy).
 pub struct PressureOffset;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// centre of pressure moves by z f / (m g) along the force f of the rod
+/// The centre of pressure moves by z f / (m g) along the force f of the rod.
 pub struct PushHeight;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// true rod = reported rod - c F, F the force on the object
+/// The true rod is at the reported one less c F, F the force on the object.
 pub struct RodCompliance;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 use crate::push::surface::patches::SpeedLaw;
 
-/// mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint
+/// The law is mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint.
 pub struct SpeedDependentFriction;
 
 static SPEC: EffectSpec = EffectSpec {

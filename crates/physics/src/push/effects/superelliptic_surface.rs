@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Friction, Setting};
 
-/// |f|^p + |m/c|^p = 1
+/// The law is |f|^p + |m/c|^p = 1.
 pub struct SuperellipticSurface;
 
 static SPEC: EffectSpec = EffectSpec {

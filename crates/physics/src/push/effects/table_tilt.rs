@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::Setting;
 
-/// load m g sin(theta) at the centre of mass, downhill by direction
+/// A load m g sin(theta) acts at the centre of mass, downhill by direction.
 pub struct TableTilt;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// true rod = reported rod + (dx, dy), in the world
+/// The true rod is at the reported one plus (dx, dy), in the world.
 pub struct TipOffset;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -123,7 +123,7 @@ pub enum LaboratoryError {
     Push {
         /// Its index.
         index: usize,
-        /// Why.
+        /// The error of the simulation.
         source: PushError,
     },
     /// The data set refuses it.

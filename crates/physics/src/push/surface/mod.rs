@@ -107,7 +107,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
         }
     }
 
-    /// The same surface in another scalar.
+    /// Copies the surface in another scalar.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T) -> Surface<'a, T> {
         match *self {
             Surface::Ellipsoid { c } => Surface::Ellipsoid { c: f(c) },

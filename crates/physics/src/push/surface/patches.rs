@@ -131,7 +131,7 @@ pub(super) fn sloped(patches: &[Patch], weights: &[f64], twist: [f64; 3]) -> Slo
     w
 }
 
-/// The same with a speed law, whose rise and speed are the fourth and the fifth input.
+/// The wrench of a twist with its slopes under a speed law, whose rise and speed are the fourth and the fifth input.
 pub(super) fn sloped_by_speed(patches: &[Patch], weights: &[f64], inputs: [f64; 5]) -> Sloped<5> {
     let [x, y, rotation, rise, speed_m_s] = inputs;
     let mut w = Sloped::zero();

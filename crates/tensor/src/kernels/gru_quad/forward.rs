@@ -66,7 +66,7 @@ fn pack_bias(packed: &mut [f32], w: GruWeights<'_, f32>, hidden: usize) {
 
 /// One step.
 struct Step<'a> {
-    /// Of the inputs and of the states.
+    /// Weights of the inputs and of the states.
     w: [&'a [f32]; 2],
     bias: &'a [f32],
     x: &'a [f32],
