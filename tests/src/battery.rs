@@ -28,22 +28,6 @@ pub enum Battery {
     MisfitNull,
 }
 
-impl Battery {
-    /// By name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "null" => Self::Null,
-            "single" => Self::Single,
-            "pair" => Self::Pair,
-            "unlisted" => Self::Unlisted,
-            "noise" => Self::Noise,
-            "misfit" => Self::Misfit,
-            "misfit-null" => Self::MisfitNull,
-            _ => return None,
-        })
-    }
-}
-
 /// Amplitude of the smooth misfit, in standard deviations of the noise.
 const WOBBLE: f64 = 2.0;
 

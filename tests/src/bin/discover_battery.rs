@@ -1,24 +1,114 @@
-//! A large battery of sealed sets: `discover_battery KIND FIRST COUNT [verbose]` (pushes: `[PUSHES-PER-SET]`), KIND one of null, single, pair, unlisted,
-//! noise, push-null, push-single; the first five also as null-gaps, …, with empty cells;
-//! systems-null, systems-single, systems-pair, systems-inside and systems-outside run the binary `augsim` that lies beside this one on systems of equations.
-//! Seeds are FIRST, FIRST + 1, …; rows go to standard output. `discover_battery push-measured FOLDER` holds the answer on measured runs of two days
-//! (`mit-pusher-slider-runs`) to what is known of them.
+//! A large battery of sealed sets. Seeds are FIRST, FIRST + 1, …; rows and a summary go to standard output.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
 use augsim_tests::{measured_pushes, push_battery, sealed_systems};
-use std::path::Path;
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// How a battery is run: complete, or with empty cells.
+/// Runs a battery of sealed sets and counts what the loop makes of them.
+#[derive(Debug, Parser)]
+struct Cli {
+    #[command(subcommand)]
+    kind: Kind,
+}
+
+/// Seeds of the sets.
+#[derive(Debug, Clone, Copy, Args)]
+struct Seeds {
+    /// Seed of the first set
+    #[arg(default_value_t = 1)]
+    first: u64,
+    /// Sets
+    #[arg(default_value_t = 20)]
+    count: u64,
+}
+
+/// Sets of a ball.
+#[derive(Debug, Clone, Copy, Args)]
+struct OfBall {
+    #[command(flatten)]
+    seeds: Seeds,
+    /// Print the sets that were told rightly, too
+    #[arg(long)]
+    verbose: bool,
+    /// Empty some cells
+    #[arg(long)]
+    gaps: bool,
+}
+
+/// Sets of pushes.
+#[derive(Debug, Clone, Copy, Args)]
+struct OfPushes {
+    #[command(flatten)]
+    seeds: Seeds,
+    /// Pushes in a set
+    #[arg(default_value_t = 150)]
+    pushes: usize,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+enum Kind {
+    /// A ball and nothing else
+    Null(OfBall),
+    /// A ball with one effect of the library
+    Single(OfBall),
+    /// A ball with two effects
+    Pair(OfBall),
+    /// A ball with a law that the library does not have
+    Unlisted(OfBall),
+    /// A ball with unusual noise
+    Noise(OfBall),
+    /// A ball with one effect beside smooth misfit that each record has of its own
+    Misfit(OfBall),
+    /// A ball with such misfit alone
+    MisfitNull(OfBall),
+    /// Pushes and nothing else
+    PushNull(OfPushes),
+    /// Pushes with one effect
+    PushSingle(OfPushes),
+    /// The answer on measured runs of two days, held to what is known of them
+    PushMeasured {
+        /// Folder of the runs (`mit-pusher-slider-runs`)
+        folder: PathBuf,
+    },
+    /// Systems of equations and nothing else; the binary `augsim` has to lie beside this one
+    SystemsNull(Seeds),
+    /// Systems with one candidate of the library
+    SystemsSingle(Seeds),
+    /// Systems with two
+    SystemsPair(Seeds),
+    /// Systems with a formula inside the grammar, and no library
+    SystemsInside(Seeds),
+    /// Systems with a law outside the grammar
+    SystemsOutside(Seeds),
+}
+
+/// A battery of a ball: complete, or with empty cells.
 type Family = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
 
+fn ball(kind: Battery, OfBall { seeds, verbose, gaps }: OfBall) {
+    let family: Family = if gaps { run_with_gaps } else { run };
+    let summary = family(kind, seeds.first, seeds.count, &mut |row| {
+        if verbose || !row.right {
+            println!("{}", row.line);
+        }
+    });
+    println!("{summary}");
+}
+
+fn pushes(has_effect: bool, OfPushes { seeds, pushes }: OfPushes) {
+    let show = &mut |row: &Row| println!("{}", row.line);
+    println!("{}", push_battery::run(has_effect, seeds.first, seeds.count, pushes, show));
+}
+
 /// Runs a battery of systems of equations.
-fn systems(kind: sealed_systems::Kind, seeds: (u64, u64)) -> std::io::Result<()> {
+fn systems(kind: sealed_systems::Kind, seeds: Seeds) -> std::io::Result<()> {
     let mut augsim = std::env::current_exe()?;
     augsim.set_file_name("augsim");
     let folder = std::env::temp_dir().join(format!("augsim-battery-{}", std::process::id()));
-    let summary = sealed_systems::run(kind, seeds, &augsim, &folder, &mut |row| {
+    let summary = sealed_systems::run(kind, (seeds.first, seeds.count), &augsim, &folder, &mut |row| {
         println!("{} {}", if row.right { " " } else { "!" }, row.line)
     })?;
     println!("{summary}");
@@ -26,45 +116,29 @@ fn systems(kind: sealed_systems::Kind, seeds: (u64, u64)) -> std::io::Result<()>
 }
 
 fn main() -> ExitCode {
-    let args: Vec<String> = std::env::args().collect();
-    let number = |i: usize, default: u64| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
-    let of_systems = args.get(1).and_then(|name| name.strip_prefix("systems-"));
-    if let Some(kind) = of_systems.and_then(sealed_systems::Kind::from_name) {
-        return match systems(kind, (number(2, 0), number(3, 8))) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                eprintln!("{error}; the binary `augsim` has to lie beside this one");
-                ExitCode::FAILURE
-            }
-        };
-    }
-    if let [_, name, folder] = &args[..]
-        && name == "push-measured"
-    {
-        println!("{}", measured_pushes::runs_of_two_days(Path::new(folder)));
-        return ExitCode::SUCCESS;
-    }
-    if let Some(single) = match args.get(1).map(String::as_str) {
-        Some("push-null") => Some(false),
-        Some("push-single") => Some(true),
-        _ => None,
-    } {
-        let pushes = number(4, 150) as usize;
-        let summary = push_battery::run(single, number(2, 1), number(3, 10), pushes, &mut |row| {
-            println!("{}", row.line)
-        });
-        println!("{summary}");
-        return ExitCode::SUCCESS;
-    }
-    let name = args.get(1).map_or("null", String::as_str);
-    let (name, family) = name.strip_suffix("-gaps").map_or((name, run as Family), |n| (n, run_with_gaps));
-    let kind = Battery::from_name(name).unwrap_or(Battery::Null);
-    let verbose = args.len() > 4;
-    let summary = family(kind, number(2, 1), number(3, 20), &mut |row| {
-        if verbose || !row.right {
-            println!("{}", row.line);
+    let of_systems = |kind, seeds| match systems(kind, seeds) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}; the binary `augsim` has to lie beside this one");
+            ExitCode::FAILURE
         }
-    });
-    println!("{summary}");
+    };
+    match Cli::parse().kind {
+        Kind::Null(of) => ball(Battery::Null, of),
+        Kind::Single(of) => ball(Battery::Single, of),
+        Kind::Pair(of) => ball(Battery::Pair, of),
+        Kind::Unlisted(of) => ball(Battery::Unlisted, of),
+        Kind::Noise(of) => ball(Battery::Noise, of),
+        Kind::Misfit(of) => ball(Battery::Misfit, of),
+        Kind::MisfitNull(of) => ball(Battery::MisfitNull, of),
+        Kind::PushNull(of) => pushes(false, of),
+        Kind::PushSingle(of) => pushes(true, of),
+        Kind::PushMeasured { folder } => println!("{}", measured_pushes::runs_of_two_days(&folder)),
+        Kind::SystemsNull(seeds) => return of_systems(sealed_systems::Kind::Null, seeds),
+        Kind::SystemsSingle(seeds) => return of_systems(sealed_systems::Kind::Single, seeds),
+        Kind::SystemsPair(seeds) => return of_systems(sealed_systems::Kind::Pair, seeds),
+        Kind::SystemsInside(seeds) => return of_systems(sealed_systems::Kind::Inside, seeds),
+        Kind::SystemsOutside(seeds) => return of_systems(sealed_systems::Kind::Outside, seeds),
+    }
     ExitCode::SUCCESS
 }

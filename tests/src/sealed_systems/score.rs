@@ -25,20 +25,6 @@ pub enum Kind {
     Outside,
 }
 
-impl Kind {
-    /// By name, without `systems-`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "null" => Self::Null,
-            "single" => Self::Single,
-            "pair" => Self::Pair,
-            "inside" => Self::Inside,
-            "outside" => Self::Outside,
-            _ => return None,
-        })
-    }
-}
-
 /// Shares of the equation's rate that laws have: small, middling, large.
 const SHARES: [f64; 3] = [0.05, 0.15, 0.4];
 
