@@ -8,7 +8,6 @@ mod examples;
 mod exit;
 mod experiment;
 mod filtered;
-mod filtered_push;
 mod interrupt;
 mod league;
 mod output;

@@ -207,3 +207,20 @@ fn a_wrong_prefix_is_one_sentence() {
     assert_eq!(out.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&out.stderr).contains("from short to long"));
 }
+
+#[test]
+fn what_is_measured_is_asked_for_and_a_scenario_that_a_table_lacks_is_refused() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    let refused = |args: &[&str], words: &[&str]| {
+        let out = run(args, d);
+        let error = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{args:?}: {error}");
+        for word in words {
+            assert!(error.contains(word), "{args:?}: `{word}` is not in: {error}");
+        }
+    };
+    refused(&["reproduce", "filtered", "--scenario", "flights"], &["spindoe-table-tennis", "--data"]);
+    refused(&["reproduce", "league", "--scenario", "flights"], &["--scenario flights", "ball and push"]);
+    refused(&["reproduce", "loop", "--scenario", "ball"], &["--scenario", "league", "filtered"]);
+}

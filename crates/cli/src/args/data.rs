@@ -41,6 +41,10 @@ pub enum DataAction {
         /// flags of fresh samples.
         #[arg(long)]
         rate_hz: Option<f64>,
+        /// Put the samples on the frames that their time stamps jitter about: one period for all trajectories, found from the
+        /// stamps.
+        #[arg(long, conflicts_with = "rate_hz")]
+        frame_clock: bool,
         /// Frame of pushes: as recorded (the robot's base), or that of the object's first pose.
         #[arg(long, value_enum, default_value_t = Frame::World)]
         frame: Frame,

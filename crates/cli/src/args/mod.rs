@@ -20,7 +20,7 @@ pub use data::{Data, DataAction, Frame};
 pub use discover::{Accept, Discover, Library};
 pub use forecast::{Evaluate, Predict, ProtocolArg, ViewArgs};
 pub use models::{Effects, Fit, ModelAction, ModelArgs};
-pub use reproduce::{LeagueScenario, NetArg, Reproduce, Scenario};
+pub use reproduce::{LeagueScenario, NetArg, Part, Reproduce, Scenario};
 pub use simulate::{PushProtocolArg, Simulate, SimulateScenario};
 pub use start::Start;
 pub use train::Train;

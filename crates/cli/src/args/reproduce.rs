@@ -15,16 +15,15 @@ pub enum Scenario {
     Loop,
     /// Systems of equations on benchmark sets, with formulas where the library is emptied, beside published figures.
     Systems,
-    /// Drops of which the beginning is seen: every model behind the same prefixes.
+    /// Drops, a push that is repeated, and measured flights of which the beginning is seen: every model behind the same
+    /// prefixes.
     Filtered,
     /// Every model class that `train` knows, and the baselines, under one protocol in one table.
     League,
-    /// A push that is repeated, of which the beginning is seen.
-    FilteredPush,
 }
 
 /// Scenarios of the league.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeagueScenario {
     /// The bouncing ball.
     Ball,
@@ -38,6 +37,28 @@ impl LeagueScenario {
         match self {
             LeagueScenario::Ball => "ball",
             LeagueScenario::Push => "push",
+        }
+    }
+}
+
+/// Scenarios of reproductions that have several.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// The bouncing ball.
+    Ball,
+    /// Planar pushing.
+    Push,
+    /// Measured flights of table-tennis balls, of filtered forecasts.
+    Flights,
+}
+
+impl Part {
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Part::Ball => "ball",
+            Part::Push => "push",
+            Part::Flights => "flights",
         }
     }
 }
@@ -84,9 +105,9 @@ pub struct Reproduce {
     /// Push: train that net on the first pushes of the training set only.
     #[arg(long, requires = "net", value_parser = clap::value_parser!(u32).range(1..))]
     pub train_size: Option<u32>,
-    /// League: this scenario alone (default: both).
-    #[arg(long = "scenario", id = "league_scenario", value_name = "SCENARIO", value_enum)]
-    pub league: Option<LeagueScenario>,
+    /// League and filtered: this scenario alone (default: all).
+    #[arg(long = "scenario", id = "part", value_name = "SCENARIO", value_enum)]
+    pub part: Option<Part>,
     /// Go on with what is in `--out`, which the same settings must have made.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

@@ -18,7 +18,8 @@ use augsim_session::usage::Missing;
 use nets::Runs;
 use push::Pushing;
 use serde::Serialize;
-use sets::{PYBULLET, SetRow};
+pub use sets::PYBULLET;
+use sets::SetRow;
 use std::fmt::Write as _;
 use std::path::Path;
 

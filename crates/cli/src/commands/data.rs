@@ -9,8 +9,8 @@ use crate::output::Output;
 use crate::record::Record;
 use augsim_data::convert::{CONVERTERS, Converted, Converter};
 use augsim_data::push::{in_start_frame, resample};
-use augsim_data::{atomic_write, write_dataset};
-use augsim_session::usage::UnknownName;
+use augsim_data::{FrameClock, atomic_write, write_dataset};
+use augsim_session::usage::{Inapplicable, UnknownName};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,6 +22,13 @@ struct Written {
     trajectories: usize,
     samples: usize,
     pushes: bool,
+}
+
+/// The clock that samples are put on, where it is another than their own.
+#[derive(Clone, Copy)]
+struct Clock {
+    rate_hz: Option<f64>,
+    frames: bool,
 }
 
 /// A conversion: converter, source and destination.
@@ -44,13 +51,14 @@ pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome>
                 output.result(&inspection, || inspection.to_string())?;
             }
         }
-        DataAction::Convert { set, input, file, out, rate_hz, frame } => {
+        DataAction::Convert { set, input, file, out, rate_hz, frame_clock, frame } => {
+            let clock = Clock { rate_hz: *rate_hz, frames: *frame_clock };
             let written = match (input, file) {
                 (Some(input), Some(file)) => {
                     let (data, model) = (file.clone(), beside(file));
                     let conversion = Conversion { converter: converter(set)?, input, data, model };
                     data_file(file, std::slice::from_ref(&conversion.model), &[input])?;
-                    let converted = conversion.run(*rate_hz, *frame)?;
+                    let converted = conversion.run(clock, *frame)?;
                     if let Some(text) = &converted.model_toml {
                         check_model(&conversion.model, text, force)?;
                     }
@@ -63,12 +71,13 @@ pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome>
                     let record = Record::new("data convert")
                         .setting("set", name.display())
                         .setting("rate-hz", rate_hz.map_or("as recorded".to_owned(), |r| r.to_string()))
+                        .setting("frame-clock", frame_clock)
                         .setting("frame", format!("{frame:?}").to_lowercase())
                         .input("data", set);
                     let (files, inputs) = (&["data.csv", "model.toml"], &[set.as_path()]);
                     let claim = Results { folder: out, files, inputs, record, force }.claim()?;
                     let conversion = Conversion { converter, input: set, data, model };
-                    let converted = conversion.run(*rate_hz, *frame)?;
+                    let converted = conversion.run(clock, *frame)?;
                     claim.begin()?;
                     conversion.write(converted)?
                 }
@@ -113,8 +122,16 @@ fn beside(file: &Path) -> PathBuf {
 
 impl Conversion<'_> {
     /// Reads the set.
-    fn run(&self, rate_hz: Option<f64>, frame: Frame) -> anyhow::Result<Converted> {
+    fn run(&self, clock: Clock, frame: Frame) -> anyhow::Result<Converted> {
         let mut converted = (self.converter)(self.input)?;
+        let rate_hz = clock.rate_hz;
+        if clock.frames {
+            let found = FrameClock::of(&converted.data).ok_or_else(|| {
+                let input = self.input.display().to_string();
+                Usage::Inapplicable(Inapplicable::NoFrames { input })
+            })?;
+            converted.data = found.steady(&converted.data)?;
+        }
         if let Some(rate_hz) = rate_hz {
             converted.data = resample(&converted.data, rate_hz)?;
         }

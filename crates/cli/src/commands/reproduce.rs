@@ -6,7 +6,6 @@ use crate::exit::{Outcome, Usage};
 use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
-use crate::filtered_push;
 use crate::league;
 use crate::output::Output;
 use crate::record::Record;
@@ -27,7 +26,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if args.net.is_some() && args.scenario != Scenario::Push {
         return Err(Usage::Inapplicable(Inapplicable::NetAlone).into());
     }
-    if args.league.is_some() && args.scenario != Scenario::League {
+    if args.part.is_some() && !matches!(args.scenario, Scenario::League | Scenario::Filtered) {
         return Err(Usage::Inapplicable(Inapplicable::OneScenario).into());
     }
     match args.scenario {
@@ -37,7 +36,6 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Systems => systems::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
         Scenario::League => league::run(args, seed, force, output),
-        Scenario::FilteredPush => filtered_push::run(args, seed, force, output),
     }
 }
 

@@ -13,15 +13,16 @@ mod runs;
 mod table;
 mod verdict;
 
-use crate::args::{LeagueScenario, Reproduce};
+use crate::args::{LeagueScenario, Part, Reproduce};
 use crate::destination::{Claim, REPORT, RESULT};
-use crate::exit::Outcome;
+use crate::exit::{Outcome, Usage};
 use crate::experiment::Sizes;
 use crate::experiment::data::{Data, Set};
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{claim, repeat};
 use augsim_session::run_dir::DataSource;
+use augsim_session::usage::Inapplicable;
 use entrants::entrants;
 use result::{League, ResultFile};
 use runs::{Effort, Runs};
@@ -33,8 +34,10 @@ const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Runs it.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/league".into());
-    let scenarios = match args.league {
-        Some(one) => vec![one],
+    let scenarios = match args.part {
+        Some(Part::Ball) => vec![LeagueScenario::Ball],
+        Some(Part::Push) => vec![LeagueScenario::Push],
+        Some(Part::Flights) => return Err(Usage::Inapplicable(Inapplicable::FlightsOfLeague).into()),
         None => vec![LeagueScenario::Ball, LeagueScenario::Push],
     };
     let named: Vec<&str> = scenarios.iter().map(|s| s.name()).collect();

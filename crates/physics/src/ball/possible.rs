@@ -41,7 +41,7 @@ impl Possible<'_> {
             Needs::StartTime => has_start_time(records),
             Needs::AreaPerMass => area_per_mass_varies(records),
             Needs::ReleaseAtRest => self.held,
-            Needs::Coasting => false,
+            Needs::Coasting | Needs::OfEach => false,
         };
         possible && !declared && !known && (spec.location != Location::Impact || impacts)
     }

@@ -28,6 +28,7 @@ mod restitution_position;
 mod restitution_speed_linear;
 mod restitution_speed_power;
 mod spin_misalignment;
+mod spin_offset;
 mod vertical_acceleration;
 mod wind;
 
@@ -56,6 +57,7 @@ registry::registry! {
     ground_tilt::GroundTilt,
     contact_duration::ContactDuration,
     spin_misalignment::SpinMisalignment,
+    spin_offset::SpinOffset,
     camera_roll::CameraRoll,
     height_offset::HeightOffset,
     latency::Latency,

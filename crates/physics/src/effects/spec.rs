@@ -71,6 +71,8 @@ pub enum Needs {
     AreaPerMass,
     /// A declared release at rest at `t_s = 0`.
     ReleaseAtRest,
+    /// Values of each trajectory: a model file declares them, and no search over what all share does.
+    OfEach,
     /// A rod so fast that the object coasts from it by more than the noise.
     Coasting,
 }
@@ -88,6 +90,7 @@ impl Needs {
             Needs::StartTime => "the start of each trajectory on the session's clock (start_time_s)",
             Needs::AreaPerMass => "radius_m and mass_kg of balls that differ in them",
             Needs::ReleaseAtRest => "a release at rest at t_s = 0, which the model declares",
+            Needs::OfEach => "a model file that declares it with per = \"trajectory\"",
             Needs::Coasting => "a rod so fast that the object coasts from it",
         }
     }

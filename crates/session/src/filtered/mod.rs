@@ -7,7 +7,7 @@ mod system;
 pub use crate::prefix_length::Seen;
 pub use net::{OfNet, of_net};
 pub use seen::View;
-pub use system::{OfSystem, of_system};
+pub use system::{OfSystem, of_built_in, of_system};
 
 use crate::Usage;
 use crate::forecast::{check_size, summed};

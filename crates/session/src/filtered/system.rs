@@ -44,12 +44,11 @@ pub fn of_system(
     view: &View,
     only: Option<&BTreeSet<String>>,
 ) -> anyhow::Result<OfSystem> {
-    let is_asked = |id: &str| only.is_none_or(|only| only.contains(id));
     match model {
         Subject::Written(model) => {
             let measured = records::read(from, model)?;
             let mut list = records::records(&measured.data, model, false)?;
-            list.retain(|r| is_asked(&r.id));
+            list.retain(|r| only.is_none_or(|only| only.contains(&r.id)));
             let system = WrittenSystem::declared_only(model)?;
             let windows = prepared(&system, &list)?;
             let system = system.tuned(&windows)?;
@@ -58,34 +57,48 @@ pub fn of_system(
         }
         Subject::BuiltIn(model) => {
             let data = from.read(MissingCells::AsGap)?;
-            let (system, reference, own): (Arc<dyn System>, _, _) = match &**model {
-                ModelFile::Ball(model) => {
-                    let opened = model as &dyn Declaration;
-                    let system = opened
-                        .open(&|column| data.has_column(column))
-                        .map_err(anyhow::Error::new)
-                        .with_context(|| format!("{} and {from}", opened.file()))?;
-                    (system, Some(opened.clock_reference_s()), Vec::new())
-                }
-                ModelFile::Push(model) => {
-                    let (system, own) = pushing(model)?;
-                    (system, None, own)
-                }
-            };
-            let (list, groups) = read(&*system, &data)?;
-            let asked = list.into_iter().zip(&groups).filter(|(r, _)| is_asked(&r.id));
-            let (mut list, groups): (Vec<Record>, Vec<_>) = asked.unzip();
-            if let (Some(reference), Some(clock)) = (reference, system.schema().clock) {
-                count_from(&mut list, clock, reference);
-            }
-            let groups: Vec<Option<&str>> = groups.into_iter().map(|g| g.as_deref()).collect();
-            let mut of = together(system, list, &groups, view)?;
-            for (parameter, sd) in own {
-                of.filter = of.filter.with_own(parameter, sd);
-            }
-            Ok(of)
+            of_built_in(model, &data, view, only).with_context(|| from.to_string())
         }
     }
+}
+
+/// A model of a built-in scenario as it stands for trajectories that were read.
+///
+/// # Errors
+/// As [`of_system`].
+pub fn of_built_in(
+    model: &ModelFile,
+    data: &Dataset,
+    view: &View,
+    only: Option<&BTreeSet<String>>,
+) -> anyhow::Result<OfSystem> {
+    let (system, reference, own): (Arc<dyn System>, _, _) = match model {
+        ModelFile::Ball(model) => {
+            let opened = model as &dyn Declaration;
+            let system = opened
+                .open(&|column| data.has_column(column))
+                .map_err(anyhow::Error::new)
+                .with_context(|| opened.file().to_owned())?;
+            (system, Some(opened.clock_reference_s()), Vec::new())
+        }
+        ModelFile::Push(model) => {
+            let (system, own) = pushing(model)?;
+            (system, None, own)
+        }
+    };
+    let (list, groups) = read(&*system, data)?;
+    let is_asked = |r: &Record| only.is_none_or(|only| only.contains(&r.id));
+    let asked = list.into_iter().zip(&groups).filter(|(r, _)| is_asked(r));
+    let (mut list, groups): (Vec<Record>, Vec<_>) = asked.unzip();
+    if let (Some(reference), Some(clock)) = (reference, system.schema().clock) {
+        count_from(&mut list, clock, reference);
+    }
+    let groups: Vec<Option<&str>> = groups.into_iter().map(|g| g.as_deref()).collect();
+    let mut of = together(system, list, &groups, view)?;
+    for (parameter, sd) in own {
+        of.filter = of.filter.with_own(parameter, sd);
+    }
+    Ok(of)
 }
 
 /// The declared pushing, and the parameters that differ from push to push with their standard deviations.

@@ -20,6 +20,12 @@ pub enum Inapplicable {
     NetAlone,
     /// `--scenario` for a reproduction that has one only.
     OneScenario,
+    /// `--scenario flights` of the league.
+    FlightsOfLeague,
+    /// `--scenario flights` without measured flights.
+    FlightsUnmeasured { folder: &'static str },
+    /// `--frame-clock` for stamps that tell no frames.
+    NoFrames { input: String },
     /// `--iterations` for a reproduction without nets.
     IterationsWithoutNets,
     /// `--start` or `--check` for a ball or a push.
@@ -49,7 +55,12 @@ impl fmt::Display for Inapplicable {
             }
             Inapplicable::PositionUnmeasured => "--require-pos-m: this system measures no position in m",
             Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
-            Inapplicable::OneScenario => "--scenario: only `reproduce league` has several; leave it out",
+            Inapplicable::OneScenario => {
+                "--scenario: only `reproduce league` and `reproduce filtered` have several; leave it out"
+            }
+            Inapplicable::FlightsOfLeague => {
+                "--scenario flights: the league is of ball and push; leave it out, or choose one of these"
+            }
             Inapplicable::IterationsWithoutNets => {
                 "--iterations: reproduce systems trains no nets; leave it out"
             }
@@ -66,6 +77,18 @@ impl fmt::Display for Inapplicable {
                 return write!(
                     f,
                     "the recipe of {recipe} reads no physics; leave out --residual-of, or choose a hybrid"
+                );
+            }
+            Inapplicable::FlightsUnmeasured { folder } => {
+                return write!(
+                    f,
+                    "--scenario flights: these are measured; give the folder of `{folder}` with --data"
+                );
+            }
+            Inapplicable::NoFrames { input } => {
+                return write!(
+                    f,
+                    "--frame-clock: the time stamps of {input} lie on no frames of one length; leave it out"
                 );
             }
             Inapplicable::SensorOfUnseen { word, column } => {

@@ -189,7 +189,7 @@ fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
             Needs::Spin | Needs::SpinInSpace => Some("the spin"),
             Needs::StartTime => Some("the clock of the session"),
             Needs::AreaPerMass => Some("the ball's size and mass"),
-            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting => None,
+            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting | Needs::OfEach => None,
         },
     };
     what.map(|what| (block.kind.as_str(), what))

@@ -1,5 +1,6 @@
 //! One trait for every model that forecasts behind a prefix.
 
+use super::started::Started;
 use super::{EngineLaw, Filter, FittedDrop, NetLaw, RestitutionLaw, Sensor, StartLaw, StepLaw};
 use crate::{Forecaster, NetModel, SAMPLES, Samples, Task, TrainerError};
 use augsim_data::random_stream;
@@ -87,7 +88,10 @@ impl PrefixForecaster for RestitutionLaw {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        stepped(&|| Ok(Box::new(*self)), None, prefix, lengths, settings)
+        let law = || -> Result<Box<dyn StepLaw>, TrainerError> {
+            Ok(if prefix.sensor.is_exact() { Box::new(*self) } else { Box::new(Started::new(*self)) })
+        };
+        stepped(&law, None, prefix, lengths, settings)
     }
 }
 

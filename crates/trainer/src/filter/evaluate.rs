@@ -32,7 +32,7 @@ pub fn evaluate_filtered(
         .map(|(index, (q, lengths))| {
             let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
-            let rows = measured(q, sensor, noise, index as u64);
+            let rows = seen_rows(q, sensor, noise, index as u64);
             let prefix = Prefix {
                 id: &q.id,
                 rows: &rows[..fitting.last().copied().unwrap_or(0) * sensor.sd().len()],
@@ -60,7 +60,7 @@ pub fn evaluate_filtered(
 
 /// The rows `[T, S]` of a trajectory as the sensor measures them: one stream of noise for each trajectory and seed; without a
 /// seed they are readings already.
-fn measured(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
+pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
     let mut rng = random_stream(seed.unwrap_or_default(), "sensor", index);
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
     let mut rows = q.states.clone();

@@ -57,6 +57,8 @@ pub struct Filter<'m> {
     alike: (usize, Gaussian),
     /// Whether they still are.
     is_alike: bool,
+    /// Whether the first state is a part of the latents.
+    has_starts: bool,
     workspace: Workspace,
     scratch: Scratch,
     samples: Samples,
@@ -140,6 +142,7 @@ impl<'m> Filter<'m> {
             prefix: vec![0.0; count],
             alike: (0, Gaussian::diagonal(&start.mean, &start.sd)),
             is_alike: true,
+            has_starts: false,
             workspace: Workspace::default(),
             scratch: Scratch::with_room(count, law.latent_dim(), law.state_dim()),
             samples: Samples { count: 0, values: Vec::new() },
@@ -170,8 +173,13 @@ impl<'m> Filter<'m> {
         self.check(row)?;
         if self.rows.is_empty() {
             self.rows.extend_from_slice(row);
-            self.alike = (1, self.first_state(row));
-            self.states.repeat(&self.alike.1, self.count);
+            let first = self.first_state(row);
+            self.is_alike = !self.law.begin(&first.mean, &first.covariance);
+            self.has_starts = !self.is_alike;
+            self.alike = (1, first);
+            let mut states = std::mem::take(&mut self.states);
+            self.begin_at(&self.latents, &mut states);
+            self.states = states;
             return Ok(());
         }
         // What is borrowed here is put back, also after an error.
@@ -432,11 +440,22 @@ impl<'m> Filter<'m> {
         }
     }
 
+    /// States behind the rows that tell no latents apart.
+    fn begin_at(&self, latents: &[f64], states: &mut States) {
+        states.repeat(&self.alike.1, self.count);
+        if self.has_starts {
+            let (l, s) = (self.law.latent_dim(), self.law.state_dim());
+            let each = latents.chunks_exact(l).zip(states.mean.chunks_exact_mut(s));
+            each.for_each(|(latent, state)| self.law.first(latent, state));
+            states.covariance.fill(0.0);
+        }
+    }
+
     /// States after all rows seen, and the log density of the rows that tell latents apart, for the proposed latents.
     fn replay(&mut self, scratch: &mut Scratch) -> Result<(), TrainerError> {
         let s = self.law.state_dim();
         let Scratch { replayed, prefix, proposed, .. } = scratch;
-        replayed.repeat(&self.alike.1, self.count);
+        self.begin_at(proposed, replayed);
         zeros(prefix, self.count);
         for t in self.alike.0..self.seen() {
             let actions = actions(self.actions, self.width, t);

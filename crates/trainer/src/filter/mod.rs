@@ -18,21 +18,24 @@ mod mixture;
 mod mode;
 mod moments;
 mod net;
+mod own;
 mod particles;
 mod posterior;
 mod remainder;
 mod restitution;
 mod score;
 mod sensor;
+mod started;
 mod system;
 mod weights;
 
 pub use behind::{FilterSettings, Prefix, PrefixForecaster};
 pub use engine::EngineLaw;
-pub use evaluate::{behind_rows, evaluate_filtered};
+pub use evaluate::{behind_rows, evaluate_filtered, seen_rows};
 pub use least_squares::{FittedDrop, Freedom};
 pub use mixture::Filter;
 pub use net::NetLaw;
+pub use own::OwnLaws;
 pub use remainder::Remembered;
 pub use restitution::RestitutionLaw;
 pub use score::FilteredScore;
@@ -61,6 +64,14 @@ pub trait StepLaw {
     fn resolution(&self, _j: usize) -> f64 {
         0.0
     }
+
+    /// Takes the law of the first state, corrected by the first row; true where the first state is a part of the latents.
+    fn begin(&mut self, _mean: &[f64], _covariance: &[f64]) -> bool {
+        false
+    }
+
+    /// The first state of a latent, where it is a part of it.
+    fn first(&self, _latent: &[f64], _state: &mut [f64]) {}
 
     /// Means and variances `[lane, S]` of the next states for `states [lane, S]` and `latents [lane, L]`, while the actions go
     /// from `from` to `to`.

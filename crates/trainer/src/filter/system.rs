@@ -3,6 +3,7 @@
 use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
 use super::case::{Case, Unknown};
 use super::mode::Mode;
+use super::own::OwnLaws;
 use super::posterior::posterior;
 use super::weights::systematic;
 use crate::{Samples, TrainerError};
@@ -27,6 +28,8 @@ pub struct SystemFilter {
     unknowns: Vec<Unknown>,
     shared: bool,
     records: Vec<Record>,
+    /// Noise of each channel, where it was learned.
+    noise: Option<Vec<f64>>,
 }
 
 impl SystemFilter {
@@ -46,6 +49,7 @@ impl SystemFilter {
             shared: false,
             records: records.iter().map(unmeasured).collect(),
             system,
+            noise: None,
         };
         filter.collect();
         filter
@@ -63,6 +67,51 @@ impl SystemFilter {
             bounds,
         });
         self
+    }
+
+    /// The same with laws that were learned. Noise that is not stated is theirs as well.
+    #[must_use]
+    pub fn with_laws(mut self, own: &OwnLaws) -> Self {
+        for (seed, mean, sd) in own.laws() {
+            if let Some(place) = self.unknowns.iter().position(|u| u.seed == *seed) {
+                self.set_law(place, (*mean, *sd));
+            }
+        }
+        self.noise = Some(own.noise().to_vec());
+        self
+    }
+
+    /// Places of the unknowns that are parameters with a law.
+    pub(super) fn own_places(&self) -> Vec<usize> {
+        let is_own = |u: &Unknown| matches!(u.seed, Seed::Parameter(_)) && u.law.is_some();
+        (0..self.unknowns.len()).filter(|&i| is_own(&self.unknowns[i])).collect()
+    }
+
+    /// What the unknown of a place is.
+    pub(super) fn seed(&self, place: usize) -> Seed {
+        self.unknowns[place].seed
+    }
+
+    /// Mean and standard deviation of an unknown; those of nothing where it has no law.
+    pub(super) fn law(&self, place: usize) -> (f64, f64) {
+        self.unknowns[place].law.unwrap_or((0.0, f64::INFINITY))
+    }
+
+    /// Gives an unknown another law.
+    pub(super) fn set_law(&mut self, place: usize, law: (f64, f64)) {
+        self.unknowns[place].law = Some(law);
+    }
+
+    /// Mode and variance of the unknowns at `places` behind a whole prefix, and the noise of each channel.
+    pub(super) fn own_fit(
+        &self,
+        prefix: &Prefix<'_>,
+        places: &[usize],
+    ) -> Result<(Vec<[f64; 2]>, Vec<f64>), TrainerError> {
+        let (case, mode) = self.mode(prefix, prefix.rows)?;
+        let width = mode.at.len();
+        let own = places.iter().map(|&i| [mode.at[i], mode.covariance[i * width + i]]);
+        Ok((own.collect(), case.sd))
     }
 
     fn collect(&mut self) {
@@ -114,7 +163,8 @@ impl SystemFilter {
         };
         let known = |c: usize| {
             let stated = prefix.sensor.sd()[c].filter(|sd| *sd > 0.0);
-            stated.or(schema.channels[c].sd.filter(|sd| *sd > 0.0))
+            let learned = self.noise.as_ref().map(|noise| noise[c]);
+            stated.or(schema.channels[c].sd.filter(|sd| *sd > 0.0)).or(learned)
         };
         let known: Vec<Option<f64>> = (0..channels).map(known).collect();
         let record = &self.records[prefix.index as usize];

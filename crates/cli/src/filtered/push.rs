@@ -1,7 +1,8 @@
-//! `reproduce filtered-push`: the beginning of a push that is repeated is seen, the rest is forecast.
+//! The beginning of a push that is repeated is seen, the rest is forecast.
 
-use crate::args::Reproduce;
-use crate::destination::RESULT;
+use super::Plan;
+use super::page;
+use crate::destination::{REPORT, RESULT};
 use crate::exit::Outcome;
 use crate::output::Output;
 use crate::record::Record;
@@ -77,11 +78,11 @@ struct Row {
 }
 
 /// Runs it.
-pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let out = args.out.clone().unwrap_or_else(|| "out/filtered-push".into());
+pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
+    let Plan { args, seed, .. } = plan;
     let [train, test] = PUSHES[usize::from(args.quick)];
-    let record = Record::new("reproduce filtered-push").setting("seed", seed).setting("quick", args.quick);
-    let claim = claim(&out, record, &[], args.resume, force)?;
+    let record = Record::new("reproduce filtered push").setting("seed", seed).setting("quick", args.quick);
+    let claim = claim(plan.out, record, &[], args.resume, plan.force)?;
     claim.begin()?;
     output.note(format!("making {train} pushes to learn from and {test} others"));
     let measured = Recipe { rate_hz: RATE_HZ, ..recipe(Protocol::Repeat, "rect1", "abs", train)? };
@@ -128,7 +129,13 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let fitted = OWN.into_iter().fold(physics, |filter, (parameter, sd)| filter.with_own(parameter, sd));
     score("Physics, pose, c and friction fitted", &fitted, &few)?;
     score("Memory of other pushes", &remembered, &scored)?;
-    let mut words = vec!["filtered-push".to_owned(), "--seed".to_owned(), seed.to_string()];
+    let mut words = vec![
+        "filtered".to_owned(),
+        "--scenario".to_owned(),
+        "push".to_owned(),
+        "--seed".to_owned(),
+        seed.to_string(),
+    ];
     words.extend(args.quick.then(|| "--quick".to_owned()));
     let result = ResultFile {
         schema: "augsim.filtered-push/1",
@@ -139,7 +146,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         command: repeat(words),
     };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    output.result(&result, || table(&result))?;
+    let path = claim.write(REPORT, &page_of(&result).render())?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -163,6 +171,34 @@ fn simulated(declared: &PushModel, data: &Dataset, pushes: usize) -> anyhow::Res
         .collect();
     let system: Arc<dyn System> = Arc::new(declared.open());
     Ok(SystemFilter::new(system, &records, &vec![None; records.len()]))
+}
+
+fn page_of(result: &ResultFile) -> augsim_report::page::Page {
+    let numbers = [
+        ("seen", "s", 1),
+        ("pushes", "", 0),
+        ("position", "mm", 3),
+        ("rotation", "degrees", 3),
+        ("CRPS", "mm", 3),
+        ("CRPS", "degrees", 3),
+        ("in 50 %", "%", 1),
+        ("in 90 %", "%", 1),
+    ];
+    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
+    let row = |r: &Row| {
+        let errors =
+            [r.seen_s, r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
+        let bands = [r.coverage50, r.coverage90].map(percent);
+        (r.model.to_owned(), errors.into_iter().chain(bands).collect())
+    };
+    let caption = "Errors of the median of 100 samples over the rest, mean over pushes.".to_owned();
+    let summary = format!(
+        "A push is repeated over tables that differ; its beginning is seen with 0.3 mm and 0.1 degrees. {} other pushes to learn \
+         from.",
+        result.train
+    );
+    let tables = vec![page::table(caption, &numbers, result.rows.iter().map(row))];
+    page::page(("A push that is repeated", summary), Vec::new(), tables, (&result.command, result.seed))
 }
 
 fn table(result: &ResultFile) -> String {

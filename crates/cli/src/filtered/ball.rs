@@ -1,21 +1,25 @@
-//! `reproduce filtered`: the beginning of a drop is seen, the rest is forecast, by every model behind the same prefixes.
+//! The beginning of a drop is seen, the rest is forecast, by every model behind the same prefixes.
 
-use crate::args::Reproduce;
-use crate::destination::RESULT;
+use super::Plan;
+use super::page;
+use crate::destination::{REPORT, RESULT};
 use crate::exit::Outcome;
 use crate::experiment::data::Data;
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use crate::session::{self, Times};
+use anyhow::Context;
+use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::{self, PaperLaw};
+use augsim_report::page::Block;
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, FittedDrop, Freedom, PrefixForecaster, RestitutionLaw, Sensor, StartLaw,
-    behind_rows, evaluate_filtered,
+    FilterSettings, FilteredScore, FittedDrop, Freedom, Prefix, PrefixForecaster, RestitutionLaw, Sensor,
+    StartLaw, behind_rows, evaluate_filtered, seen_rows,
 };
-use augsim_trainer::{Recipe, Sequences, Settings};
+use augsim_trainer::{NetModel, Recipe, Sequences, Settings};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -85,16 +89,22 @@ struct Errors {
 }
 
 /// Runs it.
-pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let out = args.out.clone().unwrap_or_else(|| "out/filtered".into());
+pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
+    let Plan { args, seed, .. } = plan;
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
-    let mut record = Record::new("reproduce filtered")
+    let mut record = Record::new("reproduce filtered ball")
         .setting("seed", seed)
         .setting("quick", args.quick)
         .setting("iterations", iterations);
-    let mut words = vec!["filtered".to_owned(), "--seed".to_owned(), seed.to_string()];
+    let mut words = vec![
+        "filtered".to_owned(),
+        "--scenario".to_owned(),
+        "ball".to_owned(),
+        "--seed".to_owned(),
+        seed.to_string(),
+    ];
     words.extend(["--iterations".to_owned(), iterations.to_string()]);
-    let (train, test) = match &args.data {
+    let (train, test) = match plan.data {
         Some(folder) => {
             words.extend(["--data".to_owned(), folder.display().to_string()]);
             let file = |name: &str| DataSource::File(folder.join(name));
@@ -113,8 +123,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             record = record.input(name, path);
         }
     }
-    let inputs: Vec<&Path> = args.data.iter().map(AsRef::as_ref).collect();
-    let claim = claim(&out, record, &inputs, args.resume, force)?;
+    let inputs: Vec<&Path> = plan.data.into_iter().collect();
+    let claim = claim(plan.out, record, &inputs, args.resume, plan.force)?;
     claim.begin()?;
     let (data, _) = Data::drops(&train, &test)?;
     output.note(format!("training Hybrid+ ({iterations} iterations)"));
@@ -161,8 +171,10 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         command: repeat(words),
     };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let fan = narrowing(&net.model, &start, &items, seed)?;
+    let path = claim.write(REPORT, &page_of(&result, fan).render())?;
     claim.write_timing(Times::of([&net]))?;
-    output.result(&result, || table(&result))?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -195,6 +207,72 @@ fn scored(
         }
     };
     Ok(LENGTHS.into_iter().zip(scores).map(row).collect())
+}
+
+/// The drop that the page shows, behind these many heights of 2 mm.
+const SHOWN: [usize; 4] = [30, 60, 65, 90];
+
+/// Forecasts of the first test drop behind more and more rows.
+fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) -> anyhow::Result<Block> {
+    let (name, sd) = SENSORS[1];
+    let sensor = Sensor::new(sd.to_vec())?;
+    let q = test.items.first().context("a test drop")?;
+    let rows = seen_rows(q, &sensor, Some(seed), 0);
+    let (id, columns) = (&q.id, sd.len());
+    let last = SHOWN[SHOWN.len() - 1];
+    let prefix = Prefix {
+        id,
+        rows: &rows[..last * columns],
+        sensor: &sensor,
+        start,
+        actions: &q.actions,
+        time: q.time,
+        index: 0,
+    };
+    let samples = model.forecasts(prefix, &SHOWN, FilterSettings::new(PARTICLES, seed))?;
+    let step_s = BulletBall::default().step_s;
+    let times: Vec<f64> = (0..q.time).map(|k| step_s * k as f64).collect();
+    let heights: Vec<f64> = q.states.iter().step_by(columns).copied().collect();
+    let caption = format!(
+        "Hybrid+ forecasts drop `{id}` of the test set behind its first heights, seen with {name}. Before the rebound the restitution \
+         is that of any drop; a few samples behind it the drop is known."
+    );
+    let forecasts: Vec<_> = SHOWN.into_iter().zip(samples).collect();
+    Ok(page::fans(("height", "m"), (&times, &heights), &forecasts, (0, columns), caption))
+}
+
+fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
+    let numbers = [
+        ("n", "", 0),
+        ("trans", "%", 3),
+        ("position", "m", 4),
+        ("velocity", "m/s", 3),
+        ("CRPS", "m", 4),
+        ("CRPS", "m/s", 3),
+        ("in 50 %", "%", 1),
+        ("in 90 %", "%", 1),
+    ];
+    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
+    let row = |r: &Row| {
+        let e = &r.whole;
+        let numbers = [r.seen as f64, e.trans_percent, e.pos_m, e.vel_m_s, r.crps[0], r.crps[1]].map(Some);
+        (r.model.to_owned(), numbers.into_iter().chain([r.coverage50, r.coverage90].map(percent)).collect())
+    };
+    let table = |(sensor, _): (&str, _)| {
+        let rows = result.rows.iter().filter(|r| r.sensor == sensor).map(row);
+        page::table(format!("Sensor: {sensor}. Seen rows count as no error."), &numbers, rows)
+    };
+    let summary = format!(
+        "{} drops: n rows of 400 are seen, the rest is forecast; errors of the median of 100 samples.",
+        result.trajectories
+    );
+    let tables = SENSORS.map(|(name, sd)| table((name, sd))).into_iter().collect();
+    page::page(
+        ("Drops of which the beginning is seen", summary),
+        vec![fan],
+        tables,
+        (&result.command, result.seed),
+    )
 }
 
 /// The table of the whole definition, sensor by sensor.

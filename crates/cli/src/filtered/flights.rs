@@ -1,0 +1,351 @@
+//! Measured flights of table-tennis balls: physics as declared, as the loop augments it, and with what differs from flight to
+//! flight learned from other flights.
+
+use super::Plan;
+use super::page;
+use crate::destination::{REPORT, RESULT};
+use crate::exit::Outcome;
+use crate::output::Output;
+use crate::record::Record;
+use crate::reproduction::{claim, repeat};
+use anyhow::Context;
+use augsim_data::convert::CONVERTERS;
+use augsim_data::{Dataset, FrameClock, Trajectory, atomic_write, write_dataset};
+use augsim_discovery::Options;
+use augsim_physics::ball::{Axes, FLOOR};
+use augsim_physics::model::{Model, ModelFile};
+use augsim_physics::system::{Seed, System};
+use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, View, of_built_in};
+use augsim_trainer::SAMPLES;
+use augsim_trainer::filter::{
+    FilterSettings, FilteredScore, OwnLaws, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Seconds seen.
+const SECONDS: [f64; 3] = [0.05, 0.1, 0.2];
+/// One file number in so many is held out.
+const HELD_OUT: u32 = 3;
+/// The effect that is a spin of each flight's own.
+const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
+/// Standard deviation that the laws of a spin begin with, rad/s, and its range.
+const SPIN_SD: f64 = 200.0;
+/// The height of the table is known to so much, m: the set says where a centre reads when the ball touches it.
+const FLOOR_SD: f64 = 0.004;
+/// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
+/// evidence of more than there is.
+const FACTORS: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0];
+/// Least share of training values that the 90 % bands must hold, mean over the prefixes. More costs the median: a model that is
+/// told to doubt its readings forgets the spin.
+const HELD: f64 = 0.8;
+/// Height of the ball below which it may touch the table, m.
+const NEAR_TABLE_M: f64 = 0.08;
+/// Steps over which a direction of flight is judged.
+const STEPS: usize = 3;
+
+#[derive(Debug, Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    /// Flights learned from and held out.
+    train: usize,
+    held_out: usize,
+    /// Frames of the camera, s, and the jitter of the stamps about them, s.
+    frame_s: f64,
+    jitter_s: f64,
+    /// Noise of the positions, m, and the factor of it at which the bands of training flights hold.
+    noise_m: Vec<f64>,
+    noise_factor: f64,
+    /// Mean and standard deviation from flight to flight of each number that is a flight's own.
+    own: BTreeMap<String, [f64; 2]>,
+    rows: Vec<Row>,
+    seed: u64,
+    command: String,
+}
+
+/// A model behind a prefix.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Always `filtered`.
+    protocol: &'static str,
+    model: &'static str,
+    /// Seconds seen.
+    seen_s: f64,
+    /// Flights scored.
+    flights: usize,
+    /// Median over flights of the mean error of the median over the rest.
+    rest_mm: f64,
+    /// The same over the rest before the first rebound.
+    in_flight_mm: f64,
+    /// Share in the 90 % band before the first rebound.
+    in_flight_coverage90: Option<f64>,
+    /// Mean over all rows of the rest: a few flights that end otherwise decide it.
+    rest_mean_mm: f64,
+    crps_mm: f64,
+    coverage50: Option<f64>,
+    coverage90: Option<f64>,
+}
+
+/// Runs it.
+pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outcome> {
+    let seed = plan.seed;
+    let record = Record::new("reproduce filtered flights").setting("seed", seed).input("data", data);
+    let claim = claim(plan.out, record, &[data], plan.args.resume, plan.force)?;
+    claim.begin()?;
+    let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
+    let converted = convert(data)?;
+    let declared = converted.model_toml.context("flights come with a model")?;
+    let clock = FrameClock::of(&converted.data).context("the stamps of the flights tell no frames")?;
+    let steady = until_they_turn(&clock.steady(&converted.data)?)?;
+    let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT == 0);
+    let places = |held: bool| -> Vec<usize> {
+        (0..steady.trajectories().len()).filter(|&i| held_out(&steady.trajectories()[i]) == held).collect()
+    };
+    let (train, test) = (steady.select(&places(false)), steady.select(&places(true)));
+    for (name, set) in [("train.csv", &train), ("held-out.csv", &test)] {
+        write_dataset(set, &claim.folder().join(name))?;
+    }
+    output.note("finding what the declared model lacks");
+    let model = Model::parse(&declared, "model.toml")?;
+    let options = Options { seed, ..Options::default() };
+    let found = augsim_discovery::discover(&model, &train, &options, &mut |_| {})?;
+    atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
+    output.note("learning what differs from flight to flight");
+    let own = with_spin(&found.model_toml);
+    let opened = |text: &str, data: &Dataset| -> anyhow::Result<OfSystem> {
+        of_built_in(&ModelFile::parse(text, "model.toml")?, data, &View::default(), None)
+    };
+    let mut of_train = opened(&own, &train)?;
+    of_train.filter = of_train.filter.with_own(FLOOR, FLOOR_SD);
+    let laws = OwnLaws::learn(&of_train.filter, &of_train.data.set)?;
+    let seen_of = |data: &Dataset| -> Vec<Vec<usize>> {
+        let of = |t: &Trajectory| SECONDS.map(|s| Seen::Seconds(s).rows(t.time_s())).to_vec();
+        data.trajectories().iter().map(of).collect()
+    };
+    of_train.filter = of_train.filter.with_laws(&laws);
+    let factor = honest(&of_train, &laws, &seen_of(&train), seed, output)?;
+    let in_flight = before_the_rebound(&test)?;
+    // Rows seen of each flight, those of the parts before the rebound included.
+    let lengths = seen_of(&test);
+    let mut rows = Vec::new();
+    for (name, text, laws) in [
+        ("Physics", &declared, None),
+        ("Physics augmented", &found.model_toml, None),
+        ("Physics augmented, own spin", &own, Some(&laws)),
+    ] {
+        output.note(name);
+        let score = |data: &Dataset| -> anyhow::Result<_> {
+            let OfSystem { mut filter, data, sensor, start } = opened(text, data)?;
+            if let Some(laws) = laws {
+                filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws);
+                let sensor = believed(laws, factor)?;
+                return scored(&filter, &data, (&sensor, &start), (&lengths, seed));
+            }
+            scored(&filter, &data, (&sensor, &start), (&lengths, seed))
+        };
+        let each = score(&test)?.into_iter().zip(score(&in_flight)?).zip(SECONDS);
+        rows.extend(each.map(|((rest, flight), seen_s)| Row {
+            protocol: "filtered",
+            model: name,
+            seen_s,
+            flights: rest.trajectories,
+            rest_mm: 1e3 * rest.rest_of_most[0],
+            in_flight_mm: 1e3 * flight.rest_of_most[0],
+            in_flight_coverage90: flight.coverage90,
+            rest_mean_mm: 1e3 * rest.rest[0],
+            crps_mm: 1e3 * rest.crps[0],
+            coverage50: rest.coverage50,
+            coverage90: rest.coverage90,
+        }));
+    }
+    let words =
+        ["filtered", "--scenario", "flights", "--seed", &seed.to_string(), "--data"].map(str::to_owned);
+    let result = ResultFile {
+        schema: "augsim.filtered-flights/1",
+        scenario: "flights",
+        train: train.trajectories().len(),
+        held_out: test.trajectories().len(),
+        frame_s: clock.period_s,
+        jitter_s: clock.jitter_s,
+        noise_m: laws.noise().to_vec(),
+        noise_factor: factor,
+        own: named(&laws, &own)?,
+        rows,
+        seed,
+        command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let path = claim.write(REPORT, &page_of(&result).render())?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The least factor of the noise at which the bands of training flights hold what they say.
+fn honest(
+    train: &OfSystem,
+    laws: &OwnLaws,
+    lengths: &[Vec<usize>],
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<f64> {
+    for factor in FACTORS {
+        let known = (&believed(laws, factor)?, &train.start);
+        let scores = scored(&train.filter, &train.data, known, (lengths, seed))?;
+        let held = scores.iter().filter_map(|s| s.coverage90).sum::<f64>() / scores.len() as f64;
+        output.detail(format!(
+            "noise times {factor}: 90 % bands of training flights hold {:.1} %",
+            100.0 * held
+        ));
+        if held >= HELD {
+            return Ok(factor);
+        }
+    }
+    Ok(FACTORS[FACTORS.len() - 1])
+}
+
+/// The sensor whose readings count as if their noise were so many times what it is.
+fn believed(laws: &OwnLaws, factor: f64) -> anyhow::Result<Sensor> {
+    Ok(Sensor::new(laws.noise().iter().map(|sd| Some(factor * sd)).collect())?)
+}
+
+fn scored(
+    model: &dyn PrefixForecaster,
+    data: &Timed,
+    known: (&Sensor, &StartLaw),
+    (lengths, seed): (&[Vec<usize>], u64),
+) -> anyhow::Result<Vec<FilteredScore>> {
+    let settings = FilterSettings { particles: PARTICLES, samples: SAMPLES, seed, is_measured: true };
+    Ok(evaluate_filtered(model, &data.set, known, lengths, settings)?)
+}
+
+/// The laws by the names of their parameters.
+fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
+    let system = Model::parse(model, "model.toml")?.open(Axes::Space);
+    let name = |seed: &Seed| match seed {
+        Seed::Parameter(i) => system.quantity(*i).name,
+        Seed::Start(i) => format!("start {i}"),
+        Seed::Offset(i) => format!("offset {i}"),
+    };
+    Ok(laws.laws().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
+}
+
+/// The model with a spin of each flight's own.
+fn with_spin(model: &str) -> String {
+    let range = SPIN_SD * 12_f64.sqrt() / 2.0;
+    let axis = |axis: &str| {
+        format!(
+            "{axis}_rad_s = {{ nominal = 0.0, min = {:.1}, max = {range:.1}, per = \"trajectory\" }}\n",
+            -range
+        )
+    };
+    format!("{model}{SPIN}{}{}{}", axis("x"), axis("y"), axis("z"))
+}
+
+/// The flights up to where the ball turns back along the table: a player hit it.
+fn until_they_turn(data: &Dataset) -> anyhow::Result<Dataset> {
+    let y = data.column_index("y_m")?;
+    cut(data, |t| {
+        let y = t.column(y);
+        let way = |k: usize| y[k + STEPS] - y[k];
+        let last = t.len().saturating_sub(STEPS);
+        (1..last).find(|&k| way(k) * way(0) < 0.0).unwrap_or(t.len())
+    })
+}
+
+/// The flights up to the first rebound.
+fn before_the_rebound(data: &Dataset) -> anyhow::Result<Dataset> {
+    let z = data.column_index("z_m")?;
+    cut(data, |t| {
+        let z = t.column(z);
+        let turns = |k: usize| {
+            z[k] < NEAR_TABLE_M
+                && z[k] < z[k - STEPS]
+                && z[k] < z[k + STEPS]
+                && z[k] <= z[k - 1]
+                && z[k] <= z[k + 1]
+        };
+        (STEPS..t.len().saturating_sub(STEPS)).find(|&k| turns(k)).unwrap_or(t.len())
+    })
+}
+
+/// The samples of each trajectory up to an index, at least one.
+fn cut(data: &Dataset, end: impl Fn(&Trajectory) -> usize) -> anyhow::Result<Dataset> {
+    let shorter = |t: &Trajectory| {
+        let end = end(t).max(1);
+        t.with_samples(t.time_s()[..end].to_vec(), t.values().iter().map(|v| v[..end].to_vec()).collect())
+    };
+    let all = data.trajectories().iter().map(shorter).collect::<Result<_, _>>()?;
+    Ok(Dataset::new(data.columns().to_vec(), all)?)
+}
+
+fn page_of(result: &ResultFile) -> augsim_report::page::Page {
+    let numbers = [
+        ("seen", "s", 2),
+        ("rest", "mm", 1),
+        ("in flight", "mm", 1),
+        ("mean", "mm", 1),
+        ("CRPS", "mm", 1),
+        ("in 50 %", "%", 1),
+        ("in 90 %", "%", 1),
+    ];
+    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
+    let row = |r: &Row| {
+        let errors = [r.seen_s, r.rest_mm, r.in_flight_mm, r.rest_mean_mm, r.crps_mm].map(Some);
+        let bands = [r.coverage50, r.coverage90].map(percent);
+        (r.model.to_owned(), errors.into_iter().chain(bands).collect())
+    };
+    let caption = format!(
+        "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples; in flight: before the first rebound; \
+         mean: over all rows.",
+        result.held_out
+    );
+    let summary = format!(
+        "{} flights of table-tennis balls, {} others to learn from; the first part of a second is seen, the rest is forecast.",
+        result.held_out, result.train
+    );
+    let tables = vec![page::table(caption, &numbers, result.rows.iter().map(row))];
+    page::page(("Measured flights", summary), Vec::new(), tables, (&result.command, result.seed))
+}
+
+fn table(result: &ResultFile) -> String {
+    let mut out = format!(
+        "filtered forecasts of {} measured flights, {} others to learn from: the beginning is seen, the rest is forecast; median \
+         over flights of the mean error of the median of {SAMPLES} samples; stamps on frames of {:.3} ms (jitter {:.2} ms)\n  \
+         {:<30}{:>7}{:>9}{:>10}{:>14}{:>10}{:>9}{:>8}{:>8}\n",
+        result.held_out,
+        result.train,
+        1e3 * result.frame_s,
+        1e3 * result.jitter_s,
+        "model",
+        "seen s",
+        "flights",
+        "rest mm",
+        "in flight mm",
+        "mean mm",
+        "CRPS mm",
+        "in 50%",
+        "in 90%"
+    );
+    for r in &result.rows {
+        let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "  {:<30}{:>7}{:>9}{:>10.1}{:>14.1}{:>10.1}{:>9.1}{:>8}{:>8}",
+            r.model,
+            r.seen_s,
+            r.flights,
+            r.rest_mm,
+            r.in_flight_mm,
+            r.rest_mean_mm,
+            r.crps_mm,
+            share(r.coverage50),
+            share(r.coverage90)
+        );
+    }
+    out
+}

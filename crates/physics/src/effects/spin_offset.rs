@@ -1,0 +1,33 @@
+//! A spin that was not recorded, or recorded wrongly.
+
+use crate::Scalar;
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
+
+/// The true spin at the release is the recorded one (0 where none was recorded) and this.
+pub struct SpinOffset;
+
+const fn rate(name: &'static str) -> ParameterSpec {
+    ParameterSpec { name, unit: "rad/s", min: -3000.0, max: 3000.0, typical: 100.0, null: 0.0 }
+}
+
+static SPEC: EffectSpec = EffectSpec {
+    kind: "spin-offset",
+    location: Location::Sensor,
+    parameters: &[rate("x_rad_s"), rate("y_rad_s"), rate("z_rad_s")],
+    needs: Needs::OfEach,
+    formula: "spin = recorded spin + (x, y, z), of each trajectory",
+    source: "a thrower never spins two balls alike; lift and rebound show the spin",
+    ..EffectSpec::PLAIN
+};
+
+impl<S: Scalar> Law<S> for SpinOffset {
+    fn spin(&self, p: &[S], spin: &mut [S; 3]) {
+        spin.iter_mut().zip(p).for_each(|(w, p)| *w = *w + *p);
+    }
+}
+
+impl<S: Scalar> Effect<S> for SpinOffset {
+    fn spec(&self) -> &'static EffectSpec {
+        &SPEC
+    }
+}
