@@ -87,7 +87,7 @@ impl SystemFilter {
         (0..self.unknowns.len()).filter(|&i| is_own(&self.unknowns[i])).collect()
     }
 
-    /// What the unknown of a place is.
+    /// Seed of the unknown at a place.
     pub(super) fn seed(&self, place: usize) -> Seed {
         self.unknowns[place].seed
     }
