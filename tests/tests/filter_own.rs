@@ -54,7 +54,7 @@ fn flights(count: usize, seed: u64) -> Sequences {
 }
 
 fn filter(count: usize) -> SystemFilter {
-    let system = Arc::new(Model::parse(MODEL, "model.toml").unwrap().open(Axes::Space));
+    let system = Arc::new(Model::parse(MODEL, "model.toml").expect("a model").open(Axes::Space));
     let covariates = vec![f64::NAN; system.schema().covariates.len()];
     let times: Vec<f64> = (0..ROWS).map(|k| STEP_S * k as f64).collect();
     let values = vec![vec![0.0; ROWS]; 3];
@@ -66,7 +66,7 @@ fn score(filter: &SystemFilter, test: &Sequences) -> FilteredScore {
     let (sensor, start) = (Sensor::exact(3), StartLaw { mean: vec![0.0; 3], sd: vec![0.0; 3] });
     let settings = FilterSettings { is_measured: true, ..FilterSettings::new(200, 1) };
     let lengths = behind_rows(&[8], test.items.len());
-    evaluate_filtered(filter, test, (&sensor, &start), &lengths, settings).unwrap().remove(0)
+    evaluate_filtered(filter, test, (&sensor, &start), &lengths, settings).expect("scores").remove(0)
 }
 
 #[test]

@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
 
 impl<S: Scalar> Law<S> for SpinOffset {
     fn spin(&self, p: &[S], spin: &mut [S; 3]) {
-        spin.iter_mut().zip(p).for_each(|(w, p)| *w = *w + *p);
+        spin.iter_mut().zip(p).for_each(|(w, p)| *w += *p);
     }
 }
 
