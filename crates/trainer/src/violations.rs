@@ -52,6 +52,8 @@ pub(crate) struct BallLimits {
     ground_m: f64,
     /// How far below the ground a step of the fastest fall reaches, m.
     deepest: f64,
+    /// Whether the engine has laws of a model file, which may feed energy (a table that moves, an updraught).
+    has_laws: bool,
 }
 
 impl BallLimits {
@@ -61,7 +63,8 @@ impl BallLimits {
         let ground_m = engine.ground_m()?;
         let &[height, velocity] = start else { return None };
         let fastest = (velocity.powi(2) + 2.0 * gravity * (height - ground_m).max(0.0)).sqrt();
-        Some(BallLimits { gravity, step_s, ground_m, deepest: step_s * fastest })
+        let has_laws = engine.model().is_some();
+        Some(BallLimits { gravity, step_s, ground_m, deepest: step_s * fastest, has_laws })
     }
 
     /// Most energy, J/kg, that a rebound from the state `before` leaves with: within the step the ball falls on, and arrives with more
@@ -74,12 +77,15 @@ impl BallLimits {
         0.5 * velocity * velocity + self.gravity * (height - self.ground_m)
     }
 
-    /// The state nearest to `after` that ground and energy allow behind `before`. Where the engine's own next state, `expected`, goes
-    /// further (a table that moves, an updraught), so may this one.
+    /// The state nearest to `after` that ground and energy allow behind `before`. Where laws of a model file take the next state,
+    /// `expected`, further, this one may go as far. PyBullet's ball may not: it gains energy where it is pushed out of the ground.
     pub fn allowed(&self, before: [f64; 2], expected: [f64; 2], after: [f64; 2]) -> [f64; 2] {
-        let height = after[0].max((self.ground_m - self.deepest).min(expected[0]));
+        let (mut deepest, mut most) = (self.ground_m - self.deepest, self.most_energy(before));
+        if self.has_laws {
+            (deepest, most) = (deepest.min(expected[0]), most.max(self.energy(expected)));
+        }
+        let height = after[0].max(deepest);
         let rebounds = before[1] < 0.0 && after[1] > 0.0;
-        let most = self.most_energy(before).max(self.energy(expected));
         if !rebounds || self.energy([height, after[1]]) <= most {
             return [height, after[1]];
         }
@@ -171,8 +177,8 @@ mod tests {
         assert!((deep[0] + limits.deepest).abs() < 1e-12 && deep[1] == -4.5, "{deep:?}");
         let fast = limits.allowed([0.05, -3.0], [0.05, 2.0], [0.05, 9.0]);
         assert!((limits.energy(fast) - limits.most_energy([0.05, -3.0])).abs() < 1e-9, "{fast:?}");
-        // The engine may do what it does.
-        let risen = limits.allowed([0.05, -3.0], [0.05, 9.0], [0.05, 8.9]);
+        // Laws of a model may feed energy, and then so may the net.
+        let risen = BallLimits { has_laws: true, ..limits }.allowed([0.05, -3.0], [0.05, 9.0], [0.05, 8.9]);
         assert_eq!(risen, [0.05, 8.9]);
     }
 
