@@ -146,7 +146,8 @@ impl Stepper {
     }
 
     /// The distribution of the state one step after `state [S]`, or after that which was given last. The paper's nets go on
-    /// from the start of the trajectory, whatever the state is.
+    /// from the start of the trajectory, whatever the state is. Of a draw, a forecast of Hybrid+ also cuts off what neither ground nor
+    /// energy allow.
     ///
     /// # Errors
     /// [`TrainerError`] if the state has not one value for each state column, or the net cannot be run.
