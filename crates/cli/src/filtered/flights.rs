@@ -126,7 +126,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         let of = |t: &Trajectory| SECONDS.map(|s| Seen::Seconds(s).rows(t.time_s())).to_vec();
         data.trajectories().iter().map(of).collect()
     };
-    of_train.filter = of_train.filter.with_laws(&laws);
+    of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
     let factor = honest(&of_train, &laws, &seen_of(&train), seed, output)?;
     let in_flight = before_the_rebound(&test)?;
     // Rows seen of each flight, those of the parts before the rebound included.
@@ -141,7 +141,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         let score = |data: &Dataset| -> anyhow::Result<_> {
             let OfSystem { mut filter, data, sensor, start } = opened(text, data)?;
             if let Some(laws) = laws {
-                filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws);
+                filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
                 let sensor = believed(laws, factor)?;
                 return scored(&filter, &data, (&sensor, &start), (&lengths, seed));
             }

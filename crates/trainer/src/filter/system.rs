@@ -3,7 +3,6 @@
 use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
 use super::case::{Case, Unknown};
 use super::mode::Mode;
-use super::own::OwnLaws;
 use super::posterior::posterior;
 use super::weights::systematic;
 use crate::{Samples, TrainerError};
@@ -69,15 +68,16 @@ impl SystemFilter {
         self
     }
 
-    /// The same with laws that were learned. Noise that is not stated is theirs as well.
+    /// The same with laws that were learned, each a mean and a standard deviation ([`super::OwnLaws::laws`]), and noise of each
+    /// channel for a sensor that states none ([`super::OwnLaws::noise`]).
     #[must_use]
-    pub fn with_laws(mut self, own: &OwnLaws) -> Self {
-        for (seed, mean, sd) in own.laws() {
+    pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
+        for (seed, mean, sd) in laws {
             if let Some(place) = self.unknowns.iter().position(|u| u.seed == *seed) {
                 self.set_law(place, (*mean, *sd));
             }
         }
-        self.noise = Some(own.noise().to_vec());
+        self.noise = Some(noise.to_vec());
         self
     }
 
