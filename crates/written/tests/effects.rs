@@ -211,11 +211,11 @@ values = [0.0, 0.1, 0.0]
 
 #[test]
 fn a_candidate_of_the_users_own_is_tried_first() {
-    let block = "[[candidate]]\nkind = \"magnet\"\non = \"omega_rad_s\"\nadd = \"-a * theta_rad * exp(-(theta_rad / w)^2)\"\n\
+    let block = "[[candidate]]\nkind = \"soft-spring\"\non = \"omega_rad_s\"\nadd = \"-a * theta_rad * exp(-(theta_rad / w)^2)\"\n\
                  a = { min = 0.0, typical = 2.0 }\nw_rad = { grid = [0.1, 0.3] }\nstands_for = \"gravity\"\n";
     let model = with("pendulum", block);
     let all = candidates(&model).expect("candidates");
-    assert_eq!((all[0].name.as_str(), all[0].on.as_str()), ("magnet", "omega_rad_s"));
+    assert_eq!((all[0].name.as_str(), all[0].on.as_str()), ("soft-spring", "omega_rad_s"));
     assert_eq!(all[0].null_points(), [[0.0, 0.1], [0.0, 0.3]]);
     assert_eq!(all[0].parameters[0].unit.map(|u| u.to_string()).as_deref(), Some("1/s^2"));
     assert!(all[0].formula.starts_with("d(omega_rad_s)/dt -= a * theta_rad"));
