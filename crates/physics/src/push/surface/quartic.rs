@@ -6,6 +6,7 @@
 //! normal `V`, found as the minimum of the convex `H(G)/4 − G·V`, scaled back to the level set.
 
 use super::sloped::Sloped;
+use crate::scalar::{cross, dot};
 
 /// Squares in the sum.
 pub const TERMS: usize = 2;
@@ -138,14 +139,6 @@ impl Quartic {
         }
         out
     }
-}
-
-fn dot(a: &Vec3, b: &Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn apply(a: &Mat3, g: &Vec3) -> Vec3 {
