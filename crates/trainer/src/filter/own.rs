@@ -8,6 +8,7 @@ use super::behind::Prefix;
 use super::system::SystemFilter;
 use super::{Sensor, StartLaw};
 use crate::{Sequences, TrainerError};
+use augsim_physics::statistics::median;
 use augsim_physics::system::Seed;
 use rayon::prelude::*;
 
@@ -61,13 +62,13 @@ impl OwnLaws {
             let count = fits.len() as f64;
             for (k, &place) in places.iter().enumerate() {
                 let (_, sd) = filter.law(place);
-                let mean = median(fits.iter().map(|(own, _)| own[k][0]));
+                let mean = median(&mut fits.iter().map(|(own, _)| own[k][0]).collect::<Vec<_>>());
                 let square = |own: &[[f64; 2]]| ((own[k][0] - mean).powi(2) + own[k][1]).min(MOST * sd * sd);
                 let variance = fits.iter().map(|(own, _)| square(own)).sum::<f64>() / count;
                 filter.set_law(place, (mean, variance.sqrt().max(least[k])));
             }
             for (c, noise) in noise.iter_mut().enumerate() {
-                *noise = median(fits.iter().map(|(_, sd)| sd[c]));
+                *noise = median(&mut fits.iter().map(|(_, sd)| sd[c]).collect::<Vec<_>>());
             }
         }
         let law = |i: usize| {
@@ -86,12 +87,4 @@ impl OwnLaws {
     pub fn noise(&self) -> &[f64] {
         &self.noise
     }
-}
-
-/// The middle of finite values.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    let half = sorted.len() / 2;
-    if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
 }

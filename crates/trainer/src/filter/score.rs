@@ -6,6 +6,7 @@
 
 use crate::Samples;
 use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
+use augsim_physics::statistics::median;
 use std::ops::Range;
 
 /// Narrowest 90 % band whose samples count for the coverage, in the column's unit: a resting object flatters it.
@@ -125,14 +126,8 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
 
 /// Median of the values that are numbers.
 fn middle(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let half = sorted.len() / 2;
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[half],
-        _ => 0.5 * (sorted[half - 1] + sorted[half]),
-    }
+    let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    if finite.is_empty() { f64::NAN } else { median(&mut finite) }
 }
 
 impl FilteredScore {
