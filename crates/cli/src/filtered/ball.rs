@@ -252,11 +252,13 @@ fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
         ("in 50 %", "%", 1),
         ("in 90 %", "%", 1),
     ];
-    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
     let row = |r: &Row| {
         let e = &r.whole;
         let numbers = [r.seen as f64, e.trans_percent, e.pos_m, e.vel_m_s, r.crps[0], r.crps[1]].map(Some);
-        (r.model.to_owned(), numbers.into_iter().chain([r.coverage50, r.coverage90].map(percent)).collect())
+        (
+            r.model.to_owned(),
+            numbers.into_iter().chain([r.coverage50, r.coverage90].map(page::percent)).collect(),
+        )
     };
     let table = |(sensor, _): (&str, _)| {
         let rows = result.rows.iter().filter(|r| r.sensor == sensor).map(row);
@@ -291,7 +293,6 @@ fn table(result: &ResultFile) -> String {
             "model", "n", "trans %", "pos m", "vel m/s", "CRPS m", "CRPS m/s", "in 50%", "in 90%"
         );
         for r in result.rows.iter().filter(|r| r.sensor == sensor) {
-            let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
             let _ = writeln!(
                 out,
                 "  {:<27}{:>4}{:>9.3}{:>9.4}{:>9.3}{:>9.4}{:>9.3}{:>8}{:>8}",
@@ -302,8 +303,8 @@ fn table(result: &ResultFile) -> String {
                 r.whole.vel_m_s,
                 r.crps[0],
                 r.crps[1],
-                share(r.coverage50),
-                share(r.coverage90)
+                page::percent_text(r.coverage50),
+                page::percent_text(r.coverage90)
             );
         }
     }

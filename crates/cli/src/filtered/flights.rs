@@ -292,10 +292,9 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         ("in 50 %", "%", 1),
         ("in 90 %", "%", 1),
     ];
-    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
     let row = |r: &Row| {
         let errors = [r.seen_s, r.rest_mm, r.in_flight_mm, r.rest_mean_mm, r.crps_mm].map(Some);
-        let bands = [r.coverage50, r.coverage90].map(percent);
+        let bands = [r.coverage50, r.coverage90].map(page::percent);
         (r.model.to_owned(), errors.into_iter().chain(bands).collect())
     };
     let caption = format!(
@@ -331,7 +330,6 @@ fn table(result: &ResultFile) -> String {
         "in 90%"
     );
     for r in &result.rows {
-        let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
@@ -343,8 +341,8 @@ fn table(result: &ResultFile) -> String {
             r.in_flight_mm,
             r.rest_mean_mm,
             r.crps_mm,
-            share(r.coverage50),
-            share(r.coverage90)
+            page::percent_text(r.coverage50),
+            page::percent_text(r.coverage90)
         );
     }
     out

@@ -37,6 +37,16 @@ pub fn page(
     }
 }
 
+/// A share in per cent.
+pub fn percent(share: Option<f64>) -> Option<f64> {
+    share.map(|v| 100.0 * v)
+}
+
+/// The per cent of a share with one decimal; a dash where there is none.
+pub fn percent_text(share: Option<f64>) -> String {
+    percent(share).map_or("-".to_owned(), |v| format!("{v:.1}"))
+}
+
 /// A table of models by the prefix: words, then numbers with title, unit and decimals.
 pub fn table(
     caption: String,

@@ -184,11 +184,10 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         ("in 50 %", "%", 1),
         ("in 90 %", "%", 1),
     ];
-    let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
     let row = |r: &Row| {
         let errors =
             [r.seen_s, r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
-        let bands = [r.coverage50, r.coverage90].map(percent);
+        let bands = [r.coverage50, r.coverage90].map(page::percent);
         (r.model.to_owned(), errors.into_iter().chain(bands).collect())
     };
     let caption = "Errors of the median of 100 samples over the rest, mean over pushes.".to_owned();
@@ -217,7 +216,6 @@ fn table(result: &ResultFile) -> String {
         "in 90%"
     );
     for r in &result.rows {
-        let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
@@ -229,8 +227,8 @@ fn table(result: &ResultFile) -> String {
             r.rotation_deg,
             r.crps_mm,
             r.crps_deg,
-            share(r.coverage50),
-            share(r.coverage90)
+            page::percent_text(r.coverage50),
+            page::percent_text(r.coverage90)
         );
     }
     out
