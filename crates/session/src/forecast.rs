@@ -4,7 +4,7 @@ use crate::Usage;
 use crate::usage::{Oversized, Takes};
 use augsim_data::{Column, Dataset, Limit, Trajectory, Unit};
 use augsim_trainer::score::quantile;
-use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite};
+use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite, in_order};
 use rayon::prelude::*;
 
 /// Statistics that are written of each column, in order.
@@ -23,20 +23,13 @@ pub fn bands(
 ) -> anyhow::Result<Dataset> {
     let longest = starts.items.iter().map(|q| q.time).max().unwrap_or(0);
     check_size(1, samples, longest, starts.columns.len())?;
-    let rows = starts
-        .items
-        .par_iter()
-        .zip(times)
-        .enumerate()
-        .map(|(i, (q, t))| {
-            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
-            let forecast = model.forecast(task, samples)?;
-            check_finite(&forecast, q)?;
-            Ok((q.id.clone(), t.clone(), forecast))
-        })
-        .collect::<Vec<_>>();
-    // Of several faults the first trajectory's is told, whatever the threads.
-    summed(&starts.columns, rows.into_iter().collect::<anyhow::Result<Vec<_>>>()?)
+    let rows = starts.items.par_iter().zip(times).enumerate().map(|(i, (q, t))| {
+        let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
+        let forecast = model.forecast(task, samples)?;
+        check_finite(&forecast, q)?;
+        anyhow::Ok((q.id.clone(), t.clone(), forecast))
+    });
+    summed(&starts.columns, in_order(rows)?)
 }
 
 /// Mean, median, 50 and 90 % bands of every column of forecasts: name, times in s, and samples `[time, S, sample]` of each
@@ -49,7 +42,7 @@ pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> any
         let columns = summarise(&samples, times.len());
         Trajectory::new(id, times, columns)
     };
-    let rows = rows.into_par_iter().map(row).collect::<Result<Vec<_>, _>>()?;
+    let rows = in_order(rows.into_par_iter().map(row))?;
     let of = |column: &String| {
         // The unit of a column of equations may stand in the model alone.
         let unit = Column::new(column).map_or(Unit::DIMENSIONLESS, |c| c.unit());

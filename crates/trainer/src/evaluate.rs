@@ -1,5 +1,6 @@
 //! The three protocols, never mixed.
 
+use crate::in_order;
 use crate::score::{Score, Scoring, average, score};
 use crate::{Forecaster, NetModel, Samples, Sequence, Sequences, Task, TrainerError};
 use rayon::prelude::*;
@@ -74,13 +75,11 @@ fn each(
         return Err(TrainerError::NoTrajectories { what: "the test set" });
     }
     let scoring = Scoring::of(test);
-    (test.items.par_iter().enumerate())
-        .map(|(i, q)| {
-            let samples = samples(q, i as u64)?;
-            check_finite(&samples, q)?;
-            Ok(score(&samples, &q.states, &scoring))
-        })
-        .collect()
+    in_order(test.items.par_iter().enumerate().map(|(i, q)| {
+        let samples = samples(q, i as u64)?;
+        check_finite(&samples, q)?;
+        Ok(score(&samples, &q.states, &scoring))
+    }))
 }
 
 /// Checks that a forecast of a trajectory consists of finite numbers.

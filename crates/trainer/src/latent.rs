@@ -1,6 +1,7 @@
 //! The law of the trajectory latent over the training set (ex-post density estimation, Ghosh et al. 2020).
 
 use crate::TrainerError;
+use crate::in_order;
 use crate::nets::Stepwise;
 use crate::prepared::Prepared;
 use augsim_nn::{Bound, Params};
@@ -25,8 +26,7 @@ impl LatentLaw {
         train: &[Prepared],
     ) -> Result<Self, TrainerError> {
         let l = net.sizes().latent;
-        let posteriors =
-            train.par_iter().map(|p| infer(net, params, p)).collect::<Result<Vec<_>, TrainerError>>()?;
+        let posteriors = in_order(train.par_iter().map(|p| infer(net, params, p)))?;
         let n = posteriors.len() as f64;
         let mean: Vec<f64> = (0..l).map(|i| posteriors.iter().map(|p| p.0[i]).sum::<f64>() / n).collect();
         let mut covariance = vec![0.0; l * l];

@@ -7,6 +7,7 @@ mod evaluate;
 mod featuriser;
 pub mod filter;
 mod forecast;
+mod in_order;
 mod latent;
 mod league;
 mod least_squares;
@@ -33,6 +34,7 @@ pub use evaluate::{
     Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,
 };
 pub use forecast::{Forecaster, Samples, Task};
+pub use in_order::in_order;
 pub use latent::LatentLaw;
 pub use models::NetModel;
 pub use recipe::Recipe;

@@ -5,7 +5,7 @@ use super::data::LABORATORY;
 use augsim_physics::push::laboratory::Protocol;
 use augsim_session::run_data::recipe;
 use augsim_trainer::push::{cloud, pushes};
-use augsim_trainer::{Forecaster, Sequence, Sequences, Task};
+use augsim_trainer::{Forecaster, Sequence, Sequences, Task, in_order};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -74,16 +74,13 @@ pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) 
     };
     let mut clouds = vec![("truth".to_owned(), truth(&first)), ("truth, again".to_owned(), truth(&second))];
     for (name, model) in models {
-        let points = (second.items.par_iter().enumerate())
-            .map(|(i, q)| {
-                let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
-                let samples = model.forecast(task, 1)?;
-                let end: Vec<f64> =
-                    samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
-                Ok(displacement(q.state(0), &end))
-            })
-            .collect::<anyhow::Result<Points>>()?;
-        clouds.push((name.clone(), points));
+        let points = (second.items.par_iter().enumerate()).map(|(i, q)| -> anyhow::Result<_> {
+            let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
+            let samples = model.forecast(task, 1)?;
+            let end: Vec<f64> = samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
+            Ok(displacement(q.state(0), &end))
+        });
+        clouds.push((name.clone(), in_order(points)?));
     }
     let reference = clouds[0].1.clone();
     let floor = cloud::chamfer(&reference, &clouds[1].1);

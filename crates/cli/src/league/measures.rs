@@ -5,7 +5,7 @@ use crate::args::LeagueScenario;
 use crate::experiment::data::Set;
 use augsim_report::page::Best;
 use augsim_trainer::score::{Score, Scoring, average, score};
-use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, violations};
+use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, in_order, violations};
 use rayon::prelude::*;
 
 /// A column.
@@ -102,7 +102,7 @@ pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Meas
         let broken = violations(&set.engine, task, &samples);
         Ok((score(&samples, &q.states, &scoring), broken, duration * samples.count as f64))
     };
-    let all = set.items.items.par_iter().enumerate().map(each).collect::<anyhow::Result<Vec<_>>>()?;
+    let all = in_order(set.items.items.par_iter().enumerate().map(each))?;
     let spent = processor_s() - begun;
     let simulated: f64 = all.iter().map(|(.., s)| s).sum();
     let scores: Vec<Score> = all.iter().map(|(s, ..)| s.clone()).collect();

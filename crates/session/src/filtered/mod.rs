@@ -14,7 +14,7 @@ use crate::forecast::{check_size, summed};
 use crate::usage::PrefixFault;
 use augsim_data::Dataset;
 use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, StartLaw};
-use augsim_trainer::{Samples, Sequences, TrainerError};
+use augsim_trainer::{Samples, Sequences, TrainerError, in_order};
 use rayon::prelude::*;
 
 /// Particles where no number is asked for.
@@ -71,8 +71,8 @@ pub fn bands(
     let longest = set.items.iter().map(|q| q.time).max().unwrap_or(0);
     check_size(1, settings.samples, longest, columns)?;
     let lengths = data.lengths(&[seen])?;
-    let rows = (set.items.par_iter().zip(&data.times).zip(&lengths).enumerate())
-        .map(|(index, ((q, times), lengths))| {
+    let rows = (set.items.par_iter().zip(&data.times).zip(&lengths).enumerate()).map(
+        |(index, ((q, times), lengths))| {
             let n = lengths[0];
             if n >= q.time {
                 let fault = PrefixFault::AllOf { seen, trajectory: q.id.clone(), samples: q.time };
@@ -93,11 +93,10 @@ pub fn bands(
                 index: index as u64,
             };
             let samples = first(model.forecasts(prefix, &[n], settings)?)?;
-            Ok((q.id.clone(), times[n..].to_vec(), samples))
-        })
-        .collect::<Vec<_>>();
-    // Of several faults the first trajectory's is told, whatever the threads.
-    summed(&set.columns, rows.into_iter().collect::<anyhow::Result<Vec<_>>>()?)
+            anyhow::Ok((q.id.clone(), times[n..].to_vec(), samples))
+        },
+    );
+    summed(&set.columns, in_order(rows)?)
 }
 
 fn first(mut all: Vec<Samples>) -> Result<Samples, TrainerError> {

@@ -10,6 +10,7 @@ use augsim_discovery::{
     FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
 };
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
+use augsim_trainer::in_order;
 use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -34,9 +35,7 @@ pub(super) fn foretell(
     let list = prepared(&system, &list)?;
     let system = system.tuned(&list)?;
     let run = Run { model, system: &system, burn_in: burn_in.max(1), options };
-    let done = (list.par_iter().enumerate())
-        .map(|(i, record)| run.one(record, i as u64))
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let done = in_order(list.par_iter().enumerate().map(|(i, record)| run.one(record, i as u64)))?;
     let (records, noise): (Vec<Foretold>, Vec<Vec<f64>>) = done.into_iter().unzip();
     let outputs = model.outputs.iter().enumerate();
     let (errors, mut squares): (Vec<_>, Vec<_>) =

@@ -3,6 +3,7 @@
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use super::score::{FilteredScore, tally};
 use super::{Sensor, StartLaw};
+use crate::in_order;
 use crate::score::Scoring;
 use crate::{Sequence, Sequences, TrainerError};
 use augsim_data::random_stream;
@@ -28,8 +29,8 @@ pub fn evaluate_filtered(
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
     let scoring = Scoring::of(test);
-    let scores = (test.items.par_iter().zip(lengths).enumerate())
-        .map(|(index, (q, lengths))| {
+    let scores = (test.items.par_iter().zip(lengths).enumerate()).map(
+        |(index, (q, lengths))| -> Result<Vec<_>, TrainerError> {
             let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
             let rows = seen_rows(q, sensor, noise, index as u64);
@@ -45,8 +46,9 @@ pub fn evaluate_filtered(
             let forecasts = model.forecasts(prefix, &fitting, settings)?;
             let tallies = forecasts.iter().zip(&fitting);
             Ok(tallies.map(|(samples, &n)| tally(samples, &q.states, n, &scoring)).collect())
-        })
-        .collect::<Result<Vec<Vec<_>>, TrainerError>>()?;
+        },
+    );
+    let scores = in_order(scores)?;
     (0..lengths.first().map_or(0, Vec::len))
         .map(|k| {
             let of: Vec<_> = scores.iter().filter_map(|each| each.get(k).cloned()).collect();
