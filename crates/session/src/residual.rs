@@ -1,6 +1,6 @@
 //! `train --residual-of` and `train --model`: the model that a net corrects, as an engine.
 
-use crate::usage::{Inapplicable, ModelFault};
+use crate::usage::{Inapplicable, ModelFault, PathFault};
 use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
@@ -21,10 +21,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     reads_physics(recipe)?;
     let path = run.join(MODEL);
     if !path.is_file() {
-        anyhow::bail!(
-            "{}: holds no {MODEL}; give the folder that `augsim discover` wrote its result to (--out)",
-            run.display()
-        );
+        return Err(Usage::path(run, PathFault::NoDiscoveredModel { model: MODEL }).into());
     }
     engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }

@@ -1,6 +1,40 @@
 //! A table in memory as the CSV file that it would be written to.
 
 use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, shown};
+use thiserror::Error;
+
+/// A table in memory that is no file of measurements.
+#[derive(Debug, Error)]
+pub enum TableFault {
+    /// It has no columns.
+    #[error("the table has no columns; it needs `trajectory`, `t_s` and measured ones")]
+    NoColumns,
+    /// Two columns have different lengths.
+    #[error("the table's column `{}` has {found} values, but `{}` has {rows}", shown(name), shown(first))]
+    Lengths {
+        /// The column.
+        name: String,
+        /// Its length.
+        found: usize,
+        /// The first column.
+        first: String,
+        /// The length of the first column.
+        rows: usize,
+    },
+    /// A number is infinite.
+    #[error(
+        "the table's column `{}`, row {row}: {value} is no measurement; leave the cell empty (NaN)",
+        shown(name)
+    )]
+    Infinite {
+        /// The column.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// The number.
+        value: f64,
+    },
+}
 
 /// Cells of a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,11 +60,11 @@ impl Cells {
 /// No column, no row, columns of different lengths, or an infinite number.
 pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
     let Some((first, rows)) = columns.first().map(|(name, cells)| (name, cells.len())) else {
-        anyhow::bail!("the table has no columns; it needs `trajectory`, `t_s` and measured ones");
+        return Err(TableFault::NoColumns.into());
     };
     if let Some((name, cells)) = columns.iter().find(|(_, cells)| cells.len() != rows) {
-        let (name, first, found) = (shown(name), shown(first), cells.len());
-        anyhow::bail!("the table's column `{name}` has {found} values, but `{first}` has {rows}");
+        let (name, first, found) = (name.clone(), first.clone(), cells.len());
+        return Err(TableFault::Lengths { name, found, first, rows }.into());
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns.iter().map(|(name, _)| name))?;
@@ -43,10 +77,8 @@ pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
                     writer.write_field(format!("{:e}", numbers[row]))?;
                 }
                 Cells::Numbers(numbers) => {
-                    let (name, value) = (shown(name), numbers[row]);
-                    anyhow::bail!(
-                        "the table's column `{name}`, row {row}: {value} is no measurement; leave the cell empty (NaN)"
-                    );
+                    let (name, value) = (name.clone(), numbers[row]);
+                    return Err(TableFault::Infinite { name, row, value }.into());
                 }
             }
         }

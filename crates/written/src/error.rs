@@ -2,8 +2,9 @@
 
 use crate::limits::{FILE_BYTES, OPERATIONS};
 use crate::text::Problem;
-use augsim_data::printable;
+use augsim_data::{printable, shown_cause};
 use std::fmt;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Where in a model file something is wrong.
@@ -77,16 +78,34 @@ impl fmt::Display for Excerpt {
     }
 }
 
+/// The system's answer to a file that cannot be read. Two are equal when they are of one kind.
+#[derive(Debug, Clone)]
+pub struct ReadFault(pub Arc<std::io::Error>);
+
+impl PartialEq for ReadFault {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.kind() == other.0.kind()
+    }
+}
+
+impl fmt::Display for ReadFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// A mistake, with its remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Fault {
-    #[error("cannot be read: {reason}; check the path")]
-    Unreadable { reason: String },
+    #[error("cannot be read: {cause}; check the path")]
+    Unreadable { cause: ReadFault },
     #[error("has {bytes} bytes, {FILE_BYTES} are allowed; put measured data into a CSV file")]
     FileTooLong { bytes: usize },
-    #[error("not valid TOML: {reason}; `augsim model new pendulum` writes a file to start from")]
-    Syntax { reason: String },
+    #[error("not valid TOML: {}; `augsim model new pendulum` writes a file to start from", shown_cause(&cause.message()))]
+    Syntax { cause: toml::de::Error },
+    #[error("not TOML that can be edited: {}; write the model anew", shown_cause(&cause.message()))]
+    NotEditable { cause: toml_edit::TomlError },
     #[error(transparent)]
     Expression(#[from] Problem),
     #[error("unknown key `{key}`{}; known here: {}", suggest(.nearest), known.join(", "))]

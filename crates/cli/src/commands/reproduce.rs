@@ -1,5 +1,6 @@
 //! `augsim reproduce`.
 
+use crate::absent::Absent;
 use crate::args::{NetArg, Reproduce, Scenario};
 use crate::chain;
 use crate::exit::{Outcome, Usage};
@@ -43,11 +44,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
-        anyhow::bail!(
-            "{}: there is no such folder; give the one of `train.csv.gz` and `test_1000.csv.gz`; without --data drops of \
-             the same law are generated",
-            dir.display()
-        );
+        return Err(Absent::Drops { folder: dir.clone() }.into());
     }
     let mut record = Record::new("reproduce ball").setting("seed", seed).setting("iterations", iterations);
     let mut words = words(&["ball", "--iterations", &iterations.to_string(), "--seed", &seed.to_string()]);
@@ -102,11 +99,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         published = Data::is_published(folder).then(|| folder.clone());
         runs = runs_folder(folder);
         if published.is_none() && runs.is_none() {
-            anyhow::bail!(
-                "{}: neither published MIT Push files (folders `abs`, `delrin`, `plywood`, `pu`) nor \
-                 `mit-pusher-slider-runs` in it; without --data pushes are made in the virtual laboratory",
-                folder.display()
-            );
+            return Err(Absent::Pushes { folder: folder.clone() }.into());
         }
     }
     let plan = if args.quick { Sizes::quick() } else { Sizes::full() };

@@ -5,7 +5,7 @@
 //! It costs some milliseconds.
 
 use super::clap_options::SweptCommand;
-use super::fault::SweepFault;
+use super::fault::{Spoilt, SweepFault};
 use super::inputs::Hasher;
 use super::plan::Plan;
 use super::store::{Failure, Store, Turn};
@@ -13,7 +13,7 @@ use super::task::Task;
 use crate::destination::RESULT;
 use crate::interrupt::{Keeper, PARENT};
 use crate::record::RECORD;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use augsim_session::run_dir::{CONFIG, METRICS};
 use serde_json::Value;
 use std::fs::File;
@@ -112,13 +112,8 @@ impl Runner {
             let path = self.plan.shared.folder.join(&input.path);
             let found = self.hasher.hash(&path)?;
             if found != input.sha256 {
-                return Err(anyhow!(
-                    "{}: the input {name} is not what it was when the sweep was planned (SHA-256 {} then, {} now); \
-                     restore it, or plan the sweep again",
-                    path.display(),
-                    short(&input.sha256),
-                    short(&found)
-                ));
+                let (name, planned) = (name.clone(), input.sha256.clone());
+                return Err(Spoilt::Input { path, name, planned, found }.into());
             }
         }
         Ok(())
@@ -273,9 +268,4 @@ fn first_error(log: &Path) -> String {
     let told = after("augsim: error: ").or_else(|| after("error: "));
     let told = told.or_else(|| text.lines().find(|line| line.contains("panicked")));
     told.or_else(|| text.lines().last()).unwrap_or("said nothing").to_owned()
-}
-
-/// Digits that tell one content from another to a reader.
-fn short(sha256: &str) -> &str {
-    sha256.get(..12).unwrap_or(sha256)
 }

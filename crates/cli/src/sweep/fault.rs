@@ -3,6 +3,7 @@
 //! Every variant carries the values of its message. All of these are mistakes of use, with exit code 2.
 
 use augsim_session::Usage;
+use serde_json_path::JsonPath;
 use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -85,6 +86,34 @@ pub enum SweepFault {
     /// A path that no line of a script can hold.
     #[error("{}: no path for a script; move it", path.display())]
     ScriptPath { path: PathBuf },
+}
+
+/// Something that a plan, its inputs, its results or the cluster hold, and that keeps a sweep from going on: exit code 3.
+#[derive(Debug, Error)]
+pub enum Spoilt {
+    /// An input has changed since the plan was made.
+    #[error(
+        "{}: the input {name} is not what it was when the sweep was planned (SHA-256 {} then, {} now); restore it, or plan the \
+         sweep again", path.display(), short(planned), short(found)
+    )]
+    Input { path: PathBuf, name: String, planned: String, found: String },
+    /// A task whose content does not belong to its name.
+    #[error("{}: line {line}: task {id} was edited; its name follows from its content, so plan again", plan.display())]
+    Task { plan: PathBuf, line: usize, id: String },
+    /// A score that is no number, text or truth value.
+    #[error("[scores] {column}: {path} leads to a list or an object, not to a number")]
+    ScoreOfMany { column: String, path: JsonPath },
+    /// A score with several values.
+    #[error("[scores] {column}: {path} leads to {values} values; make it narrower")]
+    ScoreTwice { column: String, path: JsonPath, values: usize },
+    /// The cluster takes no job of the script.
+    #[error("{}: Slurm refused the jobs: {}; edit the script and run it with `sh`", script.display(), one_line(stderr))]
+    Refused { script: PathBuf, stderr: String },
+}
+
+/// Digits that tell one content from another to a reader.
+fn short(sha256: &str) -> &str {
+    sha256.get(..12).unwrap_or(sha256)
 }
 
 /// A mistake in an option of a sweep, without the name of the option.

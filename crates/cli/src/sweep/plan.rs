@@ -1,7 +1,7 @@
 //! `sweep plan`: the tasks of a sweep in a folder, and that folder read again.
 
 use super::clap_options::SweptCommand;
-use super::fault::{OptionFault, SweepFault};
+use super::fault::{OptionFault, Spoilt, SweepFault};
 use super::file::{SweepFile, Value, dashed, value};
 use super::inputs::{Hasher, Input, expand, sha256};
 use super::scores::Score;
@@ -365,17 +365,12 @@ impl Plan {
 }
 
 fn parsed(index: usize, line: &str, folder: &Path) -> anyhow::Result<Task> {
-    let shown = || format!("{}: line {}", folder.join(TASKS).display(), index + 1);
-    let task: Task = serde_json::from_str(line).with_context(|| format!("{}: not a task", shown()))?;
+    let (plan, at) = (folder.join(TASKS), index + 1);
+    let task: Task =
+        serde_json::from_str(line).with_context(|| format!("{}: line {at}: not a task", plan.display()))?;
     let named = Task::new(task.content.clone())?;
     match named.id == task.id {
         true => Ok(task),
-        false => {
-            anyhow::bail!(
-                "{}: task {} was edited; its name follows from its content, so plan again",
-                shown(),
-                task.id
-            )
-        }
+        false => Err(Spoilt::Task { plan, line: at, id: task.id }.into()),
     }
 }

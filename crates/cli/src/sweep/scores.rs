@@ -1,7 +1,6 @@
 //! Scores: values of a task's result that fill a row of the table.
 
-use super::fault::SweepFault;
-use anyhow::bail;
+use super::fault::{Spoilt, SweepFault};
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;
@@ -35,16 +34,13 @@ impl Score {
         match found.as_slice() {
             [] | [Value::Null] => Ok(None),
             [Value::Array(_) | Value::Object(_)] => {
-                bail!("[scores] {}: {} leads to a list or an object, not to a number", self.column, self.path)
+                let (column, path) = (self.column.clone(), self.path.clone());
+                Err(Spoilt::ScoreOfMany { column, path }.into())
             }
             [one] => Ok(Some((*one).clone())),
             several => {
-                bail!(
-                    "[scores] {}: {} leads to {} values; make it narrower",
-                    self.column,
-                    self.path,
-                    several.len()
-                )
+                let (column, path, values) = (self.column.clone(), self.path.clone(), several.len());
+                Err(Spoilt::ScoreTwice { column, path, values }.into())
             }
         }
     }

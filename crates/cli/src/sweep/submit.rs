@@ -3,12 +3,12 @@
 //! The scheduler runs the sweep, not this program: an array job runs the tasks that are not done, one or a few each, and a
 //! second job, which waits until the first has ended in whatever way, collects. The script says all of it.
 
-use super::fault::SweepFault;
+use super::fault::{Spoilt, SweepFault};
 use super::plan::Plan;
 use super::store::Store;
 use crate::exit::Outcome;
 use crate::output::Output;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use augsim_data::atomic_write;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -75,8 +75,7 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     let run = Command::new("sh").arg(&path).output().context("cannot start `sh`")?;
     let (said, told) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     if !run.status.success() {
-        let reason = told.split_whitespace().collect::<Vec<_>>().join(" ");
-        bail!("{}: Slurm refused the jobs: {reason}; edit the script and run it with `sh`", path.display());
+        return Err(Spoilt::Refused { script: path, stderr: told.into_owned() }.into());
     }
     output.note(told.trim());
     let job = |name: &str| {

@@ -4,6 +4,7 @@
 mod page;
 mod sets;
 
+use crate::absent::Absent;
 use crate::args::{Accept, Discover, Library, Reproduce};
 use crate::commands::discover::close_loop;
 use crate::destination::{REPORT, RESULT};
@@ -73,8 +74,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     }
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {
-        let names = SETS.map(|set| set.name).join("`, `");
-        anyhow::bail!("{}: none of the folders `{names}` is in it", data.display());
+        let sets = SETS.map(|set| set.name).to_vec();
+        return Err(Absent::Systems { data: data.to_owned(), sets }.into());
     }
     let out = args.out.clone().unwrap_or_else(|| "out/systems".into());
     let record = Record::new("reproduce systems")

@@ -7,6 +7,7 @@ use crate::whole_file::within;
 use std::io::Cursor;
 use std::path::Path;
 use zip::ZipArchive;
+use zip::result::ZipError;
 
 /// Longest name of a member, bytes: as long as a file's name on most systems. It becomes part of paths in messages.
 const LONGEST_NAME: usize = 255;
@@ -21,7 +22,7 @@ pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushErro
     let archive = open(path, bytes)?;
     let mut names = Vec::new();
     for name in archive.file_names() {
-        let name = name.map_err(|e| damaged(path, None, e.to_string()))?;
+        let name = name.map_err(|e| damaged(path, None, e))?;
         if !name.ends_with('/') {
             names.push(name.into_owned());
         }
@@ -41,10 +42,10 @@ pub(crate) fn unpack(
         if name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
             return Err(PushError::MemberName { path: path.to_owned(), member: name.clone() }.into());
         }
-        let damaged = |cause: String| damaged(path, Some(name.clone()), cause);
-        let member = archive.by_name(name).map_err(|e| damaged(e.to_string()))?;
+        let damaged = |cause: ZipError| damaged(path, Some(name.clone()), cause);
+        let member = archive.by_name(name).map_err(damaged)?;
         // The size that the archive states may be a lie: what counts is how much comes out.
-        let content = within(member, Limit::Bytes).map_err(|e| damaged(e.to_string()))?;
+        let content = within(member, Limit::Bytes).map_err(|e| damaged(e.into()))?;
         let content = content.ok_or_else(|| PushError::Limit {
             path: path.to_owned(),
             part: FilePart::Member(name.clone()),
@@ -56,9 +57,9 @@ pub(crate) fn unpack(
 }
 
 fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<ZipArchive<Cursor<&'a [u8]>>, PushError> {
-    ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(path, None, e.to_string()))
+    ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(path, None, e))
 }
 
-fn damaged(path: &Path, member: Option<String>, cause: String) -> PushError {
+fn damaged(path: &Path, member: Option<String>, cause: ZipError) -> PushError {
     PushError::Zip { path: path.to_owned(), member, cause }
 }

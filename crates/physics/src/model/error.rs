@@ -1,6 +1,7 @@
 //! Mistakes in a model file, each with file, line and remedy.
 
-use augsim_data::shown;
+use super::{Place, Rule};
+use augsim_data::{shown, shown_cause};
 use std::fmt;
 use thiserror::Error;
 
@@ -26,7 +27,8 @@ pub enum ModelError {
     },
     /// Not TOML.
     #[error(
-        "{file}:{line}: not valid TOML: {reason}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table"
+        "{file}:{line}: not valid TOML: {}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table",
+        shown_cause(&cause.message())
     )]
     Syntax {
         /// The file.
@@ -34,7 +36,7 @@ pub enum ModelError {
         /// Line, from 1.
         line: usize,
         /// Error of the TOML reader.
-        reason: String,
+        cause: Box<toml::de::Error>,
     },
     /// A key that nothing reads.
     #[error("{file}:{line}: unknown key `{}` in {place}; {known}", shown(key))]
@@ -46,7 +48,7 @@ pub enum ModelError {
         /// The key.
         key: String,
         /// Where it stands.
-        place: String,
+        place: Place,
         /// The keys that are known there.
         known: Box<KnownKeys>,
     },
@@ -70,14 +72,14 @@ pub enum ModelError {
         /// Line, from 1.
         line: usize,
         /// Where it is missing.
-        place: String,
+        place: Place,
         /// The key.
-        key: String,
+        key: &'static str,
         /// A line that would do.
-        example: String,
+        example: &'static str,
     },
     /// A value of the wrong kind.
-    #[error("{file}:{line}: `{}` must be {expected}", shown(key))]
+    #[error("{file}:{line}: `{}` must be {rule}", shown(key))]
     WrongType {
         /// The file.
         file: String,
@@ -86,7 +88,7 @@ pub enum ModelError {
         /// The key.
         key: String,
         /// Rule that the value breaks.
-        expected: String,
+        rule: Rule,
     },
     /// A value outside its bounds.
     #[error(
@@ -114,7 +116,7 @@ pub enum ModelError {
         /// Line, from 1.
         line: usize,
         /// The later kind.
-        kind: String,
+        kind: &'static str,
         /// The earlier kind.
         other: String,
     },
@@ -124,9 +126,9 @@ pub enum ModelError {
 #[derive(Debug, PartialEq)]
 pub struct KnownKeys {
     /// The one that is spelt most like the key that was found.
-    pub nearest: String,
+    pub nearest: &'static str,
     /// All of them.
-    pub all: Vec<String>,
+    pub all: Vec<&'static str>,
 }
 
 impl fmt::Display for KnownKeys {

@@ -8,6 +8,7 @@ mod open;
 pub(crate) mod parameter;
 mod parse;
 mod push;
+mod rule;
 mod scenario;
 mod template;
 mod write;
@@ -22,6 +23,7 @@ pub use groups::{UnknownGroup, unknown_group};
 pub use parameter::{NORMAL_95, Parameter, Per};
 pub(crate) use parse::edit_distance;
 pub use push::PushModel;
+pub use rule::{Place, Rule};
 pub use scenario::ModelFile;
 pub use template::{TEMPLATES, template};
 

@@ -1,10 +1,9 @@
 //! Model files in: every key is known or refused, with its line.
 
-use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Release};
+use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Place, Release, Rule};
 use crate::ball::BASE_PARAMETERS;
 use crate::effects::{self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::system::ScatterPer;
-use augsim_data::shown_cause;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -87,15 +86,19 @@ impl<'t> Reader<'t> {
         DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
             file: self.file.into(),
             line: self.line(e.span().unwrap_or(0..0)),
-            reason: shown_cause(&e.message()),
+            cause: Box::new(e),
         })
     }
 
-    /// Checks that the file is of `scenario`.
-    pub(super) fn scenario(&self, root: &DeTable<'_>, scenario: &str) -> Result<(), ModelError> {
+    /// Checks that the file is of `scenario`; `example` is the line that says so.
+    pub(super) fn scenario(
+        &self,
+        root: &DeTable<'_>,
+        scenario: &'static str,
+        example: &'static str,
+    ) -> Result<(), ModelError> {
         let value = root.get("scenario");
-        let example = format!("scenario = \"{scenario}\"");
-        let value = value.ok_or_else(|| self.missing(1, "the model file", "scenario", &example))?;
+        let value = value.ok_or_else(|| self.missing(1, Place::File, "scenario", example))?;
         self.word("scenario", value, &[scenario]).map(|_| ())
     }
 
@@ -103,7 +106,12 @@ impl<'t> Reader<'t> {
         1 + self.text.bytes().take(span.start).filter(|&b| b == b'\n').count()
     }
 
-    pub(super) fn known(&self, table: &DeTable<'_>, place: &str, known: &[&str]) -> Result<(), ModelError> {
+    pub(super) fn known(
+        &self,
+        table: &DeTable<'_>,
+        place: Place,
+        known: &[&'static str],
+    ) -> Result<(), ModelError> {
         for (key, _) in table.iter() {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
@@ -112,34 +120,31 @@ impl<'t> Reader<'t> {
                     file: self.file.into(),
                     line: self.line(key.span()),
                     key: name.into(),
-                    place: place.into(),
-                    known: Box::new(KnownKeys {
-                        nearest: nearest.unwrap_or_default().into(),
-                        all: known.iter().map(|k| k.to_string()).collect(),
-                    }),
+                    place,
+                    known: Box::new(KnownKeys { nearest: nearest.unwrap_or_default(), all: known.to_vec() }),
                 });
             }
         }
         Ok(())
     }
 
-    pub(super) fn wrong(&self, key: &str, value: &Value<'_>, expected: &str) -> ModelError {
+    pub(super) fn wrong(&self, key: &str, value: &Value<'_>, rule: impl Into<Rule>) -> ModelError {
         ModelError::WrongType {
             file: self.file.into(),
             line: self.line(value.span()),
             key: key.into(),
-            expected: expected.into(),
+            rule: rule.into(),
         }
     }
 
-    pub(super) fn missing(&self, line: usize, place: &str, key: &str, example: &str) -> ModelError {
-        ModelError::Missing {
-            file: self.file.into(),
-            line,
-            place: place.into(),
-            key: key.into(),
-            example: example.into(),
-        }
+    pub(super) fn missing(
+        &self,
+        line: usize,
+        place: Place,
+        key: &'static str,
+        example: &'static str,
+    ) -> ModelError {
+        ModelError::Missing { file: self.file.into(), line, place, key, example }
     }
 
     pub(super) fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
@@ -158,11 +163,11 @@ impl<'t> Reader<'t> {
         &self,
         key: &str,
         value: &'v Value<'_>,
-        words: &[&str],
+        words: &[&'static str],
     ) -> Result<&'v str, ModelError> {
         match value.get_ref().as_str() {
             Some(w) if words.is_empty() || words.contains(&w) => Ok(w),
-            _ => Err(self.wrong(key, value, &format!("one of \"{}\"", words.join("\", \"")))),
+            _ => Err(self.wrong(key, value, Rule::OneOf(words.to_vec()))),
         }
     }
 
@@ -194,10 +199,11 @@ impl<'t> Reader<'t> {
         let name = p.name.clone();
         if let Some(table) = value.get_ref().as_table() {
             let keys = ["nominal", "min", "max", "frozen", "per", "ci95", "groups"];
-            self.known(table, &format!("`{name}`"), &keys)?;
+            self.known(table, Place::Parameter(name.clone()), &keys)?;
             let nominal = table.get("nominal");
             let nominal = nominal.ok_or_else(|| {
-                self.missing(self.line(value.span()), &format!("`{name}`"), "nominal", "nominal = 0.0")
+                let place = Place::Parameter(name.clone());
+                self.missing(self.line(value.span()), place, "nominal", "nominal = 0.0")
             })?;
             p.nominal = self.number(&name, nominal)?;
             for (key, slot) in [("min", &mut p.min), ("max", &mut p.max)] {
@@ -269,7 +275,7 @@ impl<'t> Reader<'t> {
     fn kind<'v>(&self, value: &'v Value<'_>, library: &Library) -> Result<&'v str, ModelError> {
         let line = self.line(value.span());
         let kind = self.table("effect", value)?.get("kind");
-        let kind = kind.ok_or_else(|| self.missing(line, "[[effect]]", "kind", library.example))?;
+        let kind = kind.ok_or_else(|| self.missing(line, Place::Effect, "kind", library.example))?;
         self.word("kind", kind, &[])
     }
 
@@ -279,7 +285,7 @@ impl<'t> Reader<'t> {
         value: &Value<'_>,
         earlier: &[EffectBlock],
         library: &Library,
-        more: &[&str],
+        more: &[&'static str],
     ) -> Result<EffectBlock, ModelError> {
         let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
         let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
@@ -289,12 +295,12 @@ impl<'t> Reader<'t> {
         };
         let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());
         if let Some(other) = earlier.iter().find(clash) {
-            return Err(ModelError::Conflict { file, line, kind: kind.into(), other: other.kind.clone() });
+            return Err(ModelError::Conflict { file, line, kind: spec.kind, other: other.kind.clone() });
         }
-        let mut known: Vec<&str> = vec!["kind"];
+        let mut known = vec!["kind"];
         known.extend(spec.parameters.iter().map(|p| p.name));
         known.extend(more);
-        self.known(table, &format!("[[effect]] `{}`", spec.kind), &known)?;
+        self.known(table, Place::EffectOf(spec.kind), &known)?;
         let mut parameters = Vec::new();
         for parameter in spec.parameters {
             let mut p = effect_default(parameter);
@@ -324,9 +330,10 @@ impl<'t> Reader<'t> {
     }
 
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
-        self.known(table, "[[effect]] `table`", &["kind", "target", "against", "first", "last", "values"])?;
-        let need = |key: &str, example: &str| {
-            table.get(key).ok_or_else(|| self.missing(line, "[[effect]] `table`", key, example))
+        let place = || Place::EffectOf(TABLE_KIND);
+        self.known(table, place(), &["kind", "target", "against", "first", "last", "values"])?;
+        let need = |key: &'static str, example: &'static str| {
+            table.get(key).ok_or_else(|| self.missing(line, place(), key, example))
         };
         let targets: Vec<_> = Target::ALL.iter().map(|t| t.name()).collect();
         let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
@@ -338,7 +345,7 @@ impl<'t> Reader<'t> {
             return Err(self.wrong("values", knots, "a list of one number or more: the values at the knots"));
         }
         let (Some(target), Some(against)) = (Target::from_name(target), Against::from_name(against)) else {
-            return Err(self.missing(line, "[[effect]] `table`", "target", "target = \"restitution\""));
+            return Err(self.missing(line, place(), "target", "target = \"restitution\""));
         };
         let shape = Table {
             target,
@@ -376,14 +383,14 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let reader = Reader { text, file };
     let root = reader.root()?;
     let root = root.get_ref();
-    reader.known(root, "a model file", &["scenario", "parameters", "sensor", "release", "effect"])?;
-    reader.scenario(root, "ball")?;
+    reader.known(root, Place::File, &["scenario", "parameters", "sensor", "release", "effect"])?;
+    reader.scenario(root, "ball", "scenario = \"ball\"")?;
 
     let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| base_default(n)).collect();
     let mut declared = Vec::new();
     if let Some(value) = root.get("parameters") {
         let table = reader.table("parameters", value)?;
-        reader.known(table, "[parameters]", &BASE_PARAMETERS)?;
+        reader.known(table, Place::Table("parameters"), &BASE_PARAMETERS)?;
         for p in &mut parameters {
             if let Some(v) = table.get(p.name.as_str()) {
                 // A radius, an inertia ratio or a floor given as a number is a measurement, not something to calibrate.
@@ -397,7 +404,11 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let (mut position_sd_m, mut clock_reference_s) = (None, None);
     if let Some(value) = root.get("sensor") {
         let table = reader.table("sensor", value)?;
-        reader.known(table, "[sensor]", &["position_sd_m", "height_sd_m", "clock_reference_s"])?;
+        reader.known(
+            table,
+            Place::Table("sensor"),
+            &["position_sd_m", "height_sd_m", "clock_reference_s"],
+        )?;
         if let Some(v) = table.get("clock_reference_s") {
             clock_reference_s = Some(reader.number("clock_reference_s", v)?);
         }
@@ -414,7 +425,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let mut release = Release::default();
     if let Some(value) = root.get("release") {
         let table = reader.table("release", value)?;
-        reader.known(table, "[release]", &["kind"])?;
+        reader.known(table, Place::Table("release"), &["kind"])?;
         if let Some(v) = table.get("kind") {
             release = match reader.word("kind", v, &["rest", "free"])? {
                 "rest" => Release::Rest,

@@ -1,9 +1,9 @@
 //! Model files of pushing: `scenario = "push"`.
 
 use super::parse::{Library, Reader, Value};
-use super::{EffectBlock, ModelError, Parameter, Per, read, write};
+use super::{EffectBlock, ModelError, Parameter, Per, Place, Rule, read, write};
 use crate::push::effects::{self, SCATTER_KIND, index_of};
-use crate::push::{BASE_PARAMETERS, OBJECTS, Object, World};
+use crate::push::{BASE_PARAMETERS, Object, World};
 use crate::system::ScatterPer;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -101,14 +101,14 @@ impl PushModel {
         let root = reader.root()?;
         let root = root.get_ref();
         let known = ["scenario", "object", "polygon_m", "parameters", "sensor", "effect"];
-        reader.known(root, "a model file", &known)?;
-        reader.scenario(root, "push")?;
+        reader.known(root, Place::File, &known)?;
+        reader.scenario(root, "push", "scenario = \"push\"")?;
         let (object, polygon_m) = object(&reader, root)?;
         let mut parameters = base_parameters(&object);
         let mut declared = Vec::new();
         if let Some(value) = root.get("parameters") {
             let table = reader.table("parameters", value)?;
-            reader.known(table, "[parameters]", &BASE_PARAMETERS)?;
+            reader.known(table, Place::Table("parameters"), &BASE_PARAMETERS)?;
             for p in &mut parameters {
                 if let Some(v) = table.get(p.name.as_str()) {
                     // Given as numbers, these are measurements (and poses do not carry the last two).
@@ -126,7 +126,7 @@ impl PushModel {
         if let Some(value) = root.get("sensor") {
             let table = reader.table("sensor", value)?;
             let keys = ["position_sd_m", "angle_sd_rad"];
-            reader.known(table, "[sensor]", &keys)?;
+            reader.known(table, Place::Table("sensor"), &keys)?;
             for (key, slot) in keys.iter().zip(&mut sd) {
                 if let Some(v) = table.get(*key) {
                     let number = reader.number(key, v)?;
@@ -213,13 +213,9 @@ fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Ver
     let name = root.get("object");
     let Some(outline) = root.get("polygon_m") else {
         let example = "object = \"rect1\"";
-        let value = name.ok_or_else(|| reader.missing(1, "the model file", "object", example))?;
+        let value = name.ok_or_else(|| reader.missing(1, Place::File, "object", example))?;
         let object = value.get_ref().as_str().and_then(Object::named);
-        let expected = || {
-            let list = OBJECTS.join("\", \"");
-            format!("one of \"{list}\"; give any other outline as polygon_m = [[x, y], …] in metres")
-        };
-        return Ok((object.ok_or_else(|| reader.wrong("object", value, &expected()))?, None));
+        return Ok((object.ok_or_else(|| reader.wrong("object", value, Rule::Object))?, None));
     };
     let vertices = polygon(reader, outline)?;
     let name = match name {

@@ -1,7 +1,7 @@
 //! A model file of any scenario.
 
 use super::parse::Reader;
-use super::{Model, ModelError, PushModel, read};
+use super::{Model, ModelError, Place, PushModel, read};
 use std::path::Path;
 
 /// A model file, told apart by its key `scenario`.
@@ -36,7 +36,7 @@ impl ModelFile {
         // Shown between backticks: a choice of two.
         let example = "scenario = \"ball\"` or `scenario = \"push\"";
         let value = root.get("scenario");
-        let value = value.ok_or_else(|| reader.missing(1, "the model file", "scenario", example))?;
+        let value = value.ok_or_else(|| reader.missing(1, Place::File, "scenario", example))?;
         match reader.word("scenario", value, &["ball", "push"])? {
             "push" => PushModel::parse(text, file).map(ModelFile::Push),
             _ => Model::parse(text, file).map(ModelFile::Ball),

@@ -6,11 +6,12 @@ use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
 use super::{Expression, Hold, Input, Model, Numerics, Output, State, Table, check, effects};
-use crate::error::{Fault, ModelError};
+use crate::error::{Fault, ModelError, ReadFault};
 use crate::limits;
 use crate::text::{Symbol, Tree};
-use augsim_data::{Unit, shown_cause};
+use augsim_data::Unit;
 use std::path::Path;
+use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -22,7 +23,7 @@ pub fn read(path: &Path) -> Result<Model, ModelError> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path);
     let text = text.map_err(|cause| {
-        let fault = Fault::Unreadable { reason: cause.to_string() };
+        let fault = Fault::Unreadable { cause: ReadFault(Arc::new(cause)) };
         Reader { file: &file, text: "" }.error(1, "", fault)
     })?;
     parse(&text, &file)
@@ -39,7 +40,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     }
     let root = DeTable::parse(text).map_err(|e| {
         let line = reader.line(e.span().map_or(0, |s| s.start));
-        reader.error(line, "", Fault::Syntax { reason: shown_cause(&e.message()) })
+        reader.error(line, "", Fault::Syntax { cause: e })
     })?;
     let span = root.span();
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));

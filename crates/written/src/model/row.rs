@@ -5,7 +5,7 @@ use super::quantity::unit;
 use super::toml_reader::{Item, Reader};
 use super::{DraftState, How};
 use crate::error::{Fault, ModelError};
-use augsim_data::{Unit, shown, shown_cause};
+use augsim_data::{Unit, shown};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -70,7 +70,7 @@ pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
     let reader = Reader { file, text };
     let root = DeTable::parse(text).map_err(|e| {
         let line = reader.line(e.span().map_or(0, |s| s.start));
-        reader.error(line, "", Fault::Syntax { reason: shown_cause(&e.message()) })
+        reader.error(line, "", Fault::Syntax { cause: e })
     })?;
     let span = root.span();
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));

@@ -3,7 +3,6 @@
 
 use super::{Addition, How, Model, Parameter};
 use crate::error::{Fault, ModelError, Place};
-use augsim_data::shown_cause;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 impl Model {
@@ -13,9 +12,9 @@ impl Model {
     /// # Errors
     /// The text of the model is not that of a model file.
     pub fn to_toml(&self) -> Result<String, ModelError> {
-        let mut document: DocumentMut = self.text.parse().map_err(|e: toml_edit::TomlError| {
+        let mut document: DocumentMut = self.text.parse().map_err(|cause: toml_edit::TomlError| {
             let place = Place { file: self.file.clone(), line: 1, key: String::new() };
-            let fault = Box::new(Fault::Syntax { reason: shown_cause(&e.message()) });
+            let fault = Box::new(Fault::NotEditable { cause });
             ModelError { place, fault, excerpt: None }
         })?;
         for p in &self.parameters[..self.declared_parameters()] {
