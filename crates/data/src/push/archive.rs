@@ -61,5 +61,5 @@ fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<ZipArchive<Cursor<&'a [u8]>>
 }
 
 fn damaged(path: &Path, member: Option<String>, cause: ZipError) -> PushError {
-    PushError::Zip { path: path.to_owned(), member, cause }
+    PushError::Zip { path: path.to_owned(), member, cause: Box::new(cause) }
 }

@@ -136,7 +136,7 @@ pub enum PushError {
         /// Name of the member; none where the archive as a whole is meant.
         member: Option<String>,
         /// Error of the decoder.
-        cause: zip::result::ZipError,
+        cause: Box<zip::result::ZipError>,
     },
     /// A member of an archive whose name is too long, or holds control characters that a message must not repeat.
     #[error("{}: the name of member `{}` is too long or holds control characters; rename it", path.display(), shown(member))]
