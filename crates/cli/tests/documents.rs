@@ -10,7 +10,7 @@
 mod pages;
 
 use augsim_physics::effects::{EffectSpec, SCATTER_SPEC};
-use augsim_report::figure::{Axis, Bars, Figure};
+use augsim_report::figure::{Axis, BarShape, Bars, Figure};
 use pages::{root, words};
 use std::fmt::Write;
 use std::process::Command;
@@ -167,6 +167,7 @@ fn the_picture_of_the_readme_is_that_of_a_report() {
         value: Axis::linear("error", "m"),
         groups: Vec::new(),
         references: Vec::new(),
+        shape: BarShape::Bar,
     })
     .svg_document(500.0);
     let style = empty.split_once("<style>").and_then(|(_, s)| s.split_once("</style>")).expect("a style").0;

@@ -29,7 +29,13 @@ fn bars(y: &[f64], name: &str) -> Bars {
             group("second", bar("after", 0, y.first().copied(), None)),
         ],
         references: vec![Reference { value: 0.5, label: "noise floor".into() }],
+        shape: BarShape::Bar,
     }
+}
+
+/// The same as dots on an axis without zero.
+fn dots(y: &[f64], name: &str) -> Bars {
+    Bars { value: Axis::log("height", "m"), references: Vec::new(), shape: BarShape::Dot, ..bars(y, name) }
 }
 
 /// One figure of each kind from the same horizontal and vertical values.
@@ -77,6 +83,7 @@ fn all(x: &[f64], y: &[f64], name: &str) -> Vec<Figure> {
         fan.into(),
         scatter.into(),
         bars(y, name).into(),
+        dots(y, name).into(),
         Histogram { title: title.clone(), x: y_axis, samples }.into(),
         Quantile { title: title.clone(), series: vec![quantiles] }.into(),
         Autocorrelation {

@@ -3,7 +3,7 @@
 use super::collected::Collected;
 use super::curves::{Curve, Series as CurveSeries};
 use super::row::{Row as TaskRow, State};
-use augsim_report::figure::{Axis, Bar, BarGroup, Bars, Figure, Line, Mark, Series, Tone};
+use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Figure, Line, Mark, Series, Tone};
 use augsim_report::page::{
     Block, Cell, Column, Columns, DataSource, Grid, KeyFigure, Method, Page, Provenance, Row, Section, Table,
 };
@@ -129,8 +129,14 @@ fn figure(curve: &Curve) -> Figure {
         }
         false => names.iter().map(group).collect(),
     };
-    Bars { title: curve.score.clone(), value: Axis::linear(&curve.score, ""), groups, references: Vec::new() }
-        .into()
+    Bars {
+        title: curve.score.clone(),
+        value: Axis::linear(&curve.score, ""),
+        groups,
+        references: Vec::new(),
+        shape: BarShape::Bar,
+    }
+    .into()
 }
 
 fn line(curve: &Curve) -> Figure {

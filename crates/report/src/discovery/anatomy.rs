@@ -3,8 +3,8 @@
 use super::tones::{AFTER, BEFORE};
 use super::{Anatomy, Bins, LawCurve, Profile, Rmse};
 use crate::figure::{
-    Autocorrelation, Axis, Bar, BarGroup, Bars, Correlogram, Figure, Line, Mark, Quantile, QuantileSeries,
-    Series, Tone,
+    Autocorrelation, Axis, Bar, BarGroup, BarShape, Bars, Correlogram, Figure, Line, Mark, Quantile,
+    QuantileSeries, Series, Tone,
 };
 use crate::page::{Block, Columns, Grid};
 use crate::plot::text::capitalised;
@@ -32,6 +32,7 @@ pub(super) fn residual(anatomy: &Anatomy) -> Vec<Block> {
             value: Axis::linear("root mean square residual", &anatomy.contact_unit),
             groups: anatomy.contact.iter().map(|c| group(&c.label, c.before, c.after)).collect(),
             references: Vec::new(),
+            shape: BarShape::Bar,
         }));
     }
     if let Some(a) = &anatomy.autocorrelation {

@@ -2,7 +2,7 @@
 
 use super::tones::{AFTER, BEFORE};
 use super::{DiscoveryReport, ErrorSummary, Rmse, Verdict, anatomy, examples, findings};
-use crate::figure::{Axis, Bar, BarGroup, Bars, Tone};
+use crate::figure::{Axis, Bar, BarGroup, BarShape, Bars, Tone};
 use crate::page::{Block, Cell, Column, FigureBlock, KeyFigure, Page, Row, Section, Table};
 use crate::plot::text::significant;
 
@@ -115,6 +115,7 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         value: Axis::linear("root mean square error", &e.unit),
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
+        shape: BarShape::Bar,
     };
     let gain = e.reduction.map(|r| ("reduction", Some(r), Tone::Muted, "calibrated minus augmented"));
     let rows = shown.iter().chain(&gain).map(|(name, rmse, _, what)| {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Axis, Reference, Target, Tone};
 use crate::plot::frame::{Key, LABEL, Swatch, TICK, header, label, no_data, svg};
+use crate::plot::marker::marker;
 use crate::plot::scale::{Scale, drawable};
 use crate::plot::text::{coordinate as c, shorten, significant, width};
 
@@ -31,6 +32,17 @@ pub struct BarGroup {
     pub bars: Vec<Bar>,
 }
 
+/// How a value is drawn. The length of a bar says something only where the axis holds zero: on others draw dots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BarShape {
+    /// A bar from zero.
+    #[default]
+    Bar,
+    /// A dot on a thin line.
+    Dot,
+}
+
 /// A bar chart. One group: each bar is labelled by its name; several: by group, with a legend.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
@@ -43,17 +55,23 @@ pub struct Bars {
     /// Vertical reference lines.
     #[serde(default)]
     pub references: Vec<Reference>,
+    /// How the values are drawn.
+    #[serde(default)]
+    pub shape: BarShape,
 }
 
 const THICK: f64 = 13.0;
 const STEP: f64 = 20.0;
+/// Radius of a dot, px.
+const RADIUS: f64 = 4.0;
 
 impl Bars {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
         let all = || self.groups.iter().flat_map(|g| &g.bars);
         let ends = all().flat_map(|b| b.value.into_iter().chain(b.interval.into_iter().flatten()));
         let any = all().any(|b| b.value.is_some_and(drawable));
-        let axis = Axis { include_zero: self.value.scale == super::Scale::Linear, ..self.value.clone() };
+        let from_zero = self.shape == BarShape::Bar && self.value.scale == super::Scale::Linear;
+        let axis = Axis { include_zero: from_zero, ..self.value.clone() };
         let references = self.references.iter().map(|r| r.value);
         let Some(scale) = Scale::fit(&axis, ends.chain(references).filter(|_| any), 0.04, (0.0, 1.0)) else {
             return no_data(target, &self.title, &self.value.label);
@@ -87,7 +105,7 @@ impl Bars {
             }
             for bar in &group.bars {
                 let name = if grouped { "" } else { bar.name.as_str() };
-                rows.push(bar_row(&scale, bar, name, y + STEP / 2.0, widest, target.width));
+                rows.push(self.row(&scale, bar, name, y + STEP / 2.0, [widest, target.width]));
                 y += STEP;
             }
             y += 8.0;
@@ -130,24 +148,40 @@ impl Bars {
         }
         words
     }
-}
 
-/// One bar with name, interval and its value at the right.
-fn bar_row(scale: &Scale, bar: &Bar, name: &str, middle: f64, name_width: f64, right: f64) -> Markup {
-    let base = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low });
-    let tone = bar.tone.class();
-    let value = bar.value.filter(|v| drawable(*v));
-    html! {
+    /// One value with name and interval, and the number itself at the right.
+    fn row(
+        &self,
+        scale: &Scale,
+        bar: &Bar,
+        name: &str,
+        middle: f64,
+        [name_width, right]: [f64; 2],
+    ) -> Markup {
+        let base = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low });
+        let tone = bar.tone.class();
+        let value = bar.value.filter(|v| drawable(*v));
+        let drawn = |zero: f64, end: f64| match self.shape {
+            BarShape::Bar => html! {
+                rect class={ "br " (tone) } x=(c(zero.min(end))) y=(c(middle - THICK / 2.0)) width=(c((end - zero).abs().max(0.5))) height=(c(THICK)) rx="1" {}
+            },
+            BarShape::Dot => html! {
+                path class="gr" d={ "M" (c(zero)) " " (c(middle)) "H" (c(end)) } {}
+                (marker(bar.tone, end, middle, RADIUS))
+            },
+        };
+        html! {
         @if !name.is_empty() { (label("", 0.0, middle + 3.8, LABEL, &shorten(name, LABEL, name_width))) }
         @match value.and_then(|v| Some((base?, scale.at(v)?, v))) {
             Some((zero, end, v)) => {
-                rect class={ "br " (tone) } x=(c(zero.min(end))) y=(c(middle - THICK / 2.0)) width=(c((end - zero).abs().max(0.5))) height=(c(THICK)) rx="1" {}
+                (drawn(zero, end))
                 @if let Some((a, b)) = bar.interval.and_then(|[a, b]| Some((scale.at(a)?, scale.at(b)?))) {
                     path class="iv ki" d={ "M" (c(a)) " " (c(middle)) "H" (c(b)) "M" (c(a)) " " (c(middle - 3.0)) "v6M" (c(b)) " " (c(middle - 3.0)) "v6" } {}
                 }
                 (label("en", right, middle + 3.8, TICK, &significant(v, 3)))
             }
             None => (label("mu en", right, middle + 3.8, TICK, "–")),
+        }
         }
     }
 }

@@ -22,7 +22,7 @@ mod scatter;
 
 pub use autocorrelation::{Autocorrelation, Correlogram};
 pub use axis::{Axis, Event, Reference, Scale, Tone};
-pub use bars::{Bar, BarGroup, Bars};
+pub use bars::{Bar, BarGroup, BarShape, Bars};
 pub use fan::Fan;
 pub use heatmap::Heatmap;
 pub use histogram::{Histogram, HistogramSample};
