@@ -338,7 +338,8 @@ impl Forecaster for PushTruth {
 /// Asserts that a class comes within 10 % of the error of the law that made its pushes.
 fn learns_strides(recipe: Recipe, law: PushLaw, scatter: f64, pushes: u64, iterations: u64) {
     let declared = pushing(0.0344, 0.25);
-    let (train, test) = (strides(law, &declared, scatter, pushes, 1), strides(law, &declared, scatter, 60, 2));
+    let (train, test) =
+        (strides(law, &declared, scatter, pushes, 1), strides(law, &declared, scatter, 60, 2));
     let model = trained(recipe, declared.clone(), &train, iterations);
     let truth = PushTruth { law, declared };
     let [got, best] =

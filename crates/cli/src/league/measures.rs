@@ -54,6 +54,9 @@ static PUSH: [Key; 10] = [
     key("untouched_mm", "untouched", "mm", 2),
 ];
 
+/// Place of the deciding score among the columns of pushing.
+pub const DECIDING: usize = 4;
+
 /// The columns of a scenario.
 pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
     match scenario {

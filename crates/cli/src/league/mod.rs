@@ -10,6 +10,7 @@ mod processor;
 mod result;
 mod rows;
 mod runs;
+mod sizes;
 mod table;
 mod verdict;
 
@@ -17,15 +18,17 @@ use crate::args::{LeagueScenario, Part, Reproduce};
 use crate::destination::{Claim, REPORT, RESULT};
 use crate::exit::{Outcome, Usage};
 use crate::experiment::Sizes;
-use crate::experiment::data::{Data, Set};
+use crate::experiment::data::{Data, Set, part};
 use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{claim, repeat};
 use augsim_session::run_dir::DataSource;
 use augsim_session::usage::Inapplicable;
+use augsim_trainer::Sequences;
 use entrants::entrants;
 use result::{League, ResultFile};
 use runs::{Effort, Runs};
+use sizes::Sizes as Curve;
 use std::path::Path;
 
 /// Added to the seed of generated training data, so that test data are other draws.
@@ -84,7 +87,7 @@ fn played(
     claim: &Claim,
     output: &Output,
 ) -> anyhow::Result<Option<League>> {
-    let data = data(scenario, &effort, seed)?;
+    let (data, pool) = data(scenario, &effort, seed)?;
     let runs = Runs { data: &data, effort, seed, resume, claim, output, scenario };
     let mut rows = Vec::new();
     for entrant in entrants(scenario) {
@@ -95,6 +98,8 @@ fn played(
     }
     let sets: Vec<String> = data.tests.iter().map(set_name).collect();
     let verdicts = verdict::verdicts(&mut rows, &sets, seed);
+    let curve = Curve { pool: &pool, counts: effort.sizes, seeds: effort.size_seeds };
+    let Some(sizes) = curve.rows(&runs, &rows)? else { return Ok(None) };
     Ok(Some(League {
         scenario: scenario.name(),
         sets,
@@ -103,6 +108,7 @@ fn played(
         settings_tried: runs.effort.settings,
         seeds: runs.effort.seeds,
         rows: rows.into_iter().map(|r| r.row).collect(),
+        sizes,
         verdicts,
     }))
 }
@@ -116,23 +122,29 @@ fn set_name(set: &Set) -> String {
     }
 }
 
-fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<Data> {
+/// The data of a scenario, and the trajectories that the sets of the curve are the first of: those for training, and more where the
+/// curve goes further.
+fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<(Data, Sequences)> {
     match scenario {
         LeagueScenario::Ball => {
             let set = |trajectories, seed| DataSource::PaperLaw { trajectories, seed };
             let test = set(effort.test, seed.wrapping_add(TEST_SEED_OFFSET));
-            Ok(Data::drops(&set(effort.train, seed), &test)?.0)
+            let data = Data::drops(&set(effort.train, seed), &test)?.0;
+            let pool = data.train.clone();
+            Ok((data, pool))
         }
         LeagueScenario::Push => {
-            let plan =
-                Sizes { train: effort.train, test: effort.test, transfer: effort.transfer, ..Sizes::quick() };
+            let most = effort.sizes.iter().copied().max().unwrap_or(0).max(effort.train);
+            let plan = Sizes { train: most, test: effort.test, transfer: effort.transfer, ..Sizes::quick() };
             let mut data = Data::laboratory(&plan, seed)?;
+            let pool = data.train.clone();
+            data.train = part(&pool, 0, effort.train);
             // In a hurry one support and the other object stand for all.
             let kept = |set: &Set| set.on.as_ref().is_none_or(|on| on.2 != "unseen surface" || on.1 == "pu");
             if effort.few_sets {
                 data.tests.retain(kept);
             }
-            Ok(data)
+            Ok((data, pool))
         }
     }
 }

@@ -4,9 +4,9 @@ use super::measures::{Key, keys};
 use super::result::{League, ResultFile};
 use super::rows::Row as Result;
 use super::table::scenario_of;
-use augsim_report::figure::{Axis, Bar, BarGroup, Bars, Figure, Tone};
+use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Figure, Line, Series, Tone};
 use augsim_report::page::{
-    Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
+    Best, Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
 };
 
 /// The page.
@@ -49,6 +49,17 @@ fn section(league: &League) -> Section {
                   interval over trajectories."
             .to_owned(),
     }));
+    if !league.sizes.is_empty() {
+        let drawn = |key: &&Key| ["pos_mm", "rot_deg", "crps_mm", "crps_deg"].contains(&key.name);
+        blocks.push(Block::Grid(Grid {
+            columns: Columns::Two,
+            legend: Vec::new(),
+            figures: keys.iter().filter(drawn).map(|key| curve(&league.sizes, key)).collect(),
+            caption: "The five best classes trained on fewer and on more trajectories, with the settings of the table, on its first \
+                      test set."
+                .to_owned(),
+        }));
+    }
     let title = if league.scenario == "ball" { "The bouncing ball" } else { "Planar pushing" };
     Section::new(title, blocks)
 }
@@ -77,6 +88,21 @@ fn table(league: &League, set: &str, keys: &[Key]) -> Table {
     }
 }
 
+/// A line for each model, over the training trajectories.
+fn curve(rows: &[Result], key: &Key) -> Figure {
+    let x = Axis::log("training trajectories", "");
+    let mut line = Line::new(&format!("{} ({})", key.title, key.unit), x, Axis::log(key.title, key.unit));
+    let mut models: Vec<&str> = rows.iter().map(|r| r.model.as_str()).collect();
+    models.dedup();
+    for (tone, model) in (0..).zip(models) {
+        let points = rows.iter().filter(|r| r.model == model);
+        let point = |r: &Result| Some((r.trained_on? as f64, r.figures.get(key.name)?.median));
+        let (x, y) = points.filter_map(point).unzip();
+        line = line.with(Series::line(model, Tone::Series(tone), x, y));
+    }
+    Figure::from(line)
+}
+
 /// A dot for each model that has the figure.
 fn dots(rows: &[&Result], key: &Key) -> Figure {
     let bar = |r: &&Result| {
@@ -91,13 +117,19 @@ fn dots(rows: &[&Result], key: &Key) -> Figure {
     };
     let bars: Vec<Bar> = rows.iter().filter_map(bar).collect();
     // A model that leaves the world would hide all others on a linear axis.
-    let positive = bars.iter().all(|b| b.value.is_some_and(|v| v > 0.0));
-    let axis = if positive { Axis::log(key.title, key.unit) } else { Axis::linear(key.title, key.unit) };
+    let is_positive = bars.iter().all(|b| b.value.is_some_and(|v| v > 0.0));
+    let is_share = matches!(key.best, Best::Nearest(_));
+    let axis = if is_positive && !is_share {
+        Axis::log(key.title, key.unit)
+    } else {
+        Axis::linear(key.title, key.unit)
+    };
     Figure::from(Bars {
         title: format!("{} ({})", key.title, key.unit),
         value: axis,
         groups: vec![BarGroup { label: String::new(), bars }],
         references: Vec::new(),
+        shape: BarShape::Dot,
     })
 }
 

@@ -29,6 +29,9 @@ pub struct League {
     /// Seeds of every trained class.
     pub seeds: u64,
     pub rows: Vec<Row>,
+    /// The best classes trained on fewer and on more trajectories, scored on the first test set; empty where none are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sizes: Vec<Row>,
     /// Models that are significantly better than others, one verdict a test set.
     pub verdicts: Vec<Verdict>,
 }

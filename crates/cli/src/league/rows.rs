@@ -1,5 +1,7 @@
 //! Rows of the league: models on test sets.
 
+use super::runs::{Factors, SETTINGS};
+use augsim_trainer::Recipe;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -7,11 +9,20 @@ use std::collections::BTreeMap;
 #[derive(Debug)]
 pub struct Scored {
     pub row: Row,
+    /// The recipe, of a model that was trained and is scored as it draws.
+    pub recipe: Option<Recipe>,
     pub crps: Vec<f64>,
 }
 
+impl Scored {
+    /// Mean of the deciding score.
+    pub fn mean_crps(&self) -> f64 {
+        self.crps.iter().sum::<f64>() / self.crps.len().max(1) as f64
+    }
+}
+
 /// A model on a test set.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Row {
     pub model: String,
     pub set: String,
@@ -36,6 +47,13 @@ pub struct Row {
     /// Processor time of a simulated second, microseconds. In `timing.json`.
     #[serde(skip)]
     pub microseconds: Option<f64>,
+}
+
+impl Row {
+    /// The factors that were chosen for it; those of the first setting where none were tried.
+    pub fn factors(&self) -> Factors {
+        SETTINGS[self.tried.iter().position(|tried| tried.chosen).unwrap_or(0)]
+    }
 }
 
 /// A figure over seeds.

@@ -5,6 +5,7 @@ use super::measures::{Measured, keys, measure};
 use super::processor::processor_s;
 use super::rows::{Row, Scored, Spread, Tried};
 use super::set_name;
+use super::sizes::Sizes;
 use crate::args::{LeagueScenario, Reproduce};
 use crate::destination::Claim;
 use crate::experiment::data::{Data, Set, part};
@@ -39,6 +40,10 @@ pub struct Effort {
     pub gp_steps: usize,
     /// Whether a part of the transfer sets stands for all.
     pub few_sets: bool,
+    /// Training trajectories of the curve of the best classes; none of drops.
+    pub sizes: &'static [usize],
+    /// Seeds at each of these sizes.
+    pub size_seeds: u64,
 }
 
 impl Effort {
@@ -55,6 +60,8 @@ impl Effort {
                 seeds: 3,
                 gp_steps: 0,
                 few_sets: true,
+                sizes: &[],
+                size_seeds: 1,
             },
             (true, false) => Effort {
                 train: 400,
@@ -65,6 +72,8 @@ impl Effort {
                 seeds: 3,
                 gp_steps: 300,
                 few_sets: true,
+                sizes: &[50, 100, 200, 400],
+                size_seeds: 1,
             },
             (false, true) => Effort {
                 train: 800,
@@ -75,6 +84,8 @@ impl Effort {
                 seeds: 3,
                 gp_steps: 0,
                 few_sets: false,
+                sizes: &[],
+                size_seeds: 1,
             },
             (false, false) => Effort {
                 train: 2500,
@@ -85,17 +96,22 @@ impl Effort {
                 seeds: 3,
                 gp_steps: 800,
                 few_sets: false,
+                sizes: &[250, 500, 1000, 2500, 6500],
+                size_seeds: 3,
             },
         };
         Effort { iterations: args.iterations.unwrap_or(effort.iterations), ..effort }
     }
 }
 
-/// Factors of the learning rate and of the hidden width that are tried, in this order.
-const SETTINGS: [(f64, f64); 4] = [(1.0, 1.0), (0.3, 1.0), (3.0, 1.0), (1.0, 2.0)];
+/// Factors of the learning rate and of the hidden width.
+pub type Factors = (f64, f64);
+
+/// The factors that are tried, in this order.
+pub const SETTINGS: [Factors; 4] = [(1.0, 1.0), (0.3, 1.0), (3.0, 1.0), (1.0, 2.0)];
 
 /// The factors that did best, and everything that was tried.
-type Choice = ((f64, f64), Vec<Tried>);
+type Choice = (Factors, Vec<Tried>);
 
 /// Everything that entering a class takes.
 #[derive(Debug)]
@@ -110,7 +126,7 @@ pub struct Runs<'a> {
 }
 
 /// How the samples of a trained net are scored.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Variant {
     /// As it draws them.
     AsTrained,
@@ -174,10 +190,33 @@ impl Runs<'_> {
                 scored.row.trained_on = Some(self.data.train.items.len());
                 scored.row.tried.clone_from(&tried);
                 scored.row.cpu_s = cpu.as_ref().map(|c| median(c.clone()));
+                scored.recipe = (variant == Variant::AsTrained).then_some(recipe);
                 out.push(scored);
             }
         }
         Ok(Some(out))
+    }
+
+    /// The row on the first test set of a recipe that is trained on the first `count` of a pool; `None` if the user stopped it.
+    pub fn at_size(
+        &self,
+        recipe: Recipe,
+        factors: Factors,
+        sizes: &Sizes<'_>,
+        count: usize,
+    ) -> anyhow::Result<Option<Row>> {
+        let (train, set) = (part(sizes.pool, 0, count), &self.data.tests[0]);
+        let (mut measured, mut parameters) = (Vec::new(), 0);
+        for k in 0..sizes.seeds {
+            let settings = self.settings(recipe, factors, self.seed.wrapping_add(k));
+            let folder = format!("{}-size{count}-seed{}", recipe.name(), k + 1);
+            let Some(net) = self.net(&settings, &train, &folder)? else { return Ok(None) };
+            measured.push(measure(Some(&net.model), set)?);
+            parameters = net.parameters;
+        }
+        let mut row = self.row(set, recipe.label(), &measured).row;
+        (row.parameters, row.trained_on) = (Some(parameters), Some(count));
+        Ok(Some(row))
     }
 
     fn untrained(&self, entrant: Entrant) -> anyhow::Result<Vec<Scored>> {
@@ -242,7 +281,7 @@ impl Runs<'_> {
         Ok(Some((SETTINGS[best], tried)))
     }
 
-    fn settings(&self, recipe: Recipe, (rate, width): (f64, f64), seed: u64) -> Settings {
+    fn settings(&self, recipe: Recipe, (rate, width): Factors, seed: u64) -> Settings {
         let mut settings = Settings::new(recipe, self.effort.iterations, seed, self.data.engine.clone());
         settings.learning_rate.initial *= rate;
         settings.net.hidden = (settings.net.hidden as f64 * width) as usize;
@@ -294,6 +333,7 @@ impl Runs<'_> {
                 cpu_s: None,
                 microseconds: (!cost.is_empty()).then(|| median(cost)),
             },
+            recipe: None,
             crps,
         }
     }

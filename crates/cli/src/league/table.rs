@@ -1,6 +1,6 @@
 //! The league as text, and what it cost.
 
-use super::measures::keys;
+use super::measures::{DECIDING, keys};
 use super::result::{League, ResultFile};
 use super::rows::Row;
 use crate::args::LeagueScenario;
@@ -39,6 +39,32 @@ pub fn scenario_of(league: &League) -> LeagueScenario {
     if league.scenario == "ball" { LeagueScenario::Ball } else { LeagueScenario::Push }
 }
 
+/// The deciding scores of the best classes, a line a class and a column a size.
+fn sizes(league: &League) -> String {
+    let mut counts: Vec<usize> = league.sizes.iter().filter_map(|r| r.trained_on).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    if counts.is_empty() {
+        return String::new();
+    }
+    let mut models: Vec<&str> = league.sizes.iter().map(|r| r.model.as_str()).collect();
+    models.dedup();
+    let key = &keys(scenario_of(league))[DECIDING];
+    let mut out = format!("\n{} {} by training trajectories\n  {:<15}", key.title, key.unit, "model");
+    counts.iter().for_each(|count| out.push_str(&format!("{count:>10}")));
+    for model in models {
+        out.push_str(&format!("\n  {model:<15}"));
+        for count in &counts {
+            let row = league.sizes.iter().find(|r| r.model == model && r.trained_on == Some(*count));
+            let figure = row.and_then(|r| r.figures.get(key.name));
+            let shown = figure.map_or("-".to_owned(), |f| format!("{:.*}", key.decimals, f.median));
+            out.push_str(&format!("{shown:>10}"));
+        }
+    }
+    out.push('\n');
+    out
+}
+
 /// All tables and verdicts as text.
 pub fn table(result: &ResultFile) -> String {
     let mut out = String::new();
@@ -74,6 +100,7 @@ pub fn table(result: &ResultFile) -> String {
                 );
             }
         }
+        out.push_str(&sizes(league));
         out.push('\n');
         for verdict in &league.verdicts {
             let _ = writeln!(out, "{}", verdict.sentence);

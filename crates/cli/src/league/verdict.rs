@@ -36,8 +36,7 @@ fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
     let here: Vec<&Scored> =
         rows.iter().filter(|s| s.row.set == set && !ASIDE.contains(&s.row.model.as_str())).collect();
     let ours = here.iter().find(|s| s.row.model == OURS)?;
-    let mean = |s: &Scored| s.crps.iter().sum::<f64>() / s.crps.len() as f64;
-    let best = here.iter().min_by(|a, b| mean(a).total_cmp(&mean(b)))?;
+    let best = here.iter().min_by(|a, b| a.mean_crps().total_cmp(&b.mean_crps()))?;
     let (mut better, mut tied, mut worse) = (Vec::new(), Vec::new(), Vec::new());
     for other in here.iter().filter(|s| s.row.model != OURS) {
         let differences: Vec<f64> = other.crps.iter().zip(&ours.crps).map(|(a, b)| a - b).collect();
