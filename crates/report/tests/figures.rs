@@ -83,7 +83,6 @@ fn all(x: &[f64], y: &[f64], name: &str) -> Vec<Figure> {
         fan.into(),
         scatter.into(),
         bars(y, name).into(),
-        dots(y, name).into(),
         Histogram { title: title.clone(), x: y_axis, samples }.into(),
         Quantile { title: title.clone(), series: vec![quantiles] }.into(),
         Autocorrelation {
@@ -99,6 +98,7 @@ fn all(x: &[f64], y: &[f64], name: &str) -> Vec<Figure> {
             values: vec![vec![], y.iter().map(|v| Some(*v)).collect(), vec![None, y.first().copied()]],
         }
         .into(),
+        dots(y, name).into(),
     ]
 }
 
@@ -191,8 +191,18 @@ fn marks_outside_a_given_range_are_clipped_and_stay_near() {
 #[test]
 fn small_figures_look_as_reviewed() {
     let (x, y) = ([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 0.5, 0.8]);
-    let kinds =
-        ["line", "log", "fan", "scatter", "bars", "histogram", "quantile", "autocorrelation", "heatmap"];
+    let kinds = [
+        "line",
+        "log",
+        "fan",
+        "scatter",
+        "bars",
+        "histogram",
+        "quantile",
+        "autocorrelation",
+        "heatmap",
+        "dots",
+    ];
     for (figure, kind) in all(&x, &y, "Small").into_iter().zip(kinds) {
         // The style is the same everywhere and has its own tests.
         let svg = figure.svg_document(320.0);

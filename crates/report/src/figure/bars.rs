@@ -111,7 +111,17 @@ impl Bars {
             y += 8.0;
         }
         let bottom = y;
-        let (ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
+        let (mut ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
+        // Beside long names decades may stand closer than their labels are wide.
+        let mut free = f64::NEG_INFINITY;
+        ticks.retain(|(value, text)| {
+            let half = width(text, TICK) / 2.0;
+            let fits = scale.at(*value).is_some_and(|x| x - half > free);
+            if fits {
+                free = scale.at(*value).unwrap_or(free) + half;
+            }
+            fits
+        });
         let body = html! {
                     (head)
                     @for (value, text) in &ticks {
