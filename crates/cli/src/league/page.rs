@@ -142,7 +142,7 @@ fn methods() -> Vec<Method> {
     METHODS.iter().map(method).collect()
 }
 
-const METHODS: [(&str, &str, &str); 6] = [
+const METHODS: [(&str, &str, &str); 10] = [
     (
         "Decoupled conditional VRNN",
         "Neural and Hybrid",
@@ -159,6 +159,28 @@ const METHODS: [(&str, &str, &str); 6] = [
         "ensembles",
         "Chua, Calandra, McAllister, Levine: Deep Reinforcement Learning in a Handful of Trials using Probabilistic Dynamics \
          Models, NeurIPS 2018",
+    ),
+    (
+        "Learned inputs of the contact model",
+        "Kloss and Kloss+error",
+        "Kloss, Schaal, Bohg: Combining Learned and Analytical Models for Predicting Action Effects, arXiv:1710.04102, 2017",
+    ),
+    (
+        "Gaussian process of the residual",
+        "GP residual and its mean",
+        "Fazeli, Zapolsky, Drumwright, Rodriguez: Learning Data-Efficient Rigid-Body Contact Models: Case Study of Planar \
+         Impact, CoRL 2017",
+    ),
+    (
+        "Convex fourth-order force-motion model",
+        "Zhou and Zhou drawn",
+        "Zhou, Paolini, Bagnell, Mason: A Convex Polynomial Force-Motion Model for Planar Sliding, ICRA 2016; Zhou, Bagnell, \
+         Mason: A Fast Stochastic Contact Model for Planar Pushing and Grasping, RSS 2017",
+    ),
+    (
+        "SE3-Nets",
+        "points that flow with rigid bodies",
+        "Byravan, Fox: SE3-Nets: Learning Rigid Body Motion using Deep Neural Networks, ICRA 2017",
     ),
     ("Mixture density network", "MDN residual", "Bishop: Mixture Density Networks, Aston University 1994"),
     (

@@ -1,4 +1,4 @@
-//! Gaussian processes for what the contact model leaves of the object's motion (Fazeli, Kolbert, Tedrake, Rodriguez 2017, for impacts;
+//! Gaussian processes for what the contact model leaves of the object's motion (Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts;
 //! here for pushing): the residual twist in the frame of the contact, per unit of the rod's travel, as a function of the arm of the rod
 //! along and across the side, the direction of its motion, how far the friction cone is used, and its speed.
 //!
