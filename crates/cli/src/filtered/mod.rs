@@ -3,6 +3,7 @@
 
 mod ball;
 mod flights;
+mod layout;
 mod page;
 mod push;
 

@@ -1,7 +1,6 @@
-//! The beginning of a push that is repeated is seen, the rest is forecast.
+//! The beginning of a push is seen, the rest is forecast: of one that is repeated, and of pushes that are all different.
 
-use super::Plan;
-use super::page;
+use super::{Plan, layout, page};
 use crate::destination::{REPORT, RESULT};
 use crate::exit::Outcome;
 use crate::output::Output;
@@ -16,7 +15,7 @@ use augsim_physics::system::{self, Stream, System};
 use augsim_session::run_data::recipe;
 use augsim_trainer::Sequences;
 use augsim_trainer::filter::{
-    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
+    FilterSettings, FilteredScore, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
     evaluate_filtered,
 };
 use serde::Serialize;
@@ -32,12 +31,12 @@ const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
 /// Pushes on which models that simulate every draw are scored, and with `--quick`.
 const SIMULATED: [usize; 2] = [200, 20];
 /// Particles of the same.
-const PARTICLES: usize = 64;
+pub(super) const PARTICLES: usize = 64;
 /// Added to the seed, so that test pushes are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Standard deviations from push to push of the ellipsoid's c (m) and of the contact's friction, where both are fitted to the
 /// prefix: those of the reference's baseline.
-const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
+pub(super) const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
 /// Columns of a pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
 
@@ -54,14 +53,17 @@ struct ResultFile {
 
 /// A model behind a prefix.
 #[derive(Debug, Serialize)]
-struct Row {
+pub(super) struct Row {
     /// Always `filtered`.
     protocol: &'static str,
+    /// `repeat`: one push over tables that differ; `mit`: pushes at many places, angles and speeds.
+    layout: &'static str,
     model: &'static str,
-    /// Seconds seen.
-    seen_s: f64,
-    /// Samples seen.
-    seen: usize,
+    /// Seconds and samples seen, where they are the same for every push.
+    seen_s: Option<f64>,
+    seen: Option<usize>,
+    /// Share of a push's samples that is seen, %, where that is.
+    seen_percent: Option<f64>,
     /// Test pushes.
     pushes: usize,
     /// Errors of the median over the rest.
@@ -75,6 +77,41 @@ struct Row {
     crps_deg: f64,
     coverage50: Option<f64>,
     coverage90: Option<f64>,
+}
+
+impl Row {
+    pub(super) fn new(layout: &'static str, model: &'static str, s: &FilteredScore) -> Self {
+        Row {
+            protocol: "filtered",
+            layout,
+            model,
+            seen_s: None,
+            seen: None,
+            seen_percent: None,
+            pushes: s.trajectories,
+            position_mm: 1e3 * s.rest[0],
+            rotation_deg: s.rest[1].to_degrees(),
+            late_position_mm: 1e3 * s.common[0],
+            late_rotation_deg: s.common[1].to_degrees(),
+            crps_mm: 1e3 * s.crps[0],
+            crps_deg: s.crps[1].to_degrees(),
+            coverage50: s.coverage50,
+            coverage90: s.coverage90,
+        }
+    }
+
+    /// The row as behind a share of the samples.
+    pub(super) fn behind_share(self, share: f64) -> Self {
+        Row { seen_percent: Some(100.0 * share), ..self }
+    }
+
+    /// Words for what is seen.
+    fn prefix(&self) -> String {
+        match (self.seen_s, self.seen_percent) {
+            (Some(seconds), _) => format!("{seconds} s"),
+            (None, percent) => format!("{} %", percent.unwrap_or_default()),
+        }
+    }
 }
 
 /// Runs it.
@@ -104,20 +141,10 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
             let settings = FilterSettings::new(PARTICLES, seed);
             let behind = behind_rows(&lengths, test.items.len());
             let scores = evaluate_filtered(model, test, (&sensor, &start), &behind, settings)?;
-            let each = scores.into_iter().zip(SECONDS).zip(&lengths).map(|((s, seen_s), seen)| Row {
-                protocol: "filtered",
-                model: name,
-                seen_s,
-                seen: *seen,
-                pushes: s.trajectories,
-                position_mm: 1e3 * s.rest[0],
-                rotation_deg: s.rest[1].to_degrees(),
-                late_position_mm: 1e3 * s.common[0],
-                late_rotation_deg: s.common[1].to_degrees(),
-                crps_mm: 1e3 * s.crps[0],
-                crps_deg: s.crps[1].to_degrees(),
-                coverage50: s.coverage50,
-                coverage90: s.coverage90,
+            let each = scores.into_iter().zip(SECONDS).zip(&lengths).map(|((s, seconds), seen)| Row {
+                seen_s: Some(seconds),
+                seen: Some(*seen),
+                ..Row::new("repeat", name, &s)
             });
             rows.extend(each);
             Ok(())
@@ -129,6 +156,10 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let fitted = OWN.into_iter().fold(physics, |filter, (parameter, sd)| filter.with_own(parameter, sd));
     score("Physics, pose, c and friction fitted", &fitted, &few)?;
     score("Memory of other pushes", &remembered, &scored)?;
+    match layout::rows(plan, &claim, output)? {
+        Some(more) => rows.extend(more),
+        None => return Ok(Outcome::Interrupted),
+    }
     let mut words = vec![
         "filtered".to_owned(),
         "--scenario".to_owned(),
@@ -138,7 +169,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     ];
     words.extend(args.quick.then(|| "--quick".to_owned()));
     let result = ResultFile {
-        schema: "augsim.filtered-push/1",
+        schema: "augsim.filtered-push/2",
         scenario: "push",
         train,
         rows,
@@ -175,7 +206,6 @@ fn simulated(declared: &PushModel, data: &Dataset, pushes: usize) -> anyhow::Res
 
 fn page_of(result: &ResultFile) -> augsim_report::page::Page {
     let numbers = [
-        ("seen", "s", 1),
         ("pushes", "", 0),
         ("position", "mm", 3),
         ("rotation", "degrees", 3),
@@ -185,10 +215,9 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         ("in 90 %", "%", 1),
     ];
     let row = |r: &Row| {
-        let errors =
-            [r.seen_s, r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
+        let errors = [r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
         let bands = [r.coverage50, r.coverage90].map(page::percent);
-        (r.model.to_owned(), errors.into_iter().chain(bands).collect())
+        (format!("{}, {} seen", r.model, r.prefix()), errors.into_iter().chain(bands).collect())
     };
     let caption = "Errors of the median of 100 samples over the rest, mean over pushes.".to_owned();
     let summary = format!(
@@ -196,17 +225,29 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
          from.",
         result.train
     );
-    let tables = vec![page::table(caption, &numbers, result.rows.iter().map(row))];
-    page::page(("A push that is repeated", summary), Vec::new(), tables, (&result.command, result.seed))
+    let of = |layout: &'static str| result.rows.iter().filter(move |r| r.layout == layout).map(row);
+    let different = "Pushes of the MIT layout, each at another place, angle and speed; errors as above, with the sensor's noise in what \
+                     is scored."
+        .to_owned();
+    let tables =
+        vec![page::table(caption, &numbers, of("repeat")), page::table(different, &numbers, of("mit"))];
+    page::page(
+        ("Pushes whose beginning is seen", summary),
+        Vec::new(),
+        tables,
+        (&result.command, result.seed),
+    )
 }
 
 fn table(result: &ResultFile) -> String {
     let mut out = format!(
-        "filtered forecasts of a push that is repeated (rect1 on abs, 20 mm/s): the beginning is seen with 0.3 mm and 0.1 degrees, \
-         the rest is forecast; median of 100 samples over the rest; {} other pushes to learn from\n  {:<38}{:>7}{:>8}{:>9}{:>9}{:>10}{:>10}{:>8}{:>8}\n",
+        "filtered forecasts of pushes (repeat: one push over and over, rect1 on abs, 20 mm/s; mit: each at another place, angle and \
+         speed): the beginning is seen with 0.3 mm and 0.1 degrees, the rest is forecast; median of 100 samples over the rest; {} \
+         other pushes to learn from\n  {:<8}{:<38}{:>7}{:>8}{:>9}{:>9}{:>10}{:>10}{:>8}{:>8}\n",
         result.train,
+        "layout",
         "model",
-        "seen s",
+        "seen",
         "pushes",
         "pos mm",
         "rot deg",
@@ -219,9 +260,10 @@ fn table(result: &ResultFile) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
-            "  {:<38}{:>7}{:>8}{:>9.3}{:>9.3}{:>10.3}{:>10.3}{:>8}{:>8}",
+            "  {:<8}{:<38}{:>7}{:>8}{:>9.3}{:>9.3}{:>10.3}{:>10.3}{:>8}{:>8}",
+            r.layout,
             r.model,
-            r.seen_s,
+            r.prefix(),
             r.pushes,
             r.position_mm,
             r.rotation_deg,

@@ -11,6 +11,7 @@
 
 mod behind;
 mod case;
+mod conditioned;
 mod engine;
 mod evaluate;
 mod least_squares;
@@ -30,6 +31,7 @@ mod system;
 mod weights;
 
 pub use behind::{FilterSettings, Prefix, PrefixForecaster};
+pub use conditioned::Conditioned;
 pub use engine::EngineLaw;
 pub use evaluate::{behind_rows, evaluate_filtered, seen_rows};
 pub use least_squares::{FittedDrop, Freedom};

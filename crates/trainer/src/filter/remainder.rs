@@ -111,7 +111,7 @@ impl Remembered {
 }
 
 /// Directions of most variance of rows, `[component, width]`, with their variances, from the largest on.
-fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
     let width = rows.first()?.len();
     let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);
     let covariance = x.transpose() * &x * (1.0 / rows.len() as f64);
@@ -124,11 +124,13 @@ fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>
     )
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Inner product.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
+/// Components of a row along directions.
+pub(super) fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
     directions.iter().map(|d| dot(d, row)).collect()
 }
 

@@ -1,0 +1,185 @@
+//! Any forecaster from the first row, behind a longer prefix: its samples, conditioned on the rows seen.
+//!
+//! The samples of a forecast are joint draws of the rows that are seen and of the rest. Each draw of the rest is moved by the linear
+//! regression of the rest on the principal components of the rows seen, from its own components to those of the readings (the update of an
+//! ensemble, Evensen 2003; exact where the draws are jointly normal). A net that was trained on readings draws readings, so the
+//! sensor's noise is in them already, and none is added.
+
+use super::behind::{FilterSettings, Prefix, PrefixForecaster};
+use super::remainder::{components, dot, scores};
+use crate::{Forecaster, Samples, Task, TrainerError};
+
+/// Draws that the regression stands on.
+const DRAWS: usize = 500;
+/// Components of the rows seen at most: more than a trajectory has unknowns, and few enough for the draws.
+const MOST: usize = 8;
+/// Variance of a component, in that of the sensor, below which nothing but noise is in it.
+const SILENT: f64 = 1.2;
+/// Unit of a column whose readings are exact, in the column's own.
+const EXACT: f64 = 1e-6;
+
+/// Forecasts from the first row, conditioned on the rows behind it.
+#[derive(Clone, Copy)]
+pub struct Conditioned<'m> {
+    model: &'m dyn Forecaster,
+    /// Components of the rows seen at most.
+    most: usize,
+}
+
+impl std::fmt::Debug for Conditioned<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Conditioned").field("model", &self.model.name()).finish()
+    }
+}
+
+impl<'m> Conditioned<'m> {
+    /// Conditions the forecasts of `model`.
+    pub fn new(model: &'m dyn Forecaster) -> Self {
+        Conditioned { model, most: MOST }
+    }
+
+    /// The forecasts of `model` as they are, whatever is seen behind the first row: what conditioning gains shows beside them.
+    pub fn not_at_all(model: &'m dyn Forecaster) -> Self {
+        Conditioned { model, most: 0 }
+    }
+}
+
+impl PrefixForecaster for Conditioned<'_> {
+    fn forecasts(
+        &self,
+        prefix: Prefix<'_>,
+        lengths: &[usize],
+        settings: FilterSettings,
+    ) -> Result<Vec<Samples>, TrainerError> {
+        let Prefix { rows, sensor, actions, time, index, .. } = prefix;
+        let units: Vec<f64> =
+            sensor.sd().iter().map(|sd| sd.filter(|sd| *sd > 0.0).unwrap_or(EXACT)).collect();
+        let s = units.len();
+        if let Some(i) = rows.iter().position(|v| !v.is_finite()) {
+            return Err(TrainerError::Unseen { row: i / s, column: i % s });
+        }
+        let task = Task { start: &rows[..s], actions, time, index };
+        let drawn = self.model.forecast(task, DRAWS.max(settings.samples))?;
+        let paths = Paths::new(&drawn, &units);
+        Ok(lengths.iter().map(|&n| paths.behind(&rows[..n * s], self.most, settings.samples)).collect())
+    }
+}
+
+/// Draws of a whole trajectory, less their mean, in units of the sensor.
+struct Paths<'a> {
+    units: &'a [f64],
+    /// `[T S]`, in the columns' units.
+    mean: Vec<f64>,
+    /// `[draw][T S]`.
+    away: Vec<Vec<f64>>,
+}
+
+impl<'a> Paths<'a> {
+    fn new(drawn: &Samples, units: &'a [f64]) -> Self {
+        let (s, count) = (units.len(), drawn.count);
+        let mean: Vec<f64> = (drawn.values.chunks_exact(count))
+            .map(|row| row.iter().map(|v| f64::from(*v)).sum::<f64>() / count as f64)
+            .collect();
+        let value = |i: usize, k: usize| (f64::from(drawn.values[i * count + k]) - mean[i]) / units[i % s];
+        let away = (0..count).map(|k| (0..mean.len()).map(|i| value(i, k)).collect()).collect();
+        Paths { units, mean, away }
+    }
+
+    /// The first `samples` draws of the rest behind readings `[n, S]`, by at most `most` components of them.
+    fn behind(&self, readings: &[f64], most: usize, samples: usize) -> Samples {
+        let (s, cut, count) = (self.units.len(), readings.len(), self.away.len() as f64);
+        let seen: Vec<&[f64]> = self.away.iter().map(|path| &path[..cut]).collect();
+        let (directions, variances) = components(&seen, most, SILENT).unwrap_or_default();
+        let known: Vec<Vec<f64>> = seen.iter().map(|path| scores(&directions, path)).collect();
+        let read: Vec<f64> =
+            readings.iter().enumerate().map(|(i, v)| (v - self.mean[i]) / self.units[i % s]).collect();
+        let at = scores(&directions, &read);
+        let rest = self.mean.len() - cut;
+        let mut values = vec![0.0_f32; rest * samples];
+        for (i, row) in values.chunks_exact_mut(samples).enumerate() {
+            let place = cut + i;
+            // Components of the same draws do not correlate: each has a slope of its own.
+            let slopes: Vec<f64> = (variances.iter().enumerate())
+                .map(|(c, variance)| {
+                    let products = self.away.iter().zip(&known).map(|(path, known)| path[place] * known[c]);
+                    products.sum::<f64>() / (count * variance)
+                })
+                .collect();
+            for (k, slot) in row.iter_mut().enumerate() {
+                let moved: Vec<f64> = at.iter().zip(&known[k]).map(|(at, own)| at - own).collect();
+                let away = self.away[k][place] + dot(&slopes, &moved);
+                *slot = (self.mean[place] + self.units[place % s] * away) as f32;
+            }
+        }
+        Samples { count: samples, values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: lines of random slope, read with noise, are continued as the posterior of their slope says.
+    use super::*;
+    use crate::filter::{Sensor, StartLaw};
+    use crate::{Sequence, Sequences};
+    use augsim_data::random_stream;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const NOISE: f64 = 0.1;
+
+    /// Lines from 0 whose slope is drawn once, with noise on each row but the first.
+    struct Lines;
+
+    impl Forecaster for Lines {
+        fn name(&self) -> &str {
+            "lines"
+        }
+
+        fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+            let mut rng = random_stream(4, "lines", task.index);
+            let mut values = vec![0.0; task.time * samples];
+            for k in 0..samples {
+                let slope: f64 = StandardNormal.sample(&mut rng);
+                for t in 1..task.time {
+                    let noise: f64 = StandardNormal.sample(&mut rng);
+                    values[t * samples + k] = (slope * t as f64 + NOISE * noise) as f32;
+                }
+            }
+            Ok(Samples { count: samples, values })
+        }
+    }
+
+    #[test]
+    fn the_posterior_of_a_slope_is_that_of_its_formula() {
+        let (time, n) = (12, 6);
+        let rows: Vec<f64> = (0..n).map(|t| 0.7 * t as f64 + if t % 2 == 1 { 0.05 } else { -0.03 }).collect();
+        let sensor = Sensor::new(vec![Some(NOISE)]).expect("a sensor");
+        let item = Sequence { id: "a".into(), time, states: vec![0.0; time], actions: Vec::new() };
+        let columns = ["height_m".to_owned()].into();
+        let start =
+            StartLaw::of(&Sequences { columns, action_columns: Vec::new(), items: vec![item.clone(), item] });
+        let prefix =
+            Prefix { id: "a", rows: &rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
+        let forecast = Conditioned::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+        let samples = forecast.expect("a forecast").remove(0);
+        // Prior 1, each row t tells t²/NOISE²; the first row is exact and tells nothing.
+        let tells: f64 = 1.0 + (1..n).map(|t| (t * t) as f64 / (NOISE * NOISE)).sum::<f64>();
+        let slope = (1..n).map(|t| t as f64 * rows[t] / (NOISE * NOISE)).sum::<f64>() / tells;
+        let last = &samples.values[(time - 1 - n) * samples.count..];
+        let mean = last.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.count as f64;
+        let variance =
+            last.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / samples.count as f64;
+        let way = (time - 1) as f64;
+        let wanted = NOISE * NOISE + way * way / tells;
+        // 100 draws: a mean within four standard errors, a variance within a factor of two.
+        assert!((mean - way * slope).abs() < 0.4 * wanted.sqrt(), "{mean} against {}", way * slope);
+        assert!((0.5..2.0).contains(&(variance / wanted)), "{variance} against {wanted}");
+        let plain = Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+        let task = Task { start: &rows[..1], actions: &[], time, index: 0 };
+        let drawn = Lines.forecast(task, 500).expect("draws");
+        let (plain, rest) = (plain.expect("a forecast").remove(0), n * 500);
+        assert!(
+            (plain.values[0] - drawn.values[rest]).abs() < 1e-5,
+            "the draws themselves, without conditioning"
+        );
+    }
+}
