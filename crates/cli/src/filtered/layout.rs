@@ -21,11 +21,14 @@ const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
 /// Iterations of Hybrid+, and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];
-/// Noise of a pose: m, m, rad.
-const SD: [f64; 3] = [3e-4, 3e-4, 0.1 * std::f64::consts::PI / 180.0];
 
-/// Scores every model; `None` if the user stopped it.
-pub fn rows(plan: Plan<'_>, claim: &Claim, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
+/// Scores every model behind readings of `sensor`, that of the laboratory; `None` if the user stopped it.
+pub fn rows(
+    plan: Plan<'_>,
+    sensor: &Sensor,
+    claim: &Claim,
+    output: &Output,
+) -> anyhow::Result<Option<Vec<Row>>> {
     let quick = usize::from(plan.args.quick);
     let [train, test] = PUSHES[quick];
     output.note(format!("making {train} pushes of the MIT layout to learn from and {test} others"));
@@ -58,26 +61,23 @@ pub fn rows(plan: Plan<'_>, claim: &Claim, output: &Output) -> anyhow::Result<Op
     let mut out = Vec::new();
     for (name, model) in models {
         output.note(name);
-        out.extend(scored(name, model, &train, items, plan.seed)?);
+        out.extend(scored((name, model), (sensor, &StartLaw::of(&train)), items, plan.seed)?);
     }
     Ok(Some(out))
 }
 
 /// The rows of a model, one a share seen.
 fn scored(
-    name: &'static str,
-    model: &dyn PrefixForecaster,
-    train: &Sequences,
+    (name, model): (&'static str, &dyn PrefixForecaster),
+    known: (&Sensor, &StartLaw),
     test: &Sequences,
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
-    let sensor = Sensor::new(SD.map(Some).to_vec())?;
-    let start = StartLaw::of(train);
     // Poses are measured: nothing is added to what is seen, and the sensor's noise is in what is scored.
     let settings = FilterSettings { is_measured: true, ..FilterSettings::new(PARTICLES, seed) };
     let behind = |time: usize| SHARES.iter().map(|share| ((share * time as f64) as usize).max(1)).collect();
     let lengths: Vec<Vec<usize>> = test.items.iter().map(|q| behind(q.time)).collect();
-    let scores = evaluate_filtered(model, test, (&sensor, &start), &lengths, settings)?;
+    let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
     let each = scores.into_iter().zip(SHARES);
     Ok(each.map(|(score, share)| Row::new("mit", name, &score).behind_share(share)).collect())
 }

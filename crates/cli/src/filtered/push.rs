@@ -156,7 +156,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let fitted = OWN.into_iter().fold(physics, |filter, (parameter, sd)| filter.with_own(parameter, sd));
     score("Physics, pose, c and friction fitted", &fitted, &few)?;
     score("Memory of other pushes", &remembered, &scored)?;
-    match layout::rows(plan, &claim, output)? {
+    match layout::rows(plan, &sensor, &claim, output)? {
         Some(more) => rows.extend(more),
         None => return Ok(Outcome::Interrupted),
     }
