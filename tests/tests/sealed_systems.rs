@@ -1,6 +1,6 @@
 //! Contract: sealed systems are drawn from the seed alone, hold what their model files name, and a law changes them. The battery
 //! itself runs the binary and is a command of its own (`discover_battery systems-null`, …).
-use augsim_tests::sealed_systems::{PLANTS, draw, inside, listed, outside};
+use augsim_tests::sealed_systems::{PLANTS, Plant, draw, inside, listed, outside};
 
 #[test]
 fn every_plant_is_drawn_from_its_seed_alone() {
@@ -29,5 +29,17 @@ fn laws_move_their_plants() {
             assert!(drawn.amounts[0] > 0.0 && drawn.amounts[0].is_finite(), "{}: {}", plant.name, law.name);
             assert_ne!(drawn.csv, plain, "{}: {}", plant.name, law.name);
         }
+    }
+}
+
+#[test]
+fn one_recording_holds_the_samples_of_all_and_is_shaken() {
+    for plant in &PLANTS {
+        let long = plant.in_one_recording();
+        let (shaken, still) = (draw(&long, &[], 3).csv, draw(&Plant { motion: 0.0, ..long }, &[], 3).csv);
+        let rows = || shaken.lines().skip(1);
+        assert_eq!(rows().count(), plant.size.0 * plant.size.1, "{}", plant.name);
+        assert!(rows().all(|row| row.starts_with("0,")) && !shaken.contains("NaN"), "{}", plant.name);
+        assert_ne!(shaken, still, "{}", plant.name);
     }
 }

@@ -38,6 +38,16 @@ struct OfBall {
     gaps: bool,
 }
 
+/// Sets of systems of equations.
+#[derive(Debug, Clone, Copy, Args)]
+struct OfSystems {
+    #[command(flatten)]
+    seeds: Seeds,
+    /// One long recording a set, of a motion that is shaken
+    #[arg(long)]
+    long: bool,
+}
+
 /// Sets of pushes.
 #[derive(Debug, Clone, Copy, Args)]
 struct OfPushes {
@@ -74,15 +84,15 @@ enum Kind {
         folder: PathBuf,
     },
     /// Systems of equations and nothing else; the binary `augsim` has to lie beside this one
-    SystemsNull(Seeds),
+    SystemsNull(OfSystems),
     /// Systems with one candidate of the library
-    SystemsSingle(Seeds),
+    SystemsSingle(OfSystems),
     /// Systems with two
-    SystemsPair(Seeds),
+    SystemsPair(OfSystems),
     /// Systems with a formula inside the grammar, and no library
-    SystemsInside(Seeds),
+    SystemsInside(OfSystems),
     /// Systems with a law outside the grammar
-    SystemsOutside(Seeds),
+    SystemsOutside(OfSystems),
 }
 
 /// A battery of a ball: complete, or with empty cells.
@@ -104,19 +114,20 @@ fn pushes(has_effect: bool, OfPushes { seeds, pushes }: OfPushes) {
 }
 
 /// Runs a battery of systems of equations.
-fn systems(kind: sealed_systems::Kind, seeds: Seeds) -> std::io::Result<()> {
+fn systems(kind: sealed_systems::Kind, OfSystems { seeds, long }: OfSystems) -> std::io::Result<()> {
     let mut augsim = std::env::current_exe()?;
     augsim.set_file_name("augsim");
     let folder = std::env::temp_dir().join(format!("augsim-battery-{}", std::process::id()));
-    let summary = sealed_systems::run(kind, (seeds.first, seeds.count), &augsim, &folder, &mut |row| {
-        println!("{} {}", if row.right { " " } else { "!" }, row.line)
-    })?;
+    let summary =
+        sealed_systems::run(kind, (seeds.first, seeds.count), long, &augsim, &folder, &mut |row| {
+            println!("{} {}", if row.right { " " } else { "!" }, row.line)
+        })?;
     println!("{summary}");
     std::fs::remove_dir_all(folder)
 }
 
 fn main() -> ExitCode {
-    let of_systems = |kind, seeds| match systems(kind, seeds) {
+    let of_systems = |kind, of| match systems(kind, of) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{error}; the binary `augsim` has to lie beside this one");
@@ -134,11 +145,11 @@ fn main() -> ExitCode {
         Kind::PushNull(of) => pushes(false, of),
         Kind::PushSingle(of) => pushes(true, of),
         Kind::PushMeasured { folder } => println!("{}", measured_pushes::runs_of_two_days(&folder)),
-        Kind::SystemsNull(seeds) => return of_systems(sealed_systems::Kind::Null, seeds),
-        Kind::SystemsSingle(seeds) => return of_systems(sealed_systems::Kind::Single, seeds),
-        Kind::SystemsPair(seeds) => return of_systems(sealed_systems::Kind::Pair, seeds),
-        Kind::SystemsInside(seeds) => return of_systems(sealed_systems::Kind::Inside, seeds),
-        Kind::SystemsOutside(seeds) => return of_systems(sealed_systems::Kind::Outside, seeds),
+        Kind::SystemsNull(of) => return of_systems(sealed_systems::Kind::Null, of),
+        Kind::SystemsSingle(of) => return of_systems(sealed_systems::Kind::Single, of),
+        Kind::SystemsPair(of) => return of_systems(sealed_systems::Kind::Pair, of),
+        Kind::SystemsInside(of) => return of_systems(sealed_systems::Kind::Inside, of),
+        Kind::SystemsOutside(of) => return of_systems(sealed_systems::Kind::Outside, of),
     }
     ExitCode::SUCCESS
 }

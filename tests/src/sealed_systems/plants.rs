@@ -27,6 +27,19 @@ pub struct Plant {
     pub input: (f64, f64),
     /// Place of a stop of state 0, and its coefficient of restitution.
     pub stop: Option<(f64, f64)>,
+    /// Root mean square of what shakes the equation that laws are added to, as a share of that equation's rate.
+    pub motion: f64,
+}
+
+/// Share of the rate that motion is shaken by in one long recording.
+const SHAKEN: f64 = 0.03;
+
+impl Plant {
+    /// The plant in one long recording instead of several, its motion shaken by what no sensor noise describes.
+    pub fn in_one_recording(self) -> Self {
+        let (records, samples, step_s) = self.size;
+        Self { size: (1, records * samples, step_s), motion: SHAKEN, ..self }
+    }
 }
 
 /// All of them.
@@ -44,6 +57,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[1.4, 2.0],
         input: (0.0, 0.0),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "mass with stop",
@@ -58,6 +72,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.03, 0.3],
         input: (0.0, 5.0),
         stop: Some((0.05, 0.6)),
+        motion: 0.0,
     },
     Plant {
         name: "cart-pole",
@@ -79,6 +94,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.1, 0.3, 0.8, 1.0],
         input: (0.0, 3.0),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "two tanks",
@@ -96,6 +112,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[6.0, 6.0],
         input: (3.0, 2.0),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "servo",
@@ -110,6 +127,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.5, 1.0],
         input: (0.0, 1.5),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "Duffing",
@@ -124,6 +142,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.4, 1.0],
         input: (0.0, 12.0),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "two-mass drive",
@@ -141,6 +160,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.3, 1.0, 0.3, 1.0],
         input: (0.0, 0.6),
         stop: None,
+        motion: 0.0,
     },
     Plant {
         name: "thermal lag",
@@ -155,5 +175,6 @@ pub const PLANTS: [Plant; 8] = [
         start: &[30.0],
         input: (15.0, 15.0),
         stop: None,
+        motion: 0.0,
     },
 ];

@@ -79,20 +79,22 @@ pub struct Row {
     pub right: bool,
 }
 
-/// Runs `count` sets from seed `first` on with the binary `augsim`, in folders of their own below `folder`.
+/// Runs `count` sets from seed `first` on, each one long recording of a shaken motion if `is_long`, with the binary `augsim`, in folders of their own below `folder`.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.
 pub fn run(
     kind: Kind,
     (first, count): (u64, u64),
+    is_long: bool,
     augsim: &Path,
     folder: &Path,
     each: &mut dyn FnMut(&Row),
 ) -> io::Result<Summary> {
     let mut summary = Summary::default();
     for seed in first..first + count {
-        let plant = &PLANTS[(seed % 8) as usize];
+        let plant = PLANTS[(seed % 8) as usize];
+        let plant = &if is_long { plant.in_one_recording() } else { plant };
         let truth = truth(kind, plant, seed);
         let drawn = draw(plant, &truth, seed);
         let own = folder.join(format!("{seed}"));

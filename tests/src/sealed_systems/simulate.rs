@@ -39,8 +39,14 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
             share * rate / size.max(1e-12)
         })
         .collect();
+    let mut shake = random_stream(seed, "sealed system motion", 0);
+    let shakes: Vec<f64> = (0..plant.size.1 / HELD + 2)
+        .map(|_| -> f64 { StandardNormal.sample(&mut shake) })
+        .map(|normal| plant.motion * rate * normal)
+        .collect();
     let term = |state: &[f64], _: f64, time: f64| {
-        laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time)).sum::<f64>()
+        let lawful = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));
+        lawful.sum::<f64>() + shakes[(time / (plant.size.2 * HELD as f64)) as usize]
     };
     let mut rng = random_stream(seed, "sealed system noise", 0);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
