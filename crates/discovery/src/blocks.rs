@@ -52,7 +52,7 @@ pub(crate) fn known(seen: &Seen, samples: usize) -> usize {
 }
 
 /// The part of a record that consists of some of its windows.
-fn block(record: &Record, windows: Range<usize>) -> Record {
+pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
     let seen = &record.seen;
     let chosen = &seen.windows[windows.clone()];
     let first = chosen.first().map_or(0, |w| w.samples.start);

@@ -10,10 +10,10 @@ use crate::decide::{Decided, heldout_gain, place_of, settle};
 use crate::doubt::{after_search, before_search, unsearched};
 use crate::error_table::Lists;
 use crate::examples::examples;
-use crate::fit::{fit, merged};
+use crate::fit::{Fit, fit, fit_nuisance, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
-use crate::free_runs::fit_whole;
 use crate::judged::Judged;
+use crate::longer::fit_joined;
 use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
@@ -69,10 +69,11 @@ pub fn discover(
     let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
     let search = Search::new(train, test, family, options);
     let Prepared { data: measured, noise, .. } = &prepared;
-    let mut is_long = [false; 2];
-    for (judged, is_long) in [&mut decided.base, &mut decided.best].into_iter().zip(&mut is_long) {
-        if let Some(better) = search.over_whole_recordings(judged) {
-            (*judged, *is_long) = (better, true);
+    // How many windows of the search each window of the final fits joins: of the calibrated model and of the best.
+    let mut joined = [None; 2];
+    for (judged, joined) in [&mut decided.base, &mut decided.best].into_iter().zip(&mut joined) {
+        if let Some((better, length)) = search.over_longer_windows(judged) {
+            (*judged, *joined) = (better, Some(length));
         }
     }
     let was_cut = decided.was_cut;
@@ -99,7 +100,7 @@ pub fn discover(
                 let Decided { mut found, base, best, .. } = decided;
                 let best = place_of(&search, &mut found, &best, &stable);
                 decided = settle(&search, found, base, best, true, progress);
-                is_long[1] = false;
+                joined[1] = None;
                 shown = on_split(&decided, limit);
             }
             (lists, folds) = (crossed.lists, crossed.found);
@@ -124,7 +125,7 @@ pub fn discover(
             shown = lists.clone();
             (error, errors) = tables(&lists, 0, 0.0);
             folds = Vec::new();
-            is_long[1] = is_long[0];
+            joined[1] = joined[0];
         }
     }
     let Decided { found, base, best, tests, verdict, severe, scattered, .. } = decided;
@@ -139,14 +140,17 @@ pub fn discover(
     }
     let everything: Vec<usize> = (0..measured.records.len()).collect();
     let all = prepared.sample(&everything);
-    let full = |j: &Judged, is_long: bool| {
+    let full = |j: &Judged, joined: Option<usize>| {
         let nuisance = merged(&[(&search.train, &j.fit), (&search.test, search.heldout(j))]);
-        let windows = fit(&all, &j.fit.hypothesis, &j.fit.theta, &nuisance);
-        if is_long { fit_whole(&all, &windows) } else { windows }
+        let Fit { hypothesis, theta, .. } = &j.fit;
+        match joined {
+            Some(joined) => fit_joined(&all, &fit_nuisance(&all, hypothesis, theta, &nuisance), joined),
+            None => fit(&all, hypothesis, theta, &nuisance),
+        }
     };
-    let calibrated = full(&base, is_long[0]);
-    let is_same = best.additions().is_empty() && best.fit.theta == base.fit.theta && is_long[0] == is_long[1];
-    let last = if is_same { calibrated.clone() } else { full(&best, is_long[1]) };
+    let calibrated = full(&base, joined[0]);
+    let is_same = best.additions().is_empty() && best.fit.theta == base.fit.theta && joined[0] == joined[1];
+    let last = if is_same { calibrated.clone() } else { full(&best, joined[1]) };
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     let out = if limit.is_finite() {
         let parts = [[&base.fit, &best.fit], [&base, &best].map(|j| search.heldout(j))];

@@ -4,11 +4,12 @@
 //! never put right by data; a forecast is such a run.
 
 use crate::blocks::known;
-use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, foretold, predictor};
 use crate::record::{Measured, Record};
 use augsim_physics::system::Window;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Ratio of two free runs' errors up to which neither is worse: a difference that no forecast would notice.
 pub(crate) const NO_WORSE: f64 = 1.01;
@@ -60,38 +61,61 @@ impl FreeRuns {
     /// Error of a fit's free runs: the geometric mean over channels of their root mean square errors, infinite where a run does
     /// not stay finite.
     pub fn error(&self, fit: &Fit) -> f64 {
+        let squares = self.squares(fit).into_iter();
+        let sums = squares.reduce(|a, b| a.iter().zip(&b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect());
+        mean_error(&sums.unwrap_or_default())
+    }
+
+    /// The same over each stretch that is held out.
+    pub fn errors(&self, fit: &Fit) -> Vec<f64> {
+        self.squares(fit).iter().map(|sums| mean_error(sums)).collect()
+    }
+
+    /// Sum of squared errors and number of samples, by channel, of each stretch that is held out.
+    fn squares(&self, fit: &Fit) -> Vec<Vec<(f64, f64)>> {
         let h = predictor(fit);
-        let sums: Vec<Vec<(f64, f64)>> = self
-            .runs
-            .par_iter()
-            .map(|run| {
-                let sample =
-                    ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
-                let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
-                let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
-                let out = foretold(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
-                let squares = |c: usize| {
-                    let counted = run.judged.weight[c].iter().enumerate().filter(|(_, w)| **w > 0.0);
-                    counted.fold((0.0, 0.0), |(sum, count), (k, _)| {
-                        (sum + (run.judged.seen.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
-                    })
-                };
-                (0..out.channels()).map(squares).collect()
-            })
-            .collect();
-        let channels = sums.first().map_or(0, Vec::len);
-        let error = |c: usize| {
-            let (sum, count) = sums.iter().fold((0.0, 0.0), |a, s| (a.0 + s[c].0, a.1 + s[c].1));
-            (count > 0.0).then(|| (sum / count).sqrt().max(f64::MIN_POSITIVE).ln())
+        let of = |run: &Run| {
+            let sample = ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
+            let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
+            let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
+            let out = foretold(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
+            let in_channel = |c: usize, stretch: &Range<usize>| {
+                let counted = stretch.clone().filter(|&k| run.judged.weight[c][k] > 0.0);
+                counted.fold((0.0, 0.0), |(sum, count), k| {
+                    (sum + (run.judged.seen.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
+                })
+            };
+            let of_stretch = |s: &Range<usize>| (0..out.channels()).map(|c| in_channel(c, s)).collect();
+            stretches(&run.judged).iter().map(of_stretch).collect::<Vec<Vec<_>>>()
         };
-        let logs: Vec<f64> = (0..channels).filter_map(error).collect();
-        let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
-        if mean.is_finite() { mean } else { f64::INFINITY }
+        self.runs.par_iter().map(of).collect::<Vec<_>>().concat()
     }
 }
 
-/// A recording as one record of one window, with the weights of those of its parts that are `wanted` and none elsewhere.
-fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
+/// Stretches of samples that count in any channel.
+fn stretches(record: &Record) -> Vec<Range<usize>> {
+    let counts = |k: usize| record.weight.iter().any(|w| w[k] > 0.0);
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for k in (0..record.seen.times.len()).filter(|k| counts(*k)) {
+        match found.last_mut() {
+            Some(last) if last.end == k => last.end = k + 1,
+            _ => found.push(k..k + 1),
+        }
+    }
+    found
+}
+
+/// Geometric mean over channels of root mean square errors, infinite where one is no number.
+fn mean_error(sums: &[(f64, f64)]) -> f64 {
+    let error =
+        |(sum, count): &(f64, f64)| (*count > 0.0).then(|| (sum / count).sqrt().max(f64::MIN_POSITIVE).ln());
+    let logs: Vec<f64> = sums.iter().filter_map(error).collect();
+    let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+    if mean.is_finite() { mean } else { f64::INFINITY }
+}
+
+/// A recording in the windows of the search, with the weights of those of its parts that are `wanted` and none elsewhere.
+pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let recording = &data.recordings[index];
     let mut record = recording.whole.clone();
     let samples = record.seen.times.len();
@@ -101,21 +125,14 @@ fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Recor
             to[first..first + from.len()].copy_from_slice(from);
         }
     }
-    let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-    record.seen.windows = vec![Window { samples: 0..samples, start }];
     record
 }
 
-/// The fit `from` of `sample` with parameters that are fitted over whole recordings, to those of their samples that belong to
-/// `sample`: what a window forgives over its own start, a recording does not.
-pub(crate) fn fit_whole(sample: &ChosenRecords<'_>, from: &Fit) -> Fit {
-    let data = sample.data;
-    let records = (0..data.recordings.len()).map(|i| whole(data, i, |j| sample.chosen.contains(&j)));
-    let records: Vec<Record> = records.filter(|r| r.weight.iter().flatten().any(|w| *w > 0.0)).collect();
-    let everything: Vec<usize> = (0..records.len()).collect();
-    let long = data.with_records(records);
-    let long = ChosenRecords { data: &long, chosen: &everything, correlation: sample.correlation };
-    let starts = fit_nuisance(&long, &from.hypothesis, &from.theta, &[]);
-    let found = fit(&long, &from.hypothesis, &from.theta, &starts.nuisance);
-    fit_nuisance(sample, &found.hypothesis, &found.theta, &from.nuisance)
+/// A recording as one record of one window, with the weights of those of its parts that are `wanted` and none elsewhere.
+fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
+    let mut record = weighted(data, index, wanted);
+    let samples = 0..record.seen.times.len();
+    let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+    record.seen.windows = vec![Window { samples, start }];
+    record
 }

@@ -43,6 +43,7 @@ mod linear;
 #[cfg(test)]
 mod linear_toy;
 mod lone;
+mod longer;
 mod noise;
 mod options;
 mod outliers;

@@ -7,9 +7,10 @@ use crate::candidates::{Family, library, may_join};
 use crate::cut::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
-use crate::free_runs::{FreeRuns, fit_whole};
+use crate::free_runs::FreeRuns;
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
+use crate::longer::{Length, best_length, lengthened};
 use crate::score::{heterogeneity, scores};
 use crate::scored::Score;
 use crate::statistics::{chi2_quantile, chi2_tail};
@@ -291,15 +292,22 @@ impl<'a> Search<'a> {
         judged.memory.heldout.get_or_init(fitted)
     }
 
-    /// A set with the parameters of a fit over whole recordings, where its free runs are better for it. Intervals stay those of
-    /// windows.
-    pub fn over_whole_recordings(&self, judged: &Judged) -> Option<Judged> {
-        if self.free_runs.is_none() || judged.fit.theta.is_empty() {
+    /// A set with the parameters of a fit over longer windows, where each part of the data runs better for it with the values of
+    /// the other, and how many of the search's windows each of them joins. Intervals stay those of the search's windows.
+    pub fn over_longer_windows(&self, judged: &Judged) -> Option<(Judged, usize)> {
+        let [forth, back] = [self.free_runs.as_ref()?, &FreeRuns::new(&self.train)?];
+        if judged.fit.theta.is_empty() {
             return None;
         }
-        let again = self.judge(fit_whole(&self.train, &judged.fit));
-        let better = again.is_finite() && again.free_run < judged.free_run;
-        better.then(|| Judged { heldout_ll: Some(self.heldout(&again).ll), ..again })
+        let held = self.heldout(judged);
+        let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
+        let forth = lengthened(&self.train, judged.fit.clone(), forth);
+        let back = lengthened(&self.test, other, back);
+        let number = best_length(&[&forth, &back].map(|l| l.iter().map(|l| &*l.errors).collect::<Vec<_>>()));
+        let Length { joined, fit, .. } = forth.into_iter().nth(number).filter(|l| l.joined > 1)?;
+        let again = self.judge(fit);
+        let heldout_ll = Some(self.heldout(&again).ll);
+        again.is_finite().then_some((Judged { heldout_ll, ..again }, joined))
     }
 
     /// The simpler effect that an addition turns into where some of its parameters have their nulls.
