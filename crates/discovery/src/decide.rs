@@ -13,6 +13,7 @@ use crate::judged::{Judged, is_as_good};
 use crate::result::Verdict;
 use crate::scattered::{Scattered, scattered, surviving_additions};
 use crate::search::Search;
+use crate::supported::supported;
 use crate::unlisted::unlisted;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
@@ -70,6 +71,7 @@ pub(crate) fn decide(
         }
     }
 
+    best = supported(search, &mut found, &base, best);
     if let Some(surviving) = surviving_additions(search, &best) {
         best = without_chance(search, &mut found, &base, &best, &surviving);
     }

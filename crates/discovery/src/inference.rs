@@ -58,21 +58,37 @@ impl Fit {
     /// Whether every addition is away from its null by more than chance (Wald's test with the covariance of intervals): a gain
     /// that comes of corners of the cost leaves the parameters where they were.
     pub fn is_clear(&self) -> bool {
-        let (covariance, open) = (self.covariance(), undetermined(&self.information));
-        let additions = self.hypothesis.additions.iter().enumerate();
-        additions.into_iter().all(|(number, addition)| self.differs(number, addition, &covariance, &open))
+        self.unclear().is_empty()
     }
 
-    fn differs(&self, number: usize, addition: &Addition, covariance: &Square, open: &[bool]) -> bool {
+    /// The numbers of the additions that chance alone may have moved from their nulls, those nearest to them first.
+    pub fn unclear(&self) -> Vec<usize> {
+        let (covariance, open) = (self.covariance(), undetermined(&self.information));
+        let additions = self.hypothesis.additions.iter().enumerate();
+        let distances = additions.filter_map(|(n, a)| Some((n, self.distance(n, a, &covariance, &open)?)));
+        let mut near: Vec<(usize, f64)> = distances.filter(|(_, d)| d.is_nan() || *d <= 1.0).collect();
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        near.into_iter().map(|(number, _)| number).collect()
+    }
+
+    /// Wald's statistic of an addition, in the quantile that chance exceeds with a probability of 5 %; `None` where the data say
+    /// nothing of its null.
+    fn distance(
+        &self,
+        number: usize,
+        addition: &Addition,
+        covariance: &Square,
+        open: &[bool],
+    ) -> Option<f64> {
         let range = self.hypothesis.range_of(number);
         // What the data tell only together with something else is not zero for that.
         if range.is_empty() || range.clone().any(|i| open[i]) {
-            return true;
+            return None;
         }
         let values = &self.theta[range.clone()];
         let own: Vec<usize> = range.collect();
         let (mut x, variance) = match addition {
-            Addition::Scatter(_) | Addition::Table(_) => return true,
+            Addition::Scatter(_) | Addition::Table(_) => return None,
             Addition::Split(_) => {
                 // Differences from the first group.
                 let c = covariance.sub(&own);
@@ -98,6 +114,6 @@ impl Fit {
             }
         };
         variance.cholesky().forward(&mut x);
-        x.iter().map(|v| v * v).sum::<f64>() > chi2_quantile(0.05, x.len() as f64)
+        Some(x.iter().map(|v| v * v).sum::<f64>() / chi2_quantile(0.05, x.len() as f64))
     }
 }

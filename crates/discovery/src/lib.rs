@@ -69,6 +69,7 @@ mod spikes;
 mod spread;
 mod statistics;
 mod structural;
+mod supported;
 mod tally;
 mod unlisted;
 
