@@ -18,7 +18,8 @@ pub(crate) struct Length {
 }
 
 /// The fit `from` of `sample`, and fits over ever longer windows up to whole recordings. Short windows forgive a wrong parameter:
-/// each length begins at what the one before it came to.
+/// each length begins at what the one before it came to. Where a doubling changes no forecast, as under noise of the sensor alone,
+/// windows are long enough, and none longer is tried.
 pub(crate) fn lengthened(sample: &ChosenRecords<'_>, from: Fit, runs: &FreeRuns) -> Vec<Length> {
     let mut found = vec![Length { joined: 1, errors: runs.errors(&from), fit: from }];
     for joined in lengths(sample.data) {
@@ -27,7 +28,12 @@ pub(crate) fn lengthened(sample: &ChosenRecords<'_>, from: Fit, runs: &FreeRuns)
         if !fit.theta.iter().all(|v| v.is_finite()) {
             break;
         }
-        found.push(Length { joined, errors: runs.errors(&fit), fit });
+        let errors = runs.errors(&fit);
+        let is_settled = runs_alike(&errors, &last.errors);
+        found.push(Length { joined, errors, fit });
+        if is_settled {
+            break;
+        }
     }
     found
 }
@@ -46,6 +52,11 @@ pub(crate) fn best_length(parts: &[Vec<&[f64]>]) -> usize {
 fn run_better(errors: &[f64], others: &[f64]) -> bool {
     let sum = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
     NO_WORSE * sum(errors) < sum(others)
+}
+
+/// Whether neither of two runs is better, by the errors of each in every held-out stretch.
+fn runs_alike(errors: &[f64], others: &[f64]) -> bool {
+    !run_better(errors, others) && !run_better(others, errors)
 }
 
 /// How many windows of the search one longer window consists of: doublings, and last as many as the longest recording has.
@@ -125,6 +136,8 @@ mod tests {
         assert!(run_better(&[1.0, 1.0, 1.0, 3.9], &now));
         assert!(!run_better(&[0.99, 0.99, 0.99, 4.0], &now) && !run_better(&now, &now));
         assert!(!run_better(&[f64::INFINITY; 4], &now));
+        assert!(runs_alike(&[1.005; 4], &[1.0; 4]) && !runs_alike(&[1.02; 4], &[1.0; 4]));
+        assert!(!runs_alike(&[1.0; 4], &[1.02; 4]) && !runs_alike(&[f64::INFINITY; 4], &now));
     }
 
     #[test]

@@ -140,7 +140,9 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
         let gain = 2.0 * (j.fit.ll - base.fit.ll);
         // Gains in units of the dispersion.
         let (gain, penalty) = (gain / j.unit, j.penalty / j.unit);
+        // A model that cannot be simulated over the held-out part has no gain there.
         let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / j.unit);
+        let heldout_gain = heldout_gain.filter(|gain| gain.is_finite());
         let chosen = labels(j.additions()) == labels(best.additions());
         let why = if chosen {
             format!("chosen: best on training and held-out {records} together")
