@@ -1,13 +1,21 @@
 //! `train --residual-of` and `train --model`: the model that a net corrects, as an engine.
 
-use crate::usage::{Inapplicable, ModelFault, PathFault};
+use crate::usage::{Inapplicable, ModelFault};
 use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_physics::model::{ModelFile, Per};
 use augsim_trainer::{Engine, Recipe, Room, ThrowEngine};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A folder that is to be of a discovery and holds no model.
+#[derive(Debug, Error)]
+#[error("{}: holds no {MODEL}; give the folder that `augsim discover` wrote its result to (--out)", folder.display())]
+pub struct NoModel {
+    folder: PathBuf,
+}
 
 /// The model file in the folder of a discovery.
 pub const MODEL: &str = "model.toml";
@@ -21,7 +29,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     reads_physics(recipe)?;
     let path = run.join(MODEL);
     if !path.is_file() {
-        return Err(Usage::path(run, PathFault::NoDiscoveredModel { model: MODEL }).into());
+        return Err(NoModel { folder: run.to_owned() }.into());
     }
     engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }

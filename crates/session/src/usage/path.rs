@@ -48,8 +48,6 @@ pub enum PathFault {
     NeitherRunNorModel { config: &'static str, model: &'static str },
     /// No result of a discovery.
     NoDiscovery,
-    /// No model that a discovery wrote.
-    NoDiscoveredModel { model: &'static str },
 }
 
 /// The end of a sentence about results that would be replaced.
@@ -88,12 +86,6 @@ impl fmt::Display for PathFault {
             }
             PathFault::NoDiscovery => {
                 "holds no result.json of this augsim's discover; give the folder that it wrote (--out)"
-            }
-            PathFault::NoDiscoveredModel { model } => {
-                return write!(
-                    f,
-                    "holds no {model}; give the folder that `augsim discover` wrote its result to (--out)"
-                );
             }
             PathFault::Input { input } => {
                 let input = input.display();
