@@ -4,7 +4,7 @@ use crate::Progress;
 use crate::addition::{Addition, labels};
 use crate::adequacy::{Adequacy, adequacy};
 use crate::confirmation::holds;
-use crate::explore::Explored;
+use crate::explore::{Explored, place_of};
 use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
@@ -155,24 +155,6 @@ fn simplest<'f>(found: &'f Explored, best: &'f Judged) -> &'f Judged {
         close && !j.additions().is_empty() && j.additions().len() <= best.additions().len()
     });
     as_good.min_by_key(|j| nodes(j)).unwrap_or(best)
-}
-
-/// The hypothesis with some of the additions of another, judged on both parts; fitted if it was not tried.
-pub(crate) fn place_of(
-    search: &Search<'_>,
-    found: &mut Explored,
-    from: &Judged,
-    additions: &[Addition],
-) -> Judged {
-    let key = labels(additions);
-    if let Some(judged) = found.pool.iter().find(|j| labels(j.additions()) == key) {
-        return judged.clone();
-    }
-    let tried = found.tried.iter().find(|j| labels(j.additions()) == key).cloned();
-    let mut judged = tried.unwrap_or_else(|| search.refit(&from.fit, additions, &[]));
-    judged.heldout_ll = Some(search.heldout(&judged).ll);
-    found.pool.push(judged.clone());
-    judged
 }
 
 /// Whether a hypothesis pays its penalty on the training part, is away from its nulls, and holds on the other part.

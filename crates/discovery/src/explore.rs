@@ -384,3 +384,21 @@ fn foremost(list: &[Judged], tried: &[Judged], most: usize) -> Vec<Judged> {
     list.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.criterion.total_cmp(&b.1.criterion)));
     list.into_iter().take(most).map(|(_, j)| j.clone()).collect()
 }
+
+/// The hypothesis with some of the additions of another, judged on both parts; fitted if it was not tried.
+pub(crate) fn place_of(
+    search: &Search<'_>,
+    found: &mut Explored,
+    from: &Judged,
+    additions: &[Addition],
+) -> Judged {
+    let key = labels(additions);
+    if let Some(judged) = found.pool.iter().find(|j| labels(j.additions()) == key) {
+        return judged.clone();
+    }
+    let tried = found.tried.iter().find(|j| labels(j.additions()) == key).cloned();
+    let mut judged = tried.unwrap_or_else(|| search.refit(&from.fit, additions, &[]));
+    judged.heldout_ll = Some(search.heldout(&judged).ll);
+    found.pool.push(judged.clone());
+    judged
+}

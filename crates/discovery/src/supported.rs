@@ -6,8 +6,7 @@
 //! windows than parameters that interval is none: there a term stays that the free run over held-out stretches is worse without.
 
 use crate::addition::Addition;
-use crate::decide::place_of;
-use crate::explore::Explored;
+use crate::explore::{Explored, place_of};
 use crate::free_runs::NO_WORSE;
 use crate::judged::Judged;
 use crate::search::Search;

@@ -1,12 +1,13 @@
 //! Pushes laid out as the MIT set, each at another place, angle and speed: the beginning is seen, the rest is forecast.
 
 use super::Plan;
-use super::push::{OWN, PARTICLES, Row};
+use super::push_row::Row;
 use crate::destination::Claim;
 use crate::experiment::Sizes;
 use crate::experiment::data::Laboratory;
 use crate::output::Output;
 use crate::session;
+use augsim_physics::push::{C, CONTACT_FRICTION};
 use augsim_physics::system::{self, Stream, System};
 use augsim_session::run_dir::Config;
 use augsim_trainer::filter::{
@@ -19,6 +20,11 @@ use std::sync::Arc;
 const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
 /// Pushes to train on and to score, and the same with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
+/// Particles of models that simulate every draw.
+pub const PARTICLES: usize = 64;
+/// Standard deviations from push to push of the ellipsoid's c (m) and of the contact's friction, where both are fitted to the
+/// prefix: those of the reference's baseline.
+pub const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
 /// Iterations of Hybrid+, and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];
 

@@ -1,6 +1,8 @@
 //! The beginning of a push is seen, the rest is forecast: of one that is repeated, and of pushes that are all different.
 
-use super::{Plan, layout, page};
+use super::layout::{self, OWN, PARTICLES};
+use super::push_row::Row;
+use super::{Plan, page};
 use crate::destination::{REPORT, RESULT};
 use crate::exit::Outcome;
 use crate::output::Output;
@@ -10,12 +12,11 @@ use anyhow::Context;
 use augsim_data::Dataset;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::laboratory::{Protocol, Recipe};
-use augsim_physics::push::{C, CONTACT_FRICTION};
 use augsim_physics::system::{self, Stream, System};
 use augsim_session::run_data::recipe;
 use augsim_trainer::Sequences;
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
+    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
     evaluate_filtered,
 };
 use serde::Serialize;
@@ -30,13 +31,8 @@ const RATE_HZ: f64 = 20.0;
 const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
 /// Pushes on which models that simulate every draw are scored, and with `--quick`.
 const SIMULATED: [usize; 2] = [200, 20];
-/// Particles of the same.
-pub(super) const PARTICLES: usize = 64;
 /// Added to the seed, so that test pushes are other draws.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
-/// Standard deviations from push to push of the ellipsoid's c (m) and of the contact's friction, where both are fitted to the
-/// prefix: those of the reference's baseline.
-pub(super) const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
 /// Columns of a pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
 
@@ -49,69 +45,6 @@ struct ResultFile {
     rows: Vec<Row>,
     seed: u64,
     command: String,
-}
-
-/// A model behind a prefix.
-#[derive(Debug, Serialize)]
-pub(super) struct Row {
-    /// Always `filtered`.
-    protocol: &'static str,
-    /// `repeat`: one push over tables that differ; `mit`: pushes at many places, angles and speeds.
-    layout: &'static str,
-    model: &'static str,
-    /// Seconds and samples seen, where they are the same for every push.
-    seen_s: Option<f64>,
-    seen: Option<usize>,
-    /// Share of a push's samples that is seen, %, where that is.
-    seen_percent: Option<f64>,
-    /// Test pushes.
-    pushes: usize,
-    /// Errors of the median over the rest.
-    position_mm: f64,
-    rotation_deg: f64,
-    /// The same in the last seven tenths of the samples, whatever the prefix.
-    late_position_mm: f64,
-    late_rotation_deg: f64,
-    /// Continuous ranked probability scores over the rest.
-    crps_mm: f64,
-    crps_deg: f64,
-    coverage50: Option<f64>,
-    coverage90: Option<f64>,
-}
-
-impl Row {
-    pub(super) fn new(layout: &'static str, model: &'static str, s: &FilteredScore) -> Self {
-        Row {
-            protocol: "filtered",
-            layout,
-            model,
-            seen_s: None,
-            seen: None,
-            seen_percent: None,
-            pushes: s.trajectories,
-            position_mm: 1e3 * s.rest[0],
-            rotation_deg: s.rest[1].to_degrees(),
-            late_position_mm: 1e3 * s.common[0],
-            late_rotation_deg: s.common[1].to_degrees(),
-            crps_mm: 1e3 * s.crps[0],
-            crps_deg: s.crps[1].to_degrees(),
-            coverage50: s.coverage50,
-            coverage90: s.coverage90,
-        }
-    }
-
-    /// The row as behind a share of the samples.
-    pub(super) fn behind_share(self, share: f64) -> Self {
-        Row { seen_percent: Some(100.0 * share), ..self }
-    }
-
-    /// Words for what is seen.
-    fn prefix(&self) -> String {
-        match (self.seen_s, self.seen_percent) {
-            (Some(seconds), _) => format!("{seconds} s"),
-            (None, percent) => format!("{} %", percent.unwrap_or_default()),
-        }
-    }
 }
 
 /// Runs it.

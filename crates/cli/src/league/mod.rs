@@ -4,6 +4,7 @@
 //! several seeds, and scored on trajectories that nothing was chosen on.
 
 mod entrants;
+mod factors;
 mod measures;
 mod page;
 mod processor;

@@ -1,6 +1,6 @@
 //! Rows of the league: models on test sets.
 
-use super::runs::{Factors, SETTINGS};
+use super::factors::{Factors, SETTINGS};
 use augsim_trainer::Recipe;
 use serde::Serialize;
 use std::collections::BTreeMap;

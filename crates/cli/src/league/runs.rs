@@ -1,11 +1,11 @@
 //! The protocol: settings tried on a validation part, several seeds on all of the training data, scores on every test set.
 
 use super::entrants::Entrant;
+use super::factors::{Factors, SETTINGS};
 use super::measures::{Measured, keys, measure};
 use super::processor::processor_s;
 use super::rows::{Row, Scored, Spread, Tried};
 use super::set_name;
-use super::sizes::Sizes;
 use crate::args::{LeagueScenario, Reproduce};
 use crate::destination::Claim;
 use crate::experiment::data::{Data, Set, part};
@@ -104,12 +104,6 @@ impl Effort {
     }
 }
 
-/// Factors of the learning rate and of the hidden width.
-pub type Factors = (f64, f64);
-
-/// The factors that are tried, in this order.
-pub const SETTINGS: [Factors; 4] = [(1.0, 1.0), (0.3, 1.0), (3.0, 1.0), (1.0, 2.0)];
-
 /// The factors that did best, and everything that was tried.
 type Choice = (Factors, Vec<Tried>);
 
@@ -197,20 +191,20 @@ impl Runs<'_> {
         Ok(Some(out))
     }
 
-    /// The row on the first test set of a recipe that is trained on the first `count` of a pool; `None` if the user stopped it.
+    /// The row on the first test set of a recipe that is trained on `train` from so many seeds; `None` if the user stopped it.
     pub fn at_size(
         &self,
         recipe: Recipe,
         factors: Factors,
-        sizes: &Sizes<'_>,
-        count: usize,
+        train: &Sequences,
+        seeds: u64,
     ) -> anyhow::Result<Option<Row>> {
-        let (train, set) = (part(sizes.pool, 0, count), &self.data.tests[0]);
+        let (count, set) = (train.items.len(), &self.data.tests[0]);
         let (mut measured, mut parameters) = (Vec::new(), 0);
-        for k in 0..sizes.seeds {
+        for k in 0..seeds {
             let settings = self.settings(recipe, factors, self.seed.wrapping_add(k));
             let folder = format!("{}-size{count}-seed{}", recipe.name(), k + 1);
-            let Some(net) = self.net(&settings, &train, &folder)? else { return Ok(None) };
+            let Some(net) = self.net(&settings, train, &folder)? else { return Ok(None) };
             measured.push(measure(Some(&net.model), set)?);
             parameters = net.parameters;
         }

@@ -2,6 +2,7 @@
 
 use super::rows::{Row, Scored};
 use super::runs::Runs;
+use crate::experiment::data::part;
 use augsim_trainer::{Recipe, Sequences};
 
 /// Classes whose gain from data is shown.
@@ -29,7 +30,7 @@ impl Sizes<'_> {
                 let row = if own.row.trained_on == Some(count) {
                     Some(own.row.clone())
                 } else {
-                    runs.at_size(recipe, factors, self, count)?
+                    runs.at_size(recipe, factors, &part(self.pool, 0, count), self.seeds)?
                 };
                 match row {
                     Some(row) => out.push(row),
