@@ -1,20 +1,18 @@
 //! Pushes laid out as the MIT set, each at another place, angle and speed: the beginning is seen, the rest is forecast.
 
 use super::Plan;
+use super::push_physics::{fitted, way};
 use super::push_row::Row;
 use crate::destination::Claim;
 use crate::experiment::Sizes;
 use crate::experiment::data::Laboratory;
 use crate::output::Output;
 use crate::session;
-use augsim_physics::push::{C, CONTACT_FRICTION};
-use augsim_physics::system::{self, Stream, System};
 use augsim_session::run_dir::Config;
 use augsim_trainer::filter::{
-    Conditioned, FilterSettings, PrefixForecaster, Sensor, StartLaw, SystemFilter, evaluate_filtered,
+    Conditioned, FilterSettings, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
 };
-use augsim_trainer::{Recipe, Sequences, Settings};
-use std::sync::Arc;
+use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 
 /// Shares of a push's samples that are seen.
 const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
@@ -22,9 +20,6 @@ const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
 /// Particles of models that simulate every draw.
 pub const PARTICLES: usize = 64;
-/// Standard deviations from push to push of the ellipsoid's c (m) and of the contact's friction, where both are fitted to the
-/// prefix: those of the reference's baseline.
-pub const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
 /// Iterations of Hybrid+, and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];
 
@@ -52,15 +47,16 @@ pub fn rows(
         return Ok(None);
     };
     let items = &test.items;
-    let system: Arc<dyn System> = Arc::new(declared.open());
-    let records: Vec<system::Record> = items.items.iter().map(|q| record(&q.id, &q.actions)).collect();
-    let physics = SystemFilter::new(system, &records, &vec![None; records.len()]);
-    let fitted =
-        OWN.into_iter().fold(physics.clone(), |filter, (parameter, sd)| filter.with_own(parameter, sd));
+    let way_of = |q: &Sequence| {
+        let [x, y, t] = [0, 1, 2].map(|j| q.actions.iter().skip(j).step_by(3).copied().collect());
+        way(&q.id, t, [x, y])
+    };
+    let ways: Vec<_> = items.items.iter().map(way_of).collect();
+    let [pose, own] = &fitted(&declared, &ways);
     let (conditioned, plain) = (Conditioned::new(&net.model), Conditioned::not_at_all(&net.model));
     let models: [(&'static str, &dyn PrefixForecaster); 4] = [
-        ("Physics, pose fitted", &physics),
-        ("Physics, pose, c and friction fitted", &fitted),
+        (pose.0, &pose.1),
+        (own.0, &own.1),
         ("Hybrid+, from the first pose", &plain),
         ("Hybrid+, conditioned on what is seen", &conditioned),
     ];
@@ -86,17 +82,4 @@ fn scored(
     let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
     let each = scores.into_iter().zip(SHARES);
     Ok(each.map(|(score, share)| Row::new("mit", name, &score).behind_share(share)).collect())
-}
-
-/// The rod's path of a push, as the simulated system reads it.
-fn record(id: &str, actions: &[f64]) -> system::Record {
-    let column = |j: usize| actions.iter().skip(j).step_by(3).copied().collect::<Vec<f64>>();
-    let times = column(2);
-    system::Record {
-        id: id.to_owned(),
-        values: vec![vec![f64::NAN; times.len()]; 3],
-        inputs: [Stream { times: times.clone(), values: vec![column(0), column(1)] }].into(),
-        times,
-        ..system::Record::default()
-    }
 }

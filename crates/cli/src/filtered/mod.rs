@@ -6,6 +6,7 @@ mod flights;
 mod layout;
 mod page;
 mod push;
+mod push_physics;
 mod push_row;
 
 use crate::args::{Part, Reproduce};

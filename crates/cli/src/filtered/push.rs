@@ -1,6 +1,7 @@
 //! The beginning of a push is seen, the rest is forecast: of one that is repeated, and of pushes that are all different.
 
-use super::layout::{self, OWN, PARTICLES};
+use super::layout::{self, PARTICLES};
+use super::push_physics::{fitted, way};
 use super::push_row::Row;
 use super::{Plan, page};
 use crate::destination::{REPORT, RESULT};
@@ -9,19 +10,16 @@ use crate::output::Output;
 use crate::record::Record;
 use crate::reproduction::{claim, repeat};
 use anyhow::Context;
-use augsim_data::Dataset;
-use augsim_physics::model::PushModel;
+use augsim_data::{Dataset, Trajectory};
 use augsim_physics::push::laboratory::{Protocol, Recipe};
-use augsim_physics::system::{self, Stream, System};
+use augsim_physics::system;
 use augsim_session::run_data::recipe;
 use augsim_trainer::Sequences;
 use augsim_trainer::filter::{
-    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, SystemFilter, behind_rows,
-    evaluate_filtered,
+    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, behind_rows, evaluate_filtered,
 };
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::sync::Arc;
 
 /// Seconds seen, of which the first 0.05 before the rod moves at 20 mm/s.
 const SECONDS: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
@@ -84,10 +82,9 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         };
     let mut few = scored.clone();
     few.items.truncate(SIMULATED[usize::from(args.quick)]);
-    let physics = simulated(&truth.declared, &truth.data, few.items.len())?;
-    score("Physics, pose fitted", &physics, &few)?;
-    let fitted = OWN.into_iter().fold(physics, |filter, (parameter, sd)| filter.with_own(parameter, sd));
-    score("Physics, pose, c and friction fitted", &fitted, &few)?;
+    for (name, physics) in fitted(&truth.declared, &ways(&truth.data, few.items.len())?) {
+        score(name, &physics, &few)?;
+    }
     score("Memory of other pushes", &remembered, &scored)?;
     match layout::rows(plan, &sensor, &claim, output)? {
         Some(more) => rows.extend(more),
@@ -115,26 +112,12 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The declared physics, which knows the rod's path.
-fn simulated(declared: &PushModel, data: &Dataset, pushes: usize) -> anyhow::Result<SystemFilter> {
-    let rod = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
-    let [x, y] = rod;
+/// The rod's ways of the first pushes.
+fn ways(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<system::Record>> {
+    let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
     let (x, y) = (x?, y?);
-    let records: Vec<system::Record> = (data.trajectories().iter().take(pushes))
-        .map(|t| system::Record {
-            id: t.id().to_owned(),
-            times: t.time_s().to_vec(),
-            values: vec![vec![f64::NAN; t.len()]; POSE.len()],
-            inputs: [Stream {
-                times: t.time_s().to_vec(),
-                values: vec![t.column(x).to_vec(), t.column(y).to_vec()],
-            }]
-            .into(),
-            ..system::Record::default()
-        })
-        .collect();
-    let system: Arc<dyn System> = Arc::new(declared.open());
-    Ok(SystemFilter::new(system, &records, &vec![None; records.len()]))
+    let of = |t: &Trajectory| way(t.id(), t.time_s().to_vec(), [x, y].map(|c| t.column(c).to_vec()));
+    Ok(data.trajectories().iter().take(pushes).map(of).collect())
 }
 
 fn page_of(result: &ResultFile) -> augsim_report::page::Page {
