@@ -54,8 +54,12 @@ static PUSH: [Key; 10] = [
     key("untouched_mm", "untouched", "mm", 2),
 ];
 
-/// Place of the deciding score among the columns of pushing.
-pub const DECIDING: usize = 4;
+impl Key {
+    /// Whether models are ranked by it.
+    pub fn decides(&self) -> bool {
+        matches!(self.name, "crps_m" | "crps_mm")
+    }
+}
 
 /// The columns of a scenario.
 pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
@@ -79,8 +83,13 @@ pub struct Measured {
 impl Measured {
     /// Mean of the deciding score.
     pub fn mean_crps(&self) -> f64 {
-        self.crps.iter().sum::<f64>() / self.crps.len().max(1) as f64
+        mean(&self.crps)
     }
+}
+
+/// Mean of the scores of trajectories; 0 of none.
+pub fn mean(scores: &[f64]) -> f64 {
+    scores.iter().sum::<f64>() / scores.len().max(1) as f64
 }
 
 /// Stands for what is no number: a model that leaves the numbers errs by a million.

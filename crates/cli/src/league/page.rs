@@ -54,7 +54,7 @@ fn section(league: &League) -> Section {
         blocks.push(Block::Grid(Grid {
             columns: Columns::Two,
             legend: Vec::new(),
-            figures: keys.iter().filter(drawn).map(|key| curve(&league.sizes, key)).collect(),
+            figures: keys.iter().filter(drawn).map(|key| curve(league, key)).collect(),
             caption: "The five best classes trained on fewer and on more trajectories, with the settings of the table, on its first \
                       test set."
                 .to_owned(),
@@ -89,13 +89,11 @@ fn table(league: &League, set: &str, keys: &[Key]) -> Table {
 }
 
 /// A line for each model, over the training trajectories.
-fn curve(rows: &[Result], key: &Key) -> Figure {
+fn curve(league: &League, key: &Key) -> Figure {
     let x = Axis::log("training trajectories", "");
     let mut line = Line::new(&format!("{} ({})", key.title, key.unit), x, Axis::log(key.title, key.unit));
-    let mut models: Vec<&str> = rows.iter().map(|r| r.model.as_str()).collect();
-    models.dedup();
-    for (tone, model) in (0..).zip(models) {
-        let points = rows.iter().filter(|r| r.model == model);
+    for (tone, model) in (0..).zip(league.sized_models()) {
+        let points = league.sizes.iter().filter(|r| r.model == model);
         let point = |r: &Result| Some((r.trained_on? as f64, r.figures.get(key.name)?.median));
         let (x, y) = points.filter_map(point).unzip();
         line = line.with(Series::line(model, Tone::Series(tone), x, y));
@@ -107,12 +105,12 @@ fn curve(rows: &[Result], key: &Key) -> Figure {
 fn dots(rows: &[&Result], key: &Key) -> Figure {
     let bar = |r: &&Result| {
         let figure = r.figures.get(key.name)?;
-        let interval = if key.name.starts_with("crps_m") { r.crps_ci95 } else { None };
+        let interval = r.crps_ci95.filter(|_| key.decides());
         Some(Bar {
             name: r.model.clone(),
             tone: if r.model == "Hybrid+" { Tone::Series(0) } else { Tone::Ink },
             value: Some(figure.median),
-            interval: interval.filter(|_| !key.name.contains("_s")).or(Some([figure.min, figure.max])),
+            interval: interval.or(Some([figure.min, figure.max])),
         })
     };
     let bars: Vec<Bar> = rows.iter().filter_map(bar).collect();

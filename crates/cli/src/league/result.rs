@@ -35,3 +35,12 @@ pub struct League {
     /// Models that are significantly better than others, one verdict a test set.
     pub verdicts: Vec<Verdict>,
 }
+
+impl League {
+    /// Models that were trained on several sizes, best first.
+    pub fn sized_models(&self) -> Vec<&str> {
+        let mut models: Vec<&str> = self.sizes.iter().map(|r| r.model.as_str()).collect();
+        models.dedup();
+        models
+    }
+}

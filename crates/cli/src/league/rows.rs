@@ -1,6 +1,7 @@
 //! Rows of the league: models on test sets.
 
 use super::factors::{Factors, SETTINGS};
+use super::measures::mean;
 use augsim_trainer::Recipe;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ pub struct Scored {
 impl Scored {
     /// Mean of the deciding score.
     pub fn mean_crps(&self) -> f64 {
-        self.crps.iter().sum::<f64>() / self.crps.len().max(1) as f64
+        mean(&self.crps)
     }
 }
 

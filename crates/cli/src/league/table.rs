@@ -1,6 +1,6 @@
 //! The league as text, and what it cost.
 
-use super::measures::{DECIDING, keys};
+use super::measures::{Key, keys};
 use super::result::{League, ResultFile};
 use super::rows::Row;
 use crate::args::LeagueScenario;
@@ -47,12 +47,12 @@ fn sizes(league: &League) -> String {
     if counts.is_empty() {
         return String::new();
     }
-    let mut models: Vec<&str> = league.sizes.iter().map(|r| r.model.as_str()).collect();
-    models.dedup();
-    let key = &keys(scenario_of(league))[DECIDING];
+    let Some(key) = keys(scenario_of(league)).iter().find(|key| Key::decides(key)) else {
+        return String::new();
+    };
     let mut out = format!("\n{} {} by training trajectories\n  {:<15}", key.title, key.unit, "model");
     counts.iter().for_each(|count| out.push_str(&format!("{count:>10}")));
-    for model in models {
+    for model in league.sized_models() {
         out.push_str(&format!("\n  {model:<15}"));
         for count in &counts {
             let row = league.sizes.iter().find(|r| r.model == model && r.trained_on == Some(*count));
