@@ -46,6 +46,21 @@ pub struct Prefix<'a> {
     pub index: u64,
 }
 
+impl<'a> Prefix<'a> {
+    /// The forecast from the first row alone.
+    pub(super) fn task(&self) -> Task<'a> {
+        let s = self.sensor.sd().len();
+        Task { start: &self.rows[..s], actions: self.actions, time: self.time, index: self.index }
+    }
+
+    /// Checks that every value of some of its rows `[n, S]` was seen.
+    pub(super) fn check_seen(&self, rows: &[f64]) -> Result<(), TrainerError> {
+        let s = self.sensor.sd().len();
+        let hole = rows.iter().position(|v| !v.is_finite());
+        hole.map_or(Ok(()), |i| Err(TrainerError::Unseen { row: i / s, column: i % s }))
+    }
+}
+
 /// A model that forecasts behind a prefix. It never sees more than its [`Prefix`].
 pub trait PrefixForecaster: Sync {
     /// Forecasts `[time - n, S, sample]` behind the first n rows, for every n of `lengths` (ascending, at most the prefix's).
@@ -70,11 +85,8 @@ impl PrefixForecaster for NetModel {
     ) -> Result<Vec<Samples>, TrainerError> {
         let first = |samples: usize| -> Result<Samples, TrainerError> {
             // Behind one exact row nothing is filtered: the forecast from the first state, to the byte.
-            let Prefix { rows, sensor, actions, time, index, .. } = prefix;
-            let s = sensor.sd().len();
-            let task = Task { start: &rows[..s], actions, time, index };
-            let mut whole = self.forecast(task, samples)?;
-            whole.values.drain(..s * whole.count);
+            let mut whole = self.forecast(prefix.task(), samples)?;
+            whole.values.drain(..prefix.sensor.sd().len() * whole.count);
             Ok(whole)
         };
         stepped(&|| Ok(Box::new(NetLaw::new(self)?)), Some(&first), prefix, lengths, settings)

@@ -6,15 +6,13 @@
 //! sensor's noise is in them already, and none is added.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::remainder::{components, dot, scores};
-use crate::{Forecaster, Samples, Task, TrainerError};
+use super::remainder::{SILENT, components, dot, scores};
+use crate::{Forecaster, Samples, TrainerError};
 
 /// Draws that the regression stands on.
 const DRAWS: usize = 500;
 /// Components of the rows seen at most: more than a trajectory has unknowns, and few enough for the draws.
 const MOST: usize = 8;
-/// Variance of a component, in that of the sensor, below which nothing but noise is in it.
-const SILENT: f64 = 1.2;
 /// Unit of a column whose readings are exact, in the column's own.
 const EXACT: f64 = 1e-6;
 
@@ -51,15 +49,12 @@ impl PrefixForecaster for Conditioned<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let Prefix { rows, sensor, actions, time, index, .. } = prefix;
+        let Prefix { rows, sensor, .. } = prefix;
         let units: Vec<f64> =
             sensor.sd().iter().map(|sd| sd.filter(|sd| *sd > 0.0).unwrap_or(EXACT)).collect();
         let s = units.len();
-        if let Some(i) = rows.iter().position(|v| !v.is_finite()) {
-            return Err(TrainerError::Unseen { row: i / s, column: i % s });
-        }
-        let task = Task { start: &rows[..s], actions, time, index };
-        let drawn = self.model.forecast(task, DRAWS.max(settings.samples))?;
+        prefix.check_seen(rows)?;
+        let drawn = self.model.forecast(prefix.task(), DRAWS.max(settings.samples))?;
         let paths = Paths::new(&drawn, &units);
         Ok(lengths.iter().map(|&n| paths.behind(&rows[..n * s], self.most, settings.samples)).collect())
     }
@@ -120,7 +115,7 @@ mod tests {
     //! Contract: lines of random slope, read with noise, are continued as the posterior of their slope says.
     use super::*;
     use crate::filter::{Sensor, StartLaw};
-    use crate::{Sequence, Sequences};
+    use crate::{Sequence, Sequences, Task};
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
 

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 /// Components of the rows seen and of the rest at most.
 const MOST: [usize; 2] = [8, 12];
 /// Variance of a component seen, in that of the sensor, below which it says nothing.
-const SILENT: f64 = 1.2;
+pub(super) const SILENT: f64 = 1.2;
 /// One trajectory in so many judges the settings.
 const JUDGES: usize = 8;
 /// Trajectories on which settings are compared: a factor takes their cube in time.
@@ -237,9 +237,7 @@ impl PrefixForecaster for Remembered {
             };
             let rows = prefix.rows[..n * s].iter().zip(&self.mean).enumerate();
             let seen: Vec<f64> = rows.map(|(i, (v, m))| (v - m) / self.sd[i % s]).collect();
-            if let Some(i) = seen.iter().position(|v| !v.is_finite()) {
-                return Err(TrainerError::Unseen { row: i / s, column: i % s });
-            }
+            prefix.check_seen(&seen)?;
             let at = scores(&law.seen, &seen);
             let each = law.processes.iter();
             let centre: Vec<f64> =
