@@ -206,6 +206,12 @@ fn pushing(c: f64, friction: f64) -> Engine {
     ok(Engine::of(&ModelFile::Push(model), None))
 }
 
+/// Pushes as a set.
+fn of_pushes(items: Vec<Sequence>) -> Sequences {
+    let owned = |names: [&str; 3]| names.map(str::to_owned).into();
+    Sequences { columns: owned(STATES), action_columns: owned(ACTIONS), items }
+}
+
 /// Straight pushes on one side of the object as `truth` moves it, with noise of 0.1 mm and 0.03 degrees on poses after the first.
 fn pushes(truth: &Engine, count: u64, seed: u64) -> Sequences {
     let items = (0..count).map(|i| {
@@ -226,8 +232,7 @@ fn pushes(truth: &Engine, count: u64, seed: u64) -> Sequences {
             .for_each(|(k, v)| *v += if k % 3 == 2 { 5e-4 } else { 1e-4 } * draw());
         Sequence { id: i.to_string(), time, states, actions }
     });
-    let owned = |names: [&str; 3]| names.map(str::to_owned).into();
-    Sequences { columns: owned(STATES), action_columns: owned(ACTIONS), items: items.collect() }
+    of_pushes(items.collect())
 }
 
 /// Trains on pushes of a contact model with other parameters than declared; the class must close all but `share` of the gap between the
@@ -313,8 +318,7 @@ fn strides(law: PushLaw, declared: &Engine, scatter: f64, count: u64, seed: u64)
         let states = pushed(law, declared, &actions, [0.0; 3], noise);
         Sequence { id: i.to_string(), time, states, actions }
     });
-    let owned = |names: [&str; 3]| names.map(str::to_owned).into();
-    Sequences { columns: owned(STATES), action_columns: owned(ACTIONS), items: items.collect() }
+    of_pushes(items.collect())
 }
 
 /// A law of pushes as a forecaster: its path without scatter.

@@ -79,7 +79,8 @@ pub struct Row {
     pub right: bool,
 }
 
-/// Runs `count` sets from seed `first` on, each one long recording of a shaken motion if `is_long`, with the binary `augsim`, in folders of their own below `folder`.
+/// Runs `count` sets from seed `first` on with the binary `augsim`, in folders of their own below `folder`; with `is_long` each is one
+/// long recording of a shaken motion.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.

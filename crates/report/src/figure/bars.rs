@@ -116,11 +116,9 @@ impl Bars {
         let mut free = f64::NEG_INFINITY;
         ticks.retain(|(value, text)| {
             let half = width(text, TICK) / 2.0;
-            let fits = scale.at(*value).is_some_and(|x| x - half > free);
-            if fits {
-                free = scale.at(*value).unwrap_or(free) + half;
-            }
-            fits
+            let Some(x) = scale.at(*value).filter(|x| x - half > free) else { return false };
+            free = x + half;
+            true
         });
         let body = html! {
                     (head)
