@@ -48,15 +48,7 @@ fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
         };
         list.push(other.row.model.clone());
     }
-    let listed = |names: &[String]| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
-    let sentence = format!(
-        "On {set}, by CRPS: {OURS} is significantly better than {}; chance may explain its difference to {}; significantly better \
-         than {OURS} is {}. Least: {}.",
-        listed(&worse),
-        listed(&tied),
-        listed(&better),
-        best.row.model
-    );
+    let sentence = sentence(set, &best.row.model, worse.len(), &tied, &better);
     Some(Verdict {
         set: set.to_owned(),
         best: best.row.model.clone(),
@@ -64,6 +56,29 @@ fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
         tied_with_ours: tied,
         sentence,
     })
+}
+
+/// How Hybrid+ stands on a set: against so many models that are significantly worse, those that chance cannot tell from it, and
+/// those that are significantly better.
+fn sentence(set: &str, best: &str, worse: usize, tied: &[String], better: &[String]) -> String {
+    let (tied, better) = (tied.join(", "), better.join(", "));
+    if best != OURS {
+        let mut parts = vec![format!("On {set} {best} has the least CRPS")];
+        parts.extend((!better.is_empty()).then(|| format!("{OURS} is significantly worse than {better}")));
+        parts.extend(
+            (!tied.is_empty()).then(|| format!("chance may explain the difference of {OURS} to {tied}")),
+        );
+        parts.push(format!("{OURS} is significantly better than the other {worse}"));
+        return parts.join("; ") + ".";
+    }
+    match tied.is_empty() {
+        true => {
+            format!("On {set} {OURS} has the least CRPS, significantly less than each of the other {worse}.")
+        }
+        false => format!(
+            "On {set} {OURS} has the least CRPS: chance may explain the difference to {tied}, not that to each of the other {worse}."
+        ),
+    }
 }
 
 /// 95 % interval of the mean: bootstrap over the values.
@@ -85,7 +100,7 @@ fn interval(values: &[f64], seed: u64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a constant gain is significant, one that chance makes is not.
+    //! Contract: a constant gain is significant, one that chance makes is not; a sentence names whom Hybrid+ does not beat.
     use super::*;
 
     #[test]
@@ -96,5 +111,20 @@ mod tests {
         let gained: Vec<f64> = noisy.iter().map(|v| v + 1.0).collect();
         assert!(interval(&gained, 1)[0] > 0.0);
         assert_eq!(interval(&[2.0; 5], 1), [2.0, 2.0]);
+    }
+
+    #[test]
+    fn sentences_name_whom_hybrid_plus_does_not_beat() {
+        let names = |list: &[&str]| -> Vec<String> { list.iter().map(|name| (*name).to_owned()).collect() };
+        assert_eq!(
+            sentence("test", OURS, 3, &[], &[]),
+            "On test Hybrid+ has the least CRPS, significantly less than each of the other 3."
+        );
+        let tied = sentence("test", OURS, 3, &names(&["PETS", "VRNN"]), &[]);
+        assert!(tied.contains("chance may explain the difference to PETS, VRNN,"), "{tied}");
+        let beaten = sentence("test", "PETS", 2, &names(&["VRNN"]), &names(&["PETS"]));
+        let expected = "On test PETS has the least CRPS; Hybrid+ is significantly worse than PETS; chance may explain the difference of \
+                        Hybrid+ to VRNN; Hybrid+ is significantly better than the other 2.";
+        assert_eq!(beaten, expected);
     }
 }
