@@ -1,13 +1,18 @@
 #![doc = include_str!("../README.md")]
 
+mod along;
 mod growth;
+mod kalman;
 mod minima;
 mod normal;
 mod outcome;
+mod smooth;
 mod starts;
 mod steps;
+mod variances;
 mod windows;
 
 pub use growth::calibrate;
 pub use outcome::{Calibration, CalibrationError, Gauge, Stage};
+pub use smooth::{Cause, Smoothed, smooth};
 pub use starts::{Begun, fit_start};

@@ -4,6 +4,7 @@ pub mod discovery;
 pub mod fit;
 pub mod fitted;
 pub mod forecast;
+pub mod noise;
 pub mod pictures;
 pub mod records;
 

@@ -3,6 +3,7 @@
 mod declaration;
 mod records;
 mod schema;
+mod shown;
 mod tune;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};

@@ -1,0 +1,146 @@
+//! Noise of the motion: what shakes a rate, told from what a sensor adds, and the states that remain.
+//!
+//! A model that is simulated from a start says that nothing happens on the way but what its equations say. Where that is not so,
+//! misfits grow with the time since the start. Here each force and flow equation may be pushed by a number that wanders about 0
+//! (an Ornstein-Uhlenbeck process, of which white noise is the limit), or each reading be shifted by one; how much, and for how
+//! long, is what makes the readings likeliest. States come from an iterated extended Kalman smoother (Bell, SIAM Journal on
+//! Optimization 4, 1994), variances from the balance of its sums.
+
+use crate::along::Drive;
+use crate::outcome::CalibrationError;
+use crate::variances::{Hypothesis, Noisy};
+use augsim_physics::system::{Record, System};
+use rayon::prelude::*;
+
+/// Times, in steps from sample to sample, over which a drive may wander, beside white noise.
+const MEMORIES: [f64; 6] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0];
+/// Factors by which the best of these is varied, one after the other.
+const FINER: [f64; 3] = [1.8, 1.35, 1.15];
+/// Samples on which causes are compared.
+const COMPARED: usize = 6000;
+/// Smoothed paths on the way to the last.
+const PATHS: usize = 8;
+/// Gain in ln likelihood that each further number of a cause has to bring.
+const WORTH: f64 = 5.0;
+
+/// The cause by which readings differ from a run of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The sensor alone, each reading for itself.
+    Sensor,
+    /// The sensor, whose errors last from reading to reading.
+    LastingSensor,
+    /// The sensor, and what shakes the motion.
+    Motion,
+}
+
+/// States and noise of records under a model.
+#[derive(Clone, Debug)]
+pub struct Smoothed {
+    /// The likeliest cause.
+    pub cause: Cause,
+    /// Standard deviation of what pushes the rate of each shaken state, in the unit of the rate, averaged over a step from sample
+    /// to sample; that of what shifts each channel where the cause is a lasting sensor; empty where it is the sensor alone.
+    pub drive_sd: Vec<f64>,
+    /// Seconds over which it wanders (its correlation falls to 1/e); 0 where it is anew with every sample.
+    pub memory_s: f64,
+    /// Standard deviation of each reading for itself, by channel, in its unit.
+    pub sensor_sd: Vec<f64>,
+    /// Ln likelihood of the readings compared under each cause: the sensor alone, a lasting sensor, a shaken motion.
+    pub ln_likelihood: [f64; 3],
+    /// States of each record given all of its readings, `[record][sample][state]` in one row.
+    pub paths: Vec<Vec<f64>>,
+}
+
+/// States and noise of prepared records at these values of the parameters.
+///
+/// `system` shows its states as channels behind its `outputs` outputs; the rates of the states in `pushed` may be pushed; `declared`
+/// are standard deviations of sensors that are known, by output.
+///
+/// # Errors
+/// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated.
+pub fn smooth(
+    system: &dyn System,
+    outputs: usize,
+    records: &[Record],
+    values: &[f64],
+    pushed: &[usize],
+    declared: &[Option<f64>],
+) -> Result<Smoothed, CalibrationError> {
+    let problem = Noisy::new(system, outputs, records, values, pushed, declared)?;
+    let mut paths: Vec<Vec<f64>> = records
+        .par_iter()
+        .map(|record| problem.rough_path(record, values))
+        .collect::<Result<_, _>>()
+        .map_err(CalibrationError::Simulation)?;
+    // The path under a shaken motion is near the data whatever the cause is.
+    let shaken = problem.hypothesis(problem.rates_pushed(), 0.0);
+    let shaken = problem.settled(shaken, values, &mut paths, 3)?;
+    let intervals = problem.intervals(values, &paths)?;
+    let few = compared(records);
+    let compare = |drives: Vec<Drive>| -> Hypothesis {
+        let at = |memory: f64, read: &[f64]| {
+            let mut begin = problem.hypothesis(drives.clone(), memory);
+            if !drives.is_empty() {
+                begin.noise.read.copy_from_slice(read);
+            }
+            problem.balanced(begin, &paths, &intervals, &few).0
+        };
+        let mut best = at(0.0, &shaken.noise.read);
+        let mut worse = 0;
+        for memory in MEMORIES.iter().filter(|_| !drives.is_empty()) {
+            let found = at(*memory, &best.noise.read);
+            worse = if found.ll > best.ll { 0 } else { worse + 1 };
+            if found.ll > best.ll {
+                best = found;
+            } else if worse == 2 {
+                break;
+            }
+        }
+        let wanders = best.memory > 0.0;
+        for factor in FINER.iter().filter(|_| wanders) {
+            for memory in [best.memory / factor, best.memory * factor] {
+                let found = at(memory, &best.noise.read);
+                if found.ll > best.ll {
+                    best = found;
+                }
+            }
+        }
+        best
+    };
+    let readings: Vec<Drive> = (0..outputs).map(Drive::Reading).collect();
+    let causes = [
+        (Cause::Sensor, Vec::new()),
+        (Cause::LastingSensor, readings),
+        (Cause::Motion, problem.rates_pushed()),
+    ];
+    let found = causes.map(|(cause, drives)| (cause, compare(drives)));
+    let ln_likelihood = found.each_ref().map(|(_, h)| h.ll);
+    let worth = |(_, h): &(Cause, Hypothesis)| {
+        h.ll - WORTH * (h.drives.len() as f64 + if h.memory > 0.0 { 1.0 } else { 0.0 })
+    };
+    let [first, others @ ..] = found;
+    let better = |best, other| if worth(&other) > worth(&best) { other } else { best };
+    let (cause, best) = others.into_iter().fold(first, better);
+    let best = problem.settled(best, values, &mut paths, PATHS)?;
+    let n = problem.shown.states;
+    Ok(Smoothed {
+        cause,
+        drive_sd: (0..best.drives.len()).map(|j| best.noise.first[n + j].sqrt()).collect(),
+        memory_s: best.memory * problem.step_s(),
+        sensor_sd: best.noise.read.iter().map(|v| v.sqrt()).collect(),
+        ln_likelihood,
+        paths,
+    })
+}
+
+/// How many samples of each record causes are compared on.
+fn compared(records: &[Record]) -> Vec<usize> {
+    let mut left = COMPARED;
+    let take = |record: &Record| {
+        let samples = record.times.len().min(left);
+        left -= samples;
+        samples
+    };
+    records.iter().map(take).collect()
+}
