@@ -13,7 +13,8 @@ examples! {
     MODEL: "model new ball", "model new pendulum --out my.toml";
     SIMULATE: "simulate --trajectories 200 --out out/drops.csv", "simulate my.toml --duration-s 5 --out out/swings.csv";
     FIT: "fit my.toml swings.csv --out out/fit";
-    EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml";
+    EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml",
+        "effects coulomb --for my.toml --data swings.csv";
     DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf";
     TRAIN: "train --data drops.csv --pybullet-ball --out out/run",
         "train --data throws.csv --residual-of out/discover --out out/run",

@@ -156,6 +156,35 @@ fn effects_of_every_kind_of_model_are_listed() {
 }
 
 #[test]
+fn one_effect_is_listed_as_it_would_be_tried_on_a_model() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "servo"], d);
+    augsim(&["simulate", "servo.toml", "--out", "run.csv"], d);
+    let text = augsim(&["effects", "coulomb", "--for", "servo.toml"], d);
+    assert!(text.starts_with("coulomb may be tried on servo.toml in 1 place\n"), "{text}");
+    let grid = "w in rad/s (begun at 0.02, 0.1, 0.3 times the root mean square of speed_rad_s)";
+    assert!(text.contains(grid) && text.contains("source: Coulomb 1785"), "{text}");
+    let measured = ["effects", "coulomb", "--for", "servo.toml", "--data", "run.csv", "--json"];
+    let width = json(&measured, d)["effects"][0]["parameters"][1].clone();
+    let grid: Vec<f64> = width["grid"].as_array().unwrap().iter().filter_map(|v| v.as_f64()).collect();
+    assert!((grid[1] / grid[0] - 5.0).abs() < 1e-9 && grid[0] != 0.02, "{width}");
+    let knees = json(&["effects", "input-knee", "--for", "servo.toml", "--json"], d);
+    assert_eq!(knees["effects"].as_array().map(Vec::len), Some(1));
+    let text = refused(&["effects", "coulom", "--for", "servo.toml"], 2, d);
+    let expected = "no effect that may be tried on servo.toml is called `coulom`; did you mean coulomb? \
+                    augsim effects --for servo.toml lists all";
+    assert!(text.contains(expected), "{text}");
+    let text = refused(&["effects", "overflow", "--for", "servo.toml"], 2, d);
+    assert!(text.contains("servo.toml has no place for `overflow`"), "{text}");
+    std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
+    let ball = json(&["effects", "quadratic-drag", "--for", "ball.toml", "--json"], d);
+    assert_eq!(ball["effects"].as_array().map(Vec::len), Some(1));
+    let text = refused(&["effects", "drag", "--for", "ball.toml"], 2, d);
+    assert!(text.contains("did you mean quadratic-drag or linear-drag?"), "{text}");
+}
+
+#[test]
 fn data_are_inspected_by_the_columns_of_a_model() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();

@@ -2,16 +2,20 @@
 
 /// The word of `known` with the fewest edits to `name`, if these are at most a third of its letters (two at least).
 pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
+    nearest_words(name, known).first().map(|word| (*word).to_owned())
+}
+
+/// The words of `known` with at most that many edits, the nearest first.
+pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Vec<&'k str> {
     // Longer names are no slips of the pen, and the comparison costs the product of the lengths.
     if name.len() > 64 {
-        return None;
+        return Vec::new();
     }
     let allowed = (name.chars().count() / 3).max(2);
-    known
-        .map(|word| (edits(name, word), word))
-        .min_by_key(|(edits, _)| *edits)
-        .filter(|(edits, word)| *edits <= allowed && *edits < word.chars().count())
-        .map(|(_, word)| word.to_owned())
+    let near = |(edits, word): &(usize, &str)| *edits <= allowed && *edits < word.chars().count();
+    let mut found: Vec<(usize, &str)> = known.map(|word| (edits(name, word), word)).filter(near).collect();
+    found.sort_by_key(|(edits, _)| *edits);
+    found.into_iter().map(|(_, word)| word).collect()
 }
 
 /// Damerau's distance (insert, delete, change, swap of neighbours) by rows: `lenght` is one edit from `length`.

@@ -47,8 +47,7 @@ pub struct Fit {
 /// Options of `effects`.
 #[derive(Debug, ClapArgs)]
 pub struct Effects {
-    /// A library (`ball`, `push`) or an effect of one, such as `quadratic-drag`; without it both libraries.
-    #[arg(conflicts_with = "model")]
+    /// A library (`ball`, `push`) or an effect, such as `quadratic-drag`; without it all effects.
     pub kind: Option<String>,
     /// Model file (TOML) of a ball, of pushing, or of equations: what may be tried on it.
     #[arg(long = "for", value_name = "MODEL")]

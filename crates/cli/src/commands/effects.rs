@@ -5,11 +5,10 @@ use crate::exit::{Outcome, Usage};
 use crate::output::Output;
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::ModelFile;
-use augsim_physics::system::{Effect, EffectParameter, System};
 use augsim_session::usage::{Inapplicable, UnknownName};
-use augsim_session::written::{self, fit, records};
-use augsim_written::WrittenSystem;
-use augsim_written::library::Scales;
+use augsim_session::written::{self, fit, records, unit_text};
+use augsim_written::library::{Candidate, CandidateParameter, candidates, is_a_kind, kinds_like};
+use augsim_written::{Model, WrittenSystem};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -20,6 +19,9 @@ struct List {
     /// Whether usual sizes are those of data.
     measured: bool,
     effects: Vec<Listed>,
+    /// Kind that was asked for.
+    #[serde(skip)]
+    kind: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -41,12 +43,18 @@ struct Parameter {
     unit: String,
     /// Absent for equations without data: sizes follow from what the system does.
     typical: Option<f64>,
+    /// Values that fits begin at, in `unit` or, without data, in `grid_of`; empty for an amount, which begins at its test's estimate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    grid: Vec<f64>,
+    /// Size of a quantity that the values of `grid` are multiples of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grid_of: Option<String>,
 }
 
 /// Runs the subcommand.
 pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
     let list = match &args.model {
-        Some(model) => of_model(model, args.data.as_deref())?,
+        Some(model) => of_model(model, args.kind.as_deref(), args.data.as_deref())?,
         None => of_libraries(args.kind.as_deref())?,
     };
     output.result(&list, || effect_list_text(&list))?;
@@ -69,7 +77,7 @@ fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
     let chosen: Vec<Listed> = libraries
         .iter()
         .flat_map(|(library, specs)| specs.iter().filter(|spec| wanted(library, spec)))
-        .map(|spec| Listed { needs: spec.needs.words(), ..listed(&Effect::from(*spec), true) })
+        .map(|spec| of_built_in(spec))
         .collect();
     if chosen.is_empty() {
         let kind = kind.unwrap_or_default();
@@ -82,76 +90,156 @@ fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
         Some(kind) => kind.to_owned(),
         None => "a ball, then of pushing".to_owned(),
     };
-    Ok(List { model, measured: true, effects: chosen })
+    Ok(List { model, measured: true, effects: chosen, kind: None })
 }
 
-fn of_model(path: &Path, data: Option<&Path>) -> anyhow::Result<List> {
-    let (library, measured) = if written::is_model(path) {
-        let model = written::read(path)?;
-        let scales = match data {
-            None => Scales::default(),
-            Some(data) => {
-                let measured = records::read(data, &model)?;
-                let list = records::records(&measured.data, &model, true)?;
-                let system = WrittenSystem::declared_only(&model)?;
-                let list = fit::prepared(&system, &list)?;
-                system.tuned(&list)?.scales(&list)
-            }
-        };
-        let system = WrittenSystem::new(&model, &scales)?;
-        let described = system.library().iter().filter(|effect| effect.grammar.is_none());
-        (described.cloned().collect::<Vec<Effect>>(), data.is_some())
+fn of_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<List> {
+    let effects = if written::is_model(path) {
+        of_equations(path, kind, data)?
     } else {
         if data.is_some() {
             return Err(Usage::Inapplicable(Inapplicable::SizesOfBuiltIn).into());
         }
-        let library = match ModelFile::read(path)? {
-            ModelFile::Ball(_) => "ball",
-            ModelFile::Push(_) => "push",
-        };
-        return Ok(List { model: path.display().to_string(), ..of_libraries(Some(library))? });
+        of_built_in_model(path, kind)?
     };
-    let effects = library.iter().map(|effect| listed(effect, measured)).collect();
-    Ok(List { model: path.display().to_string(), measured, effects })
+    let measured = data.is_some() || !written::is_model(path);
+    let kind = kind.map(str::to_owned);
+    Ok(List { model: path.display().to_string(), measured, effects, kind })
 }
 
-fn listed(effect: &Effect, measured: bool) -> Listed {
-    let parameter = |p: &EffectParameter| Parameter {
+/// The effects of a model of a ball or of pushing.
+fn of_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<Listed>> {
+    let (library, kinds_like): (_, fn(&str) -> Vec<&'static str>) = match ModelFile::read(path)? {
+        ModelFile::Ball(_) => ("ball", augsim_physics::effects::kinds_like),
+        ModelFile::Push(_) => ("push", augsim_physics::push::effects::kinds_like),
+    };
+    let specs = libraries().into_iter().filter(|(name, _)| *name == library).flat_map(|(_, specs)| specs);
+    let wanted = |spec: &&EffectSpec| kind.is_none_or(|kind| kind == spec.kind);
+    let chosen: Vec<Listed> = specs.filter(wanted).map(of_built_in).collect();
+    match kind {
+        Some(kind) if chosen.is_empty() => {
+            let nearest = kinds_like(kind).into_iter().map(str::to_owned).collect();
+            Err(unknown(path, kind, nearest))
+        }
+        _ => Ok(chosen),
+    }
+}
+
+/// The effects that may be tried on a model of equations, its own candidates among them; with the sizes of `data` where there are some.
+fn of_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<Vec<Listed>> {
+    let model = written::read(path)?;
+    let all = match data {
+        None => candidates(&model)?,
+        Some(data) => measured_candidates(&model, data)?,
+    };
+    let wanted = |c: &&Candidate| kind.is_none_or(|kind| kind == c.kind || kind == c.name);
+    let chosen: Vec<Listed> = all.iter().filter(wanted).map(|c| of_candidate(c, data.is_some())).collect();
+    match kind {
+        Some(kind) if chosen.is_empty() && is_a_kind(kind, &model) => {
+            let (kind, model) = (kind.to_owned(), path.to_owned());
+            Err(Usage::Unknown(UnknownName::PlaceOfEffect { kind, model }).into())
+        }
+        Some(kind) if chosen.is_empty() => Err(unknown(path, kind, kinds_like(kind, &all))),
+        _ => Ok(chosen),
+    }
+}
+
+fn unknown(model: &Path, name: &str, nearest: Vec<String>) -> anyhow::Error {
+    Usage::Unknown(UnknownName::EffectOn { name: name.to_owned(), model: model.to_owned(), nearest }).into()
+}
+
+/// The candidates of a model with the sizes of what it does in data.
+fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candidate>> {
+    let measured = records::read(data, model)?;
+    let list = records::records(&measured.data, model, true)?;
+    let list = fit::prepared(&WrittenSystem::declared_only(model)?, &list)?;
+    let scales = WrittenSystem::declared_only(model)?.tuned(&list)?.scales(&list);
+    let mut all = candidates(model)?;
+    all.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
+    Ok(all)
+}
+
+fn of_built_in(spec: &EffectSpec) -> Listed {
+    let effect = augsim_physics::system::Effect::from(spec);
+    let parameter = |p: &augsim_physics::system::EffectParameter| Parameter {
         name: p.name.clone(),
         unit: p.unit.clone(),
-        typical: measured.then_some(p.typical),
+        typical: Some(p.typical),
+        grid: Vec::new(),
+        grid_of: None,
     };
     Listed {
-        kind: effect.kind.clone(),
-        place: effect.place.clone(),
-        formula: effect.formula.clone(),
         parameters: effect.parameters.iter().map(parameter).collect(),
+        kind: effect.kind,
+        place: effect.place,
+        formula: effect.formula,
+        needs: spec.needs.words(),
+        stands_for: effect.stands_for,
+        source: effect.source,
+    }
+}
+
+fn of_candidate(candidate: &Candidate, measured: bool) -> Listed {
+    let parameter = |p: &CandidateParameter| Parameter {
+        name: p.name.clone(),
+        unit: unit_text(p.unit).trim().to_owned(),
+        typical: measured.then(|| p.typical.unwrap_or(1.0)),
+        grid: if p.scan.is_empty() { p.grid.clone() } else { p.scan.clone() },
+        grid_of: candidate.size_of(p),
+    };
+    Listed {
+        kind: candidate.name.clone(),
+        place: candidate.on.clone(),
+        formula: candidate.formula.clone(),
+        parameters: candidate.parameters.iter().filter(|p| !p.frozen).map(parameter).collect(),
         needs: "",
-        stands_for: effect.stands_for.clone(),
-        source: effect.source.clone(),
+        stands_for: candidate.stands_for.clone(),
+        source: candidate.source.clone(),
+    }
+}
+
+/// A parameter in one phrase: name, size or unit, values that fits begin at.
+fn parameter_text(p: &Parameter) -> String {
+    let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+    let size = match p.typical {
+        Some(typical) => format!("{} about {typical:.3e}{unit}", p.name),
+        None if p.unit.is_empty() => p.name.clone(),
+        None => format!("{} in{unit}", p.name),
+    };
+    let values: Vec<String> = p.grid.iter().map(|value| number(*value)).collect();
+    match (&p.grid_of, &values[..]) {
+        (_, []) => size,
+        (Some(of), _) => format!("{size} (begun at {} times {of})", values.join(", ")),
+        (None, _) => format!("{size} (begun at {}{unit})", values.join(", ")),
+    }
+}
+
+/// A number with three digits, without those that say nothing.
+fn number(value: f64) -> String {
+    let digits: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    format!("{digits}")
+}
+
+fn headline(list: &List) -> String {
+    let count = list.effects.len();
+    let effects = if count == 1 { "effect" } else { "effects" };
+    match (&list.kind, list.model.as_str()) {
+        (Some(kind), model) => {
+            let places = if count == 1 { "place" } else { "places" };
+            format!("{kind} may be tried on {model} in {count} {places}")
+        }
+        (None, "ball" | "push" | "a ball, then of pushing") => format!("{count} {effects} of {}", list.model),
+        (None, model) if count == 1 => model.to_owned(),
+        (None, model) => format!("{count} {effects} may be tried on {model}"),
     }
 }
 
 fn effect_list_text(list: &List) -> String {
-    let count = list.effects.len();
-    let effects = if count == 1 { "effect" } else { "effects" };
-    let mut text = match list.model.as_str() {
-        "ball" | "push" | "a ball, then of pushing" => format!("{count} {effects} of {}\n", list.model),
-        model if count == 1 => format!("{model}\n"),
-        model => format!("{count} {effects} may be tried on {model}\n"),
-    };
+    let mut text = headline(list) + "\n";
     for effect in &list.effects {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{}\n  {}", effect.kind, effect.formula);
-        let parameter = |p: &Parameter| {
-            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            match p.typical {
-                Some(typical) => format!("{} about {typical:.3e}{unit}", p.name),
-                None if p.unit.is_empty() => p.name.clone(),
-                None => format!("{} in{unit}", p.name),
-            }
-        };
-        let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
+        let parameters: Vec<String> = effect.parameters.iter().map(parameter_text).collect();
         let _ = writeln!(text, "  {}", parameters.join(", "));
         if !effect.needs.is_empty() {
             let _ = writeln!(text, "  needs: {}", effect.needs);

@@ -12,6 +12,10 @@ pub enum UnknownName {
     Converter { name: String, known: Vec<&'static str> },
     /// A library of effects, or an effect.
     Effect { name: String, nearest: Vec<&'static str> },
+    /// An effect that may be tried on a model.
+    EffectOn { name: String, model: PathBuf, nearest: Vec<String> },
+    /// A place in a model for an effect that there is.
+    PlaceOfEffect { kind: String, model: PathBuf },
     /// A model file that is built in.
     Model { name: String },
     /// A figure of a discovery.
@@ -48,6 +52,19 @@ impl fmt::Display for UnknownName {
                 "no library and no effect is called `{}`; did you mean {}? augsim effects lists all",
                 shown(name),
                 nearest.join(" or ")
+            ),
+            Name::EffectOn { name, model, nearest } => {
+                let (name, model) = (shown(name), model.display());
+                write!(f, "no effect that may be tried on {model} is called `{name}`; ")?;
+                if !nearest.is_empty() {
+                    write!(f, "did you mean {}? ", nearest.join(" or "))?;
+                }
+                write!(f, "augsim effects --for {model} lists all")
+            }
+            Name::PlaceOfEffect { kind, model } => write!(
+                f,
+                "{0} has no place for `{kind}`; augsim effects --for {0} lists the effects that have one",
+                model.display()
             ),
             Name::Model { name } => write!(f, "no model is called {name}"),
             Name::Figure { folder, name, known } => {

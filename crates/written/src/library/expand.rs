@@ -1,7 +1,7 @@
 //! A row at a place of a model: its names exchanged for those of the model, its parameters with units.
 
 use super::place::{Place, places};
-use super::size::size_unit;
+use super::size::{size_unit, size_words};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
@@ -207,6 +207,11 @@ impl Candidate {
     /// The expression of its first change.
     pub fn text(&self) -> Option<&str> {
         self.changes.first().map(|(_, text)| text.as_str())
+    }
+
+    /// The size that the numbers of a parameter are multiples of, in words; nothing where they are in its unit.
+    pub fn size_of(&self, parameter: &CandidateParameter) -> Option<String> {
+        size_words(parameter.of.as_ref()?, &self.names)
     }
 
     /// Values at which the effect vanishes, inner parameters at the first of their grids.

@@ -3,6 +3,7 @@
 mod curve;
 mod expand;
 mod formulas;
+mod named;
 mod place;
 mod scale;
 mod size;
@@ -14,6 +15,7 @@ use crate::model::{Model, Row, read_all};
 pub use curve::{Curve, curves};
 pub use expand::{Candidate, CandidateParameter};
 pub(crate) use formulas::formulas;
+pub use named::{is_a_kind, kinds_like};
 pub use place::Motion;
 pub(crate) use place::target_named;
 pub use scale::Scales;
