@@ -19,7 +19,8 @@
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Normal, Point, normal};
-use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance, nuisance_step};
+use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance};
+use crate::follow::nuisance_step;
 use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::spread::{interval, most_likely};

@@ -2,11 +2,12 @@
 
 pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::cluster::{Cluster, clusters};
-use crate::evaluate::{Lanes, Normal, Point, normal, normals};
+use crate::evaluate::{Lanes, Normal, Point, normals};
+use crate::follow::{Follower, followed, nuisance_step};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
+use crate::record::Excerpt;
 use augsim_physics::system::{Event, Scatter};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
@@ -19,12 +20,8 @@ const SMALL: (f64, f64) = (1e-3, 1e-6);
 /// The same where laws are idealisations: gains of less than a hundredth of a standard deviation a sample are none.
 const SMALL_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
-/// A record whose cost rises by more in one step is suspected of a kink.
-const SURPRISE: f64 = 5.0;
 /// Weight below which a record is followed so badly that its start is in doubt.
 const LOST: f64 = 0.2;
-/// Most steps of a record's own nuisances after a step of theta.
-const MOST_FOLLOWING: usize = 8;
 
 /// Least standard deviation of a scatter, in units of its typical size: at 0 it could not grow.
 const LEAST_SCATTER: f64 = 5e-4;
@@ -95,12 +92,23 @@ pub(crate) fn assembled(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Vec<Normal> {
-    let windows = sample.excerpts();
+    assembled_at(sample, h, &sample.excerpts(), lanes, theta, nuisance)
+}
+
+/// The normal equations of some windows of a sample at a point.
+fn assembled_at(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    windows: &[Excerpt<'_>],
+    lanes: &[Lanes],
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Vec<Normal> {
     let all = windows.iter().zip(lanes).zip(nuisance);
     let points: Vec<Point<'_>> =
         all.map(|((at, lanes), n)| Point::new(h, &*h.system, lanes, at.record, theta, n)).collect();
     points.iter().for_each(|_| sample.data.tally.simulation());
-    normals(&points, lanes, &windows, sample.correlation)
+    normals(&points, lanes, windows, sample.correlation)
 }
 
 /// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
@@ -114,7 +122,7 @@ pub(crate) fn reduce(
     let n = h.theta_len();
     let (mut s, mut u, mut starts) = (Square::zero(n), vec![0.0; n], 0.0);
     for (l, normal) in lanes.iter().zip(normals) {
-        let damped = damp(&normal.h, damping);
+        let damped = normal.h.damped(damping);
         let (sj, uj, factor) = eliminate(&damped, &normal.g, l.common());
         let mut own = normal.g[l.common()..].to_vec();
         factor.forward(&mut own);
@@ -127,35 +135,6 @@ pub(crate) fn reduce(
         }
     }
     (s, u, starts)
-}
-
-fn damp(h: &Square, damping: f64) -> Square {
-    let mut d = h.clone();
-    if damping > 0.0 {
-        (0..d.n).for_each(|i| *d.at_mut(i, i) *= 1.0 + damping);
-    }
-    d
-}
-
-/// Nuisances after the Gauss-Newton step that goes with a step of theta.
-pub(crate) fn nuisance_step(
-    l: &Lanes,
-    normal: &Normal,
-    now: &[f64],
-    theta_step: &[f64],
-    damping: f64,
-) -> Vec<f64> {
-    let common = l.common();
-    let h = damp(&normal.h, damping);
-    let tail: Vec<usize> = (common..h.n).collect();
-    let mut x: Vec<f64> = tail
-        .iter()
-        .map(|&i| {
-            normal.g[i] - l.theta.iter().enumerate().map(|(a, &t)| h.at(i, a) * theta_step[t]).sum::<f64>()
-        })
-        .collect();
-    h.sub(&tail).cholesky().solve(&mut x);
-    now.iter().zip(x).map(|(n, d)| n + d).collect()
 }
 
 /// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
@@ -332,11 +311,10 @@ fn minimise(
     state
 }
 
-/// The state after a step of theta, each record's nuisances having followed it.
+/// The state after a step of theta, each window's nuisances having followed it.
 ///
-/// A record whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
-/// the path a curved valley that is crawled along. And its own step is shortened before it is believed: one record at a kink
-/// (an event more or less) must not hold back the step of all.
+/// A window whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
+/// the path a curved valley that is crawled along.
 fn advance(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
@@ -352,102 +330,35 @@ fn advance(
         .zip(&state.nuisance)
         .map(|((lanes, before), now)| nuisance_step(lanes, before, now, step, lambda))
         .collect();
-    let trials = assembled(sample, h, lanes, &theta, &full);
-    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
-        .excerpts()
-        .par_iter()
-        .zip(lanes)
-        .zip(&state.normals)
-        .zip(&state.nuisance)
-        .zip(trials.into_par_iter().zip(full))
-        .map(|((((&window, lanes), before), now), trial)| {
-            let record = window.record;
-            let at = |n: &[f64]| {
-                sample.data.tally.simulation();
-                normal(
-                    &Point::new(h, &*h.system, lanes, record, &theta, n),
-                    lanes,
-                    window,
-                    sample.correlation,
-                )
-            };
-            let mut best = trial;
-            for share in [0.2, 0.0] {
-                if best.0.q <= before.q + SURPRISE {
-                    break;
-                }
-                let n: Vec<f64> = now.iter().zip(&best.1).map(|(a, b)| a + share * (b - a)).collect();
-                let trial = at(&n);
-                if trial.q < best.0.q {
-                    best = (trial, n);
-                }
-            }
-            settle(&at, lanes, best, before.q)
-        })
-        .unzip();
+    let windows = sample.excerpts();
+    let trials = assembled_at(sample, h, &windows, lanes, &theta, &full);
+    let all = windows.iter().zip(lanes).zip(&state.normals).zip(&state.nuisance);
+    let followers = all.zip(trials.into_iter().zip(full)).map(|((((at, lanes), before), now), trial)| {
+        Follower::after_a_step(*at, lanes, trial, now, before.q)
+    });
+    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) =
+        followed(sample, h, &theta, followers.collect()).into_iter().unzip();
     let q = normals.iter().map(|n| n.q).sum();
     State { theta, nuisance, normals, q }
 }
 
-/// Levenberg-Marquardt steps of one record's own nuisances until its cost is at most `enough` or no longer falls.
-fn settle(
-    at: &impl Fn(&[f64]) -> Normal,
-    lanes: &Lanes,
-    start: (Normal, Vec<f64>),
-    enough: f64,
-) -> (Normal, Vec<f64>) {
-    let still = vec![0.0; lanes.theta.iter().max().map_or(0, |t| t + 1)];
-    let (mut best, mut damping) = (start, 1e-6);
-    for _ in 0..MOST_FOLLOWING {
-        if best.0.q <= enough {
-            break;
-        }
-        let n = nuisance_step(lanes, &best.0, &best.1, &still, damping);
-        let trial = at(&n);
-        let gain = best.0.q - trial.q;
-        if gain > 0.0 {
-            best = (trial, n);
-            damping = f64::max(damping / 30.0, 1e-6);
-            if gain < 1e-4 * best.0.q {
-                break;
-            }
-        } else if damping > 10.0 || best.0.q <= enough + SURPRISE {
-            break;
-        } else {
-            damping = f64::max(damping * 100.0, 1e-3);
+/// Windows that are followed badly begin anew from their rough start, and keep what is better.
+fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
+    let State { theta, mut nuisance, mut normals, .. } = state;
+    let is_lost = |n: &Normal| n.weight <= LOST || n.weight.is_nan();
+    let lost: Vec<usize> = (0..normals.len()).filter(|w| is_lost(&normals[*w])).collect();
+    let all = sample.excerpts();
+    let windows: Vec<Excerpt<'_>> = lost.iter().map(|w| all[*w]).collect();
+    let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();
+    let rough: Vec<Vec<f64>> = windows.iter().zip(&lanes).map(|(at, l)| l.nuisance_start(h, *at)).collect();
+    let begun = assembled_at(sample, h, &windows, &lanes, &theta, &rough);
+    let followers = windows.iter().zip(&lanes).zip(begun.into_iter().zip(rough));
+    let followers = followers.map(|((at, lanes), start)| Follower::anew(*at, lanes, start)).collect();
+    for (w, fresh) in lost.into_iter().zip(followed(sample, h, &theta, followers)) {
+        if fresh.0.q < normals[w].q {
+            (normals[w], nuisance[w]) = fresh;
         }
     }
-    best
-}
-
-/// Records that are followed badly begin anew from their rough start, and keep what is better.
-fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
-    let State { theta, nuisance, normals, .. } = state;
-    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) = sample
-        .excerpts()
-        .par_iter()
-        .zip(lanes)
-        .zip(normals)
-        .zip(nuisance)
-        .map(|(((&window, lanes), normal_now), now)| {
-            if normal_now.weight > LOST {
-                return (normal_now, now);
-            }
-            let record = window.record;
-            let at = |n: &[f64]| {
-                sample.data.tally.simulation();
-                normal(
-                    &Point::new(h, &*h.system, lanes, record, &theta, n),
-                    lanes,
-                    window,
-                    sample.correlation,
-                )
-            };
-            let rough = lanes.nuisance_start(h, window);
-            let fresh = settle(&at, lanes, (at(&rough), rough), 0.0);
-            if fresh.0.q < normal_now.q { fresh } else { (normal_now, now) }
-        })
-        .unzip();
     let q = normals.iter().map(|n| n.q).sum();
     State { theta, nuisance, normals, q }
 }

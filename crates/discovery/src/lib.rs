@@ -30,6 +30,7 @@ mod experiment;
 mod explore;
 mod fit;
 mod folds;
+mod follow;
 mod forecast;
 mod foretell;
 mod foretold;

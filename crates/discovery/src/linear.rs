@@ -35,6 +35,15 @@ impl Square {
         s
     }
 
+    /// The matrix with its diagonal raised by `1 + damping`.
+    pub fn damped(&self, damping: f64) -> Self {
+        let mut d = self.clone();
+        if damping > 0.0 {
+            (0..d.n).for_each(|i| *d.at_mut(i, i) *= 1.0 + damping);
+        }
+        d
+    }
+
     /// Cholesky factor. A pivot below 1e-13 of its diagonal is a direction without information: it is given an infinite
     /// pivot, so that solutions do not move along it.
     pub fn cholesky(&self) -> Cholesky {

@@ -1,0 +1,181 @@
+//! Nuisances of windows that follow what all windows share, each on its own: a step that suits most of them may not suit one.
+//!
+//! Where the system carries many windows in one pass, those that are still on their way are simulated together. A window does what
+//! it would do alone, whatever stands beside it.
+
+use crate::chosen_records::ChosenRecords;
+use crate::evaluate::{Lanes, Normal, Point, normal, normals};
+use crate::hypothesis::Hypothesis;
+use crate::record::Excerpt;
+use rayon::prelude::*;
+
+/// A window whose cost rises by more in one step is suspected of a kink.
+const SURPRISE: f64 = 5.0;
+/// Shares of its own step that a window with a surprise is tried at.
+const SHORTER: [f64; 2] = [0.2, 0.0];
+/// Most steps of a window's own nuisances.
+const MOST_FOLLOWING: usize = 8;
+
+/// Normal equations of a window, and the nuisances that they are at.
+pub(crate) type Settled = (Normal, Vec<f64>);
+
+/// Nuisances after the Gauss-Newton step that goes with a step of theta.
+pub(crate) fn nuisance_step(
+    l: &Lanes,
+    normal: &Normal,
+    now: &[f64],
+    theta_step: &[f64],
+    damping: f64,
+) -> Vec<f64> {
+    let common = l.common();
+    let h = normal.h.damped(damping);
+    let tail: Vec<usize> = (common..h.n).collect();
+    let mut x: Vec<f64> = tail
+        .iter()
+        .map(|&i| {
+            normal.g[i] - l.theta.iter().enumerate().map(|(a, &t)| h.at(i, a) * theta_step[t]).sum::<f64>()
+        })
+        .collect();
+    h.sub(&tail).cholesky().solve(&mut x);
+    now.iter().zip(x).map(|(n, d)| n + d).collect()
+}
+
+/// A window on the way to its own nuisances.
+pub(crate) struct Follower<'a> {
+    window: Excerpt<'a>,
+    lanes: &'a Lanes,
+    best: Settled,
+    /// Cost that is low enough.
+    enough: f64,
+    stage: Stage<'a>,
+}
+
+/// Step that a window is at.
+enum Stage<'a> {
+    /// Share number so many of the step from these nuisances.
+    Shorter(usize, &'a [f64]),
+    /// Levenberg-Marquardt steps with a damping, so many of them done.
+    Settling(f64, usize),
+    Done,
+}
+
+/// Damping of a window's first step.
+const FIRST_DAMPING: f64 = 1e-6;
+
+impl<'a> Follower<'a> {
+    /// A window that begins at `trial`. One whose cost rises by a surprise over `cost`, that of the nuisances `now`, has its own
+    /// step shortened before it is believed: one window at a kink (an event more or less) must not hold back the step of all.
+    pub fn after_a_step(
+        window: Excerpt<'a>,
+        lanes: &'a Lanes,
+        trial: Settled,
+        now: &'a [f64],
+        cost: f64,
+    ) -> Self {
+        Self { window, lanes, best: trial, enough: cost, stage: Stage::Shorter(0, now) }
+    }
+
+    /// A window whose cost is to fall as far as it does.
+    pub fn anew(window: Excerpt<'a>, lanes: &'a Lanes, start: Settled) -> Self {
+        Self { window, lanes, best: start, enough: 0.0, stage: Stage::Settling(FIRST_DAMPING, 0) }
+    }
+
+    /// Nuisances that are to be tried next; none once the window has followed.
+    fn next(&mut self) -> Option<Vec<f64>> {
+        if let Stage::Shorter(number, now) = self.stage {
+            let share = SHORTER.get(number).filter(|_| !self.is_expected());
+            if let Some(share) = share {
+                return Some(now.iter().zip(&self.best.1).map(|(a, b)| a + share * (b - a)).collect());
+            }
+            self.stage = Stage::Settling(FIRST_DAMPING, 0);
+        }
+        match self.stage {
+            Stage::Settling(damping, done) if done < MOST_FOLLOWING && !self.is_enough() => {
+                let still = vec![0.0; self.lanes.theta.iter().max().map_or(0, |t| t + 1)];
+                Some(nuisance_step(self.lanes, &self.best.0, &self.best.1, &still, damping))
+            }
+            _ => {
+                self.stage = Stage::Done;
+                None
+            }
+        }
+    }
+
+    fn is_enough(&self) -> bool {
+        self.best.0.q <= self.enough
+    }
+
+    fn is_expected(&self) -> bool {
+        self.best.0.q <= self.enough + SURPRISE
+    }
+
+    /// Takes what came of the nuisances that were tried.
+    fn take(&mut self, trial: Settled) {
+        let gain = self.best.0.q - trial.0.q;
+        let before = self.best.0.q;
+        let falls = trial.0.q < before;
+        self.stage = match self.stage {
+            Stage::Shorter(number, now) => Stage::Shorter(number + 1, now),
+            Stage::Settling(_, _) if falls && gain < 1e-4 * trial.0.q => Stage::Done,
+            Stage::Settling(damping, done) if falls => {
+                Stage::Settling(f64::max(damping / 30.0, FIRST_DAMPING), done + 1)
+            }
+            Stage::Settling(damping, _) if damping > 10.0 || self.is_expected() => Stage::Done,
+            Stage::Settling(damping, done) => Stage::Settling(f64::max(damping * 100.0, 1e-3), done + 1),
+            Stage::Done => Stage::Done,
+        };
+        if falls {
+            self.best = trial;
+        }
+    }
+}
+
+/// The end of every window's way at `theta`, in their order.
+pub(crate) fn followed(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    theta: &[f64],
+    mut windows: Vec<Follower<'_>>,
+) -> Vec<Settled> {
+    if h.system.side_by_side() > 1 {
+        while step_together(sample, h, theta, &mut windows) {}
+    } else {
+        windows.par_iter_mut().for_each(|window| {
+            while let Some(nuisance) = window.next() {
+                sample.data.tally.simulation();
+                let point = Point::new(h, &*h.system, window.lanes, window.window.record, theta, &nuisance);
+                let normal = normal(&point, window.lanes, window.window, sample.correlation);
+                window.take((normal, nuisance));
+            }
+        });
+    }
+    windows.into_iter().map(|window| window.best).collect()
+}
+
+/// One step of all windows that are still on their way, in one pass; whether there was one.
+fn step_together(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    theta: &[f64],
+    windows: &mut [Follower<'_>],
+) -> bool {
+    let next = windows.par_iter_mut().enumerate().filter_map(|(w, window)| Some((w, window.next()?)));
+    let next: Vec<(usize, Vec<f64>)> = next.collect();
+    let moving: Vec<&Follower<'_>> = next.iter().map(|(w, _)| &windows[*w]).collect();
+    let excerpts: Vec<Excerpt<'_>> = moving.iter().map(|window| window.window).collect();
+    let lanes: Vec<Lanes> = moving.iter().map(|window| window.lanes.clone()).collect();
+    let all = excerpts.iter().zip(&lanes).zip(&next);
+    let points: Vec<Point<'_>> = all
+        .map(|((at, lanes), (_, nuisance))| {
+            sample.data.tally.simulation();
+            Point::new(h, &*h.system, lanes, at.record, theta, nuisance)
+        })
+        .collect();
+    let done = normals(&points, &lanes, &excerpts, sample.correlation);
+    drop(points);
+    let any = !next.is_empty();
+    for ((w, nuisance), normal) in next.into_iter().zip(done) {
+        windows[w].take((normal, nuisance));
+    }
+    any
+}
