@@ -2,8 +2,9 @@
 
 pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::cluster::{Cluster, clusters};
-use crate::evaluate::{Lanes, Normal, Point, normals};
-use crate::follow::{Follower, followed, nuisance_step};
+use crate::evaluate::{Lanes, Normal};
+use crate::follow::{Follower, Settled, assembled_at, followed, nuisance_step, settled_from};
+use crate::grown::grown;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::record::Excerpt;
@@ -93,22 +94,6 @@ pub(crate) fn assembled(
     nuisance: &[Vec<f64>],
 ) -> Vec<Normal> {
     assembled_at(sample, h, &sample.excerpts(), lanes, theta, nuisance)
-}
-
-/// The normal equations of some windows of a sample at a point.
-fn assembled_at(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    windows: &[Excerpt<'_>],
-    lanes: &[Lanes],
-    theta: &[f64],
-    nuisance: &[Vec<f64>],
-) -> Vec<Normal> {
-    let all = windows.iter().zip(lanes).zip(nuisance);
-    let points: Vec<Point<'_>> =
-        all.map(|((at, lanes), n)| Point::new(h, &*h.system, lanes, at.record, theta, n)).collect();
-    points.iter().for_each(|_| sample.data.tally.simulation());
-    normals(&points, lanes, windows, sample.correlation)
 }
 
 /// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
@@ -342,24 +327,32 @@ fn advance(
     State { theta, nuisance, normals, q }
 }
 
-/// Windows that are followed badly begin anew from their rough start, and keep what is better.
+/// Windows that are followed badly begin anew from their rough start; where that comes from their first samples alone and is no
+/// better, from one that is found over ever longer beginnings. Each keeps what is best.
 fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
-    let State { theta, mut nuisance, mut normals, .. } = state;
-    let is_lost = |n: &Normal| n.weight <= LOST || n.weight.is_nan();
-    let lost: Vec<usize> = (0..normals.len()).filter(|w| is_lost(&normals[*w])).collect();
+    let State { theta, nuisance, normals, .. } = state;
     let all = sample.excerpts();
-    let windows: Vec<Excerpt<'_>> = lost.iter().map(|w| all[*w]).collect();
-    let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();
-    let rough: Vec<Vec<f64>> = windows.iter().zip(&lanes).map(|(at, l)| l.nuisance_start(h, *at)).collect();
-    let begun = assembled_at(sample, h, &windows, &lanes, &theta, &rough);
-    let followers = windows.iter().zip(&lanes).zip(begun.into_iter().zip(rough));
-    let followers = followers.map(|((at, lanes), start)| Follower::anew(*at, lanes, start)).collect();
-    for (w, fresh) in lost.into_iter().zip(followed(sample, h, &theta, followers)) {
-        if fresh.0.q < normals[w].q {
-            (normals[w], nuisance[w]) = fresh;
+    let mut best: Vec<Settled> = normals.into_iter().zip(nuisance).collect();
+    let ways: &[bool] = if h.system.begins_from_first_samples() { &[false, true] } else { &[false] };
+    for is_grown in ways {
+        let is_lost = |w: &usize| best[*w].0.weight <= LOST || best[*w].0.weight.is_nan();
+        let lost: Vec<usize> = (0..best.len()).filter(is_lost).collect();
+        let windows: Vec<Excerpt<'_>> = lost.iter().map(|w| all[*w]).collect();
+        let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();
+        let rough: Vec<Vec<f64>> =
+            windows.iter().zip(&lanes).map(|(at, l)| l.nuisance_start(h, *at)).collect();
+        let anew = match is_grown {
+            false => settled_from(sample, h, &theta, &windows, &lanes, rough),
+            true => grown(sample, h, &theta, &windows, &lanes, rough),
+        };
+        for (w, fresh) in lost.into_iter().zip(anew) {
+            if fresh.0.q < best[w].0.q {
+                best[w] = fresh;
+            }
         }
     }
-    let q = normals.iter().map(|n| n.q).sum();
+    let q = best.iter().map(|(n, _)| n.q).sum();
+    let (normals, nuisance) = best.into_iter().unzip();
     State { theta, nuisance, normals, q }
 }
 

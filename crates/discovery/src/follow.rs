@@ -130,6 +130,37 @@ impl<'a> Follower<'a> {
     }
 }
 
+/// The normal equations of some windows of a sample at a point.
+pub(crate) fn assembled_at(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    windows: &[Excerpt<'_>],
+    lanes: &[Lanes],
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+) -> Vec<Normal> {
+    let all = windows.iter().zip(lanes).zip(nuisance);
+    let points: Vec<Point<'_>> =
+        all.map(|((at, lanes), n)| Point::new(h, &*h.system, lanes, at.record, theta, n)).collect();
+    points.iter().for_each(|_| sample.data.tally.simulation());
+    normals(&points, lanes, windows, sample.correlation)
+}
+
+/// Windows whose nuisances settle as well as they do from these ones.
+pub(crate) fn settled_from(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    theta: &[f64],
+    windows: &[Excerpt<'_>],
+    lanes: &[Lanes],
+    nuisance: Vec<Vec<f64>>,
+) -> Vec<Settled> {
+    let begun = assembled_at(sample, h, windows, lanes, theta, &nuisance);
+    let followers = windows.iter().zip(lanes).zip(begun.into_iter().zip(nuisance));
+    let followers = followers.map(|((at, lanes), start)| Follower::anew(*at, lanes, start)).collect();
+    followed(sample, h, theta, followers)
+}
+
 /// The end of every window's way at `theta`, in their order.
 pub(crate) fn followed(
     sample: &ChosenRecords<'_>,

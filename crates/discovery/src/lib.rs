@@ -37,6 +37,7 @@ mod foretold;
 mod formulas;
 mod free_runs;
 mod grammar;
+mod grown;
 mod hypothesis;
 mod inference;
 mod judged;

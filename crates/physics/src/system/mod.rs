@@ -142,6 +142,14 @@ pub trait System: Debug + Send + Sync {
         Ok(())
     }
 
+    /// Whether the rough starts of prepared windows come from their first samples alone: a window that such a start does not follow
+    /// is then begun over ever longer beginnings.
+    ///
+    /// The default is false: a system that knows its events takes them into account.
+    fn begins_from_first_samples(&self) -> bool {
+        false
+    }
+
     /// This system with what the prepared records show of its scene, such as where the floor lies, as parameters to calibrate;
     /// `None` where the declared scene is as good.
     fn settled(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {

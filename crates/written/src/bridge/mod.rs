@@ -1,6 +1,7 @@
 //! A written system as the loop sees it: [`augsim_physics::system::System`] over the engine in lanes.
 
 mod declaration;
+mod pushes;
 mod records;
 mod schema;
 mod shown;
@@ -344,6 +345,10 @@ impl System for WrittenSystem {
     fn prepare(&self, record: &mut Record, _sd: &[f64]) -> Result<(), Objection> {
         self.prepare_record(record);
         Ok(())
+    }
+
+    fn begins_from_first_samples(&self) -> bool {
+        true
     }
 
     /// Time, channels and inputs.
