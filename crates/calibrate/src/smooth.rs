@@ -6,7 +6,7 @@
 //! long, is what makes the readings likeliest. States come from an iterated extended Kalman smoother (Bell, SIAM Journal on
 //! Optimization 4, 1994), variances from the balance of its sums.
 
-use crate::along::Drive;
+use crate::along::{Drive, Interval};
 use crate::outcome::CalibrationError;
 use crate::variances::{Hypothesis, Noisy};
 use augsim_physics::system::{Record, System};
@@ -46,10 +46,21 @@ pub struct Smoothed {
     pub memory_s: f64,
     /// Standard deviation of each reading for itself, by channel, in its unit.
     pub sensor_sd: Vec<f64>,
-    /// Ln likelihood of the readings compared under each cause: the sensor alone, a lasting sensor, a shaken motion.
+    /// Ln likelihood of the readings under each cause: the sensor alone, a lasting sensor, a shaken motion; minus infinity for one
+    /// under which no motion of the model is near them.
     pub ln_likelihood: [f64; 3],
     /// States of each record given all of its readings, `[record][sample][state]` in one row.
     pub paths: Vec<Vec<f64>>,
+}
+
+/// A cause along paths of its own.
+struct Judged {
+    hypothesis: Hypothesis,
+    paths: Vec<Vec<f64>>,
+    /// Ln likelihood less what its numbers have to bring.
+    worth: f64,
+    /// Whether the paths stay where they are when they are smoothed once more.
+    stays: bool,
 }
 
 /// States and noise of prepared records at these values of the parameters.
@@ -73,56 +84,35 @@ pub fn smooth(
         .map(|record| problem.rough_path(record, values))
         .collect::<Result<_, _>>()
         .map_err(CalibrationError::Simulation)?;
-    // The path under a shaken motion is near the data whatever the cause is.
     let shaken = problem.hypothesis(problem.rates_pushed(), 0.0);
-    let shaken = problem.settled(shaken, values, &mut paths, 3)?;
-    let intervals = problem.intervals(values, &paths)?;
-    let few = compared(records);
-    let compare = |drives: Vec<Drive>| -> Hypothesis {
-        let at = |memory: f64, read: &[f64]| {
-            let mut begin = problem.hypothesis(drives.clone(), memory);
-            if !drives.is_empty() {
-                begin.noise.read.copy_from_slice(read);
-            }
-            problem.balanced(begin, &paths, &intervals, &few).0
-        };
-        let mut best = at(0.0, &shaken.noise.read);
-        let mut worse = 0;
-        for memory in MEMORIES.iter().filter(|_| !drives.is_empty()) {
-            let found = at(*memory, &best.noise.read);
-            worse = if found.ll > best.ll { 0 } else { worse + 1 };
-            if found.ll > best.ll {
-                best = found;
-            } else if worse == 2 {
-                break;
-            }
-        }
-        let wanders = best.memory > 0.0;
-        for factor in FINER.iter().filter(|_| wanders) {
-            for memory in [best.memory / factor, best.memory * factor] {
-                let found = at(memory, &best.noise.read);
-                if found.ll > best.ll {
-                    best = found;
-                }
-            }
-        }
-        best
+    let (shaken, _) = problem.settled(shaken, values, &mut paths, 3)?;
+    // Each cause is judged along paths of its own: through an event, those of another are no motions of the model.
+    let judged = |drives: Vec<Drive>, mut paths: Vec<Vec<f64>>| {
+        let along = problem.intervals(values, &paths)?;
+        let found = with_memory(&problem, drives, &paths, &along, &shaken.noise.read);
+        let (hypothesis, stays) = problem.settled(found, values, &mut paths, PATHS)?;
+        let numbers = hypothesis.drives.len() as f64 + if hypothesis.memory > 0.0 { 1.0 } else { 0.0 };
+        let worth = hypothesis.ll - WORTH * numbers;
+        Ok::<_, CalibrationError>(Judged { hypothesis, paths, worth, stays })
     };
+    // A shaken motion goes along with any readings; under another cause there may be no motion near them.
+    let mut best = judged(problem.rates_pushed(), paths)?;
+    let (mut cause, mut ln_likelihood) =
+        (Cause::Motion, [f64::NEG_INFINITY, f64::NEG_INFINITY, best.hypothesis.ll]);
+    let runs = problem.runs(values).unwrap_or_default();
     let readings: Vec<Drive> = (0..outputs).map(Drive::Reading).collect();
-    let causes = [
-        (Cause::Sensor, Vec::new()),
-        (Cause::LastingSensor, readings),
-        (Cause::Motion, problem.rates_pushed()),
-    ];
-    let found = causes.map(|(cause, drives)| (cause, compare(drives)));
-    let ln_likelihood = found.each_ref().map(|(_, h)| h.ll);
-    let worth = |(_, h): &(Cause, Hypothesis)| {
-        h.ll - WORTH * (h.drives.len() as f64 + if h.memory > 0.0 { 1.0 } else { 0.0 })
-    };
-    let [first, others @ ..] = found;
-    let better = |best, other| if worth(&other) > worth(&best) { other } else { best };
-    let (cause, best) = others.into_iter().fold(first, better);
-    let best = problem.settled(best, values, &mut paths, PATHS)?;
+    let others = [(Cause::LastingSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
+    for (other, drives, place) in others.into_iter().filter(|_| !runs.is_empty()) {
+        if let Ok(found) = judged(drives, runs.clone())
+            && found.stays
+        {
+            ln_likelihood[place] = found.hypothesis.ll;
+            if found.worth >= best.worth {
+                (cause, best) = (other, found);
+            }
+        }
+    }
+    let Judged { hypothesis: best, paths, .. } = best;
     let n = problem.shown.states;
     Ok(Smoothed {
         cause,
@@ -132,6 +122,48 @@ pub fn smooth(
         ln_likelihood,
         paths,
     })
+}
+
+/// A cause with the memory under which its readings are likeliest along these paths, from variances `read` of the readings.
+fn with_memory(
+    problem: &Noisy<'_>,
+    drives: Vec<Drive>,
+    paths: &[Vec<f64>],
+    along: &[Vec<Interval>],
+    read: &[f64],
+) -> Hypothesis {
+    let few = compared(problem.records);
+    let wanders = !drives.is_empty();
+    let at = |memory: f64, read: &[f64]| {
+        let mut begin = problem.hypothesis(drives.clone(), memory);
+        if wanders {
+            begin.noise.read.copy_from_slice(read);
+        }
+        problem.balanced(begin, paths, along, &few).0
+    };
+    let mut best = at(0.0, read);
+    let mut worse = 0;
+    for memory in MEMORIES.iter().filter(|_| wanders) {
+        let found = at(*memory, &best.noise.read);
+        if found.ll > best.ll {
+            (best, worse) = (found, 0);
+        } else {
+            worse += 1;
+        }
+        if worse == 2 {
+            break;
+        }
+    }
+    let wanders = best.memory > 0.0;
+    for factor in FINER.iter().filter(|_| wanders) {
+        for memory in [best.memory / factor, best.memory * factor] {
+            let found = at(memory, &best.noise.read);
+            if found.ll > best.ll {
+                best = found;
+            }
+        }
+    }
+    best
 }
 
 /// How many samples of each record causes are compared on.

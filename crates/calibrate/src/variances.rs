@@ -3,6 +3,7 @@
 use crate::along::{Drive, Interval, Layout, Shown};
 use crate::kalman::{Balance, Filter, Noise, Sample, Smoothing, diagonal, smoothed};
 use crate::outcome::CalibrationError;
+use crate::starts::fit_start;
 use augsim_physics::system::{Begin, Offsets, Record, Simulated, SimulationError, System, Task, spread};
 use rayon::prelude::*;
 
@@ -14,6 +15,8 @@ const BALANCED: f64 = 0.01;
 const LEAP: f64 = 30.0;
 /// Change of a path, in the size of its states, below which it is the last.
 const STILL: f64 = 1e-4;
+/// Change of a path, in the size of its states, below which the path is one under its cause.
+const STAYS: f64 = 1e-2;
 /// Share of a rate that is taken to shake it before anything is known.
 const ROUGH_SHARE: f64 = 0.1;
 
@@ -191,6 +194,33 @@ impl<'a> Noisy<'a> {
         Ok(path)
     }
 
+    /// Runs of the model from the starts that fit whole records best.
+    pub fn runs(&self, values: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
+        let run = |record: &Record| {
+            // Nobody measures the states that are shown.
+            let mut record = record.clone();
+            record.values.truncate(self.shown.outputs);
+            record.values.extend(vec![vec![f64::NAN; record.times.len()]; self.shown.states]);
+            let rough =
+                self.whole_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
+            let samples = record.times.len();
+            let begun = fit_start(self.shown.system, &record, samples, values, &rough, self.declared)?;
+            let task = Task {
+                parameters: values,
+                record: &record,
+                window: 0..samples,
+                start: &begun.state,
+                offsets: Offsets::None,
+                seeds: &[],
+            };
+            let mut out = Simulated::default();
+            self.shown.system.simulate(&task, &mut out).map_err(CalibrationError::Simulation)?;
+            let states = |k: usize| (0..self.shown.states).map(move |i| (k, self.shown.outputs + i));
+            Ok((0..samples).flat_map(states).map(|(k, channel)| out.value(k, channel)).collect())
+        };
+        self.records.par_iter().map(run).collect()
+    }
+
     pub fn intervals(
         &self,
         values: &[f64],
@@ -256,22 +286,23 @@ impl<'a> Noisy<'a> {
         (hypothesis, found)
     }
 
-    /// Smooths paths under a cause, each linearised along the one before, until they stay.
+    /// Smooths paths under a cause, each linearised along the one before, until they stay; and whether they stay.
     pub fn settled(
         &self,
         from: Hypothesis,
         values: &[f64],
         paths: &mut [Vec<f64>],
         most: usize,
-    ) -> Result<Hypothesis, CalibrationError> {
+    ) -> Result<(Hypothesis, bool), CalibrationError> {
         let all: Vec<usize> = self.records.iter().map(|r| r.times.len()).collect();
         let (mut hypothesis, n) = (from, self.shown.states);
         let d = n + hypothesis.drives.len();
+        let mut largest = f64::INFINITY;
         for _ in 0..most {
             let intervals = self.intervals(values, paths)?;
             let (found, smoothings) = self.balanced(hypothesis, paths, &intervals, &all);
             hypothesis = found;
-            let mut largest = 0.0_f64;
+            largest = 0.0;
             for (path, smoothing) in paths.iter_mut().zip(&smoothings) {
                 for (point, deviation) in path.chunks_exact_mut(n).zip(smoothing.deviations.chunks_exact(d)) {
                     for ((x, by), size) in point.iter_mut().zip(deviation).zip(&self.sizes) {
@@ -284,7 +315,7 @@ impl<'a> Noisy<'a> {
                 break;
             }
         }
-        Ok(hypothesis)
+        Ok((hypothesis, largest < STAYS))
     }
 }
 

@@ -3,7 +3,7 @@
 //! nothing of that. The scene is a damped oscillator, integrated here once more.
 
 use augsim_calibrate::{CalibrationError, Cause, Smoothed, smooth};
-use augsim_physics::system::{Record, System};
+use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_written::{WrittenSystem, model};
 
 const MODEL: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"slope(y_m)\" }\n\
@@ -120,6 +120,39 @@ fn errors_of_a_sensor_that_last_are_the_sensors() {
     within(found.drive_sd[0], 5e-3, 0.25);
     within(found.sensor_sd[0], 1e-3, 0.1);
     assert!((0.2..=1.2).contains(&found.memory_s), "{} s", found.memory_s);
+}
+
+/// A mass on a spring that a stop throws back.
+const STOP: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"slope(y_m)\" }\n\
+    [parameters]\nstiffness_per_s2 = { nominal = 40.0, frozen = true }\nstop_m = { nominal = 0.1, frozen = true }\n\
+    restitution = { nominal = 0.9, frozen = true }\n\
+    [rates]\nx_m = \"v_m_s\"\nv_m_s = \"-stiffness_per_s2 * x_m\"\n\
+    [outputs]\ny_m = { value = \"x_m\", sd = \"estimate\" }\n\
+    [[events]]\nname = \"stop\"\nwhen = \"x_m - stop_m\"\ndirection = \"rising\"\nset = { v_m_s = \"-restitution * v_m_s\" }\n";
+
+#[test]
+fn a_rebound_is_no_push() {
+    let model = model::parse(STOP, "stop.toml").unwrap_or_else(|e| panic!("{e}"));
+    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let values = [40.0, 0.1, 0.9];
+    let mut record = record(vec![0.0; 250]);
+    let task = Task {
+        parameters: &values,
+        record: &record,
+        window: 0..250,
+        start: &[-1.0, 0.0],
+        offsets: Offsets::None,
+        seeds: &[],
+    };
+    let mut out = Simulated::default();
+    system.simulate(&task, &mut out).expect("a run");
+    assert!(out.event_times().len() >= 4, "the stop is met");
+    record.values = vec![(0..250).map(|k| out.value(k, 0) + 5e-3 * normal(6, k)).collect()];
+    system.prepare(&mut record, &[]).expect("a record");
+    let shown = system.showing_states().expect("a system");
+    let found = smooth(&shown, 1, &[record], &values, &system.pushed_states(), &[None]).expect("an answer");
+    assert_eq!(found.cause, Cause::Sensor);
+    within(found.sensor_sd[0], 5e-3, 0.15);
 }
 
 #[test]

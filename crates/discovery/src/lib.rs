@@ -47,6 +47,7 @@ mod linear_toy;
 mod lone;
 mod longer;
 mod noise;
+mod noise_cause;
 mod options;
 mod outliers;
 mod pairs;
@@ -84,6 +85,7 @@ pub use foretold::{
     FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
     interval_of_rmse, quantile_of_draws, reduction_of_rmse,
 };
+pub use noise_cause::{NoiseCause, NoiseRow, ShakenBy};
 pub use options::{Options, Progress};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,

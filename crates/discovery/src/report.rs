@@ -345,6 +345,7 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
         sentence,
         warnings: Vec::new(),
         notes: Vec::new(),
+        noise_cause: None,
         effects: found_effects,
         calibrated: estimates(&parts, &parts.base.fit, None),
         parameters: estimates(&parts, fit, None),

@@ -1,5 +1,6 @@
 //! The findings of a discovery, in the form of `result.json`.
 
+use crate::noise_cause::NoiseCause;
 use augsim_data::checks::Warning;
 use augsim_physics::system::TopView;
 use serde::{Deserialize, Serialize};
@@ -390,6 +391,9 @@ pub struct Discovery {
     pub parameters: BTreeMap<String, Estimate>,
     /// The noise.
     pub noise: NoiseFound,
+    /// Noise by which records differ from runs of the augmented model, where somebody has looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_cause: Option<NoiseCause>,
     /// Other sets of kinds that explain the data as well.
     pub alternatives: Vec<Vec<String>>,
     /// The law that the library lacks.

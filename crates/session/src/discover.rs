@@ -42,7 +42,7 @@ pub fn discover(
             let (declared, set) = written::discovery::measured(model, data)?;
             let set = of_groups(groups, data, set)?;
             let mut found = augsim_discovery::discover(&declared, &set, options, told)?;
-            found.model_toml = written::discovery::with_shared_starts(&found.model_toml, &model.file, &set)?;
+            written::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)
         }
         Subject::BuiltIn(model) => {

@@ -154,6 +154,8 @@ pub enum Fault {
     UnknownUnit { text: String },
     #[error("must be positive, {found:?} given")]
     NotPositive { found: f64 },
+    #[error("must be 0 or more, {found:?} given")]
+    Negative { found: f64 },
     #[error("knots must rise: {right:?} follows {left:?}; sort `at`")]
     KnotsDoNotRise { left: f64, right: f64 },
     #[error("has {at} knots and {values} values; give as many of one as of the other, at least two")]

@@ -279,3 +279,84 @@ fn a_tuned_system_and_its_measured_model_are_one() {
     assert!(typical > 0.0 && typical != 1.0, "sizes are those of the record: {typical}");
     assert_eq!(opened.null_points(coulomb).len(), 3, "widths stand on a grid");
 }
+
+/// Channels of a run of the whole record from this start, `[sample][channel]`, at nominal values.
+fn channels(system: &WrittenSystem, record: &Record, start: &[f64]) -> Vec<f64> {
+    let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+    let window = 0..record.times.len();
+    let task = Task { parameters: &parameters, record, window, start, offsets: Offsets::None, seeds: &[] };
+    let mut out = Simulated::default();
+    system.simulate(&task, &mut out).unwrap_or_else(|e| panic!("{e}"));
+    (0..out.samples())
+        .flat_map(|k| (0..out.channels()).map(move |c| (k, c)))
+        .map(|(k, c)| out.value(k, c))
+        .collect()
+}
+
+#[test]
+fn noise_of_the_motion_is_read_and_written_back() {
+    let text = example("pendulum").expect("an example");
+    let (plain, with) = (
+        "start = \"slope(angle_rad)\"",
+        "start = \"slope(angle_rad)\", shaken = { sd = 0.5, memory_s = 0.02 }",
+    );
+    let mut shaken = model::parse(&text.replace(plain, with), "test.toml").unwrap_or_else(|e| panic!("{e}"));
+    let there = shaken.states[1].shaken.expect("it was declared");
+    assert_eq!((there.sd, there.memory_s, shaken.states[0].shaken), (0.5, 0.02, None));
+    assert_eq!(shaken.to_toml().expect("a text"), text.replace(plain, with), "nothing changed");
+    shaken.states[1].shaken = None;
+    let read = |model: &Model| {
+        model::parse(&model.to_toml().expect("a text"), "test.toml").unwrap_or_else(|e| panic!("{e}"))
+    };
+    assert_eq!(read(&shaken).states[1].shaken, None);
+    let mut plain = model("pendulum");
+    plain.states[1].shaken = Some(model::Shaken { sd: 0.25, memory_s: 0.0 });
+    assert_eq!(read(&plain).states[1].shaken, plain.states[1].shaken);
+}
+
+#[test]
+fn a_push_is_added_to_the_rate_of_its_state() {
+    let options = Options { method: Method::RungeKutta, substeps: 4 };
+    let mut pendulum = model("pendulum");
+    pendulum.states[1].shaken = Some(model::Shaken { sd: 0.5, memory_s: 0.0 });
+    let plain = WrittenSystem::declared_only(&pendulum).expect("a system").with_options(options.clone());
+    let pushed = plain.with_pushes().expect("a system");
+    let mut record = record(&plain);
+    let half = record.times.len() / 2;
+    let push: Vec<f64> = (0..record.times.len()).map(|k| if k < half { 0.7 } else { -1.1 }).collect();
+    record.inputs = [Stream { times: record.times.clone(), values: vec![push] }].into();
+    let found = channels(&pushed, &record, &[0.4, 0.1]);
+    // The same push as a part of the equation, over the half of the record over which it is constant.
+    let text =
+        example("pendulum").expect("an example").replace("omega_rad_s = \"-", "omega_rad_s = \"0.7 - ");
+    let constant = model::parse(&text, "test.toml").unwrap_or_else(|e| panic!("{e}"));
+    let constant = WrittenSystem::declared_only(&constant).expect("a system").with_options(options);
+    record.inputs = [].into();
+    let expected = channels(&constant, &record, &[0.4, 0.1]);
+    let unpushed = channels(&plain, &record, &[0.4, 0.1]);
+    for k in 0..=half {
+        assert!((found[k] - expected[k]).abs() < 1e-12, "{k}: {} {}", found[k], expected[k]);
+    }
+    assert!(
+        (found[half] - unpushed[half]).abs() > 1e-3 && (found[half + 40] - expected[half + 40]).abs() > 1e-3
+    );
+}
+
+#[test]
+fn states_are_shown_behind_the_outputs() {
+    let cart = system("cart-pole", 4);
+    let record = record(&cart);
+    let start = [0.1, 0.2, 0.3, -0.4];
+    let (outputs, shown) = (
+        channels(&cart, &record, &start),
+        channels(&cart.showing_states().expect("a system"), &record, &start),
+    );
+    let samples = record.times.len();
+    let (c, all) = (outputs.len() / samples, shown.len() / samples);
+    assert_eq!(all, c + 4);
+    assert_eq!(shown[c..all], start, "the first sample is the start");
+    for k in 0..samples {
+        assert_eq!(shown[k * all..k * all + c], outputs[k * c..(k + 1) * c]);
+    }
+    assert_eq!(cart.pushed_states(), [1, 3], "positions have speeds as their rates");
+}

@@ -205,6 +205,22 @@ fn keys_and_names_are_known_or_refused() {
     assert!(
         with("sd = \"estimate\"", "sd = -1.0").contains("outputs.angle_rad.sd: must be positive, -1.0 given")
     );
+    let shaken = |text: &str| {
+        with("start = \"slope(angle_rad)\"", &format!("start = \"slope(angle_rad)\", shaken = {text}"))
+    };
+    assert!(
+        shaken("{ sd = 0.1, memory_s = -1.0 }")
+            .contains("states.omega_rad_s.shaken.memory_s: must be 0 or more, -1.0 given")
+    );
+    assert!(
+        shaken("{ sd = 0.1 }").contains(
+            "states.omega_rad_s.shaken: lacks `memory_s`; add shaken = { sd = 0.1, memory_s = 0.02 }"
+        )
+    );
+    assert!(
+        shaken("0.1")
+            .contains("states.omega_rad_s.shaken: must be a table such as { sd = 0.1, memory_s = 0.02 }")
+    );
     assert!(
         with("sd = \"estimate\"", "sd = \"guess\"")
             .contains("outputs.angle_rad.sd: must be \"estimate\" or a positive number")

@@ -71,6 +71,9 @@ fn fit_text(answer: &Answer) -> String {
         };
         let _ = writeln!(text, "hold of the inputs: {}{gain}", best.hold);
     }
+    if let Some(noise) = answer.noise.sentence() {
+        let _ = writeln!(text, "{noise}");
+    }
     for gauge in &answer.gauges {
         let _ = writeln!(text, "{gauge}");
     }

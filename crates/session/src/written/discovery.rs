@@ -1,9 +1,10 @@
 //! A written system as the loop takes it: calibrated first, with windows over which the declared model follows the data.
 
 use super::fit::{fit, prepared, share_starts};
-use super::records;
+use super::{noise, records};
 use crate::DataFrom;
 use augsim_data::Dataset;
+use augsim_discovery::{Discovery, Verdict};
 use augsim_physics::system::Record;
 use augsim_written::{MeasuredModel, Model, WrittenSystem};
 
@@ -13,18 +14,21 @@ const WINDOWS: f64 = 8.0;
 /// Samples of the longest windows of the search: the engine carries many windows in one pass, and a few long ones leave it idle.
 const SAMPLES: f64 = 500.0;
 
-/// The text of an augmented model with the start that all trajectories share, found with its effects.
+/// Completes an answer by the start that all trajectories share, found with its effects, and by the noise that its model leaves.
 ///
 /// # Errors
 /// The model cannot be simulated.
-pub fn with_shared_starts(text: &str, file: &str, data: &Dataset) -> anyhow::Result<String> {
-    let mut model = augsim_written::model::parse(text, file)?;
-    if !model.states.iter().any(|state| state.shared) {
-        return Ok(text.to_owned());
-    }
+pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Result<()> {
+    let mut model = augsim_written::model::parse(&found.model_toml, file)?;
     let records = records::records(data, &model, true)?;
     share_starts(&mut model, &records)?;
-    Ok(model.to_toml()?)
+    if found.verdict != Verdict::NotThisSystem {
+        let noise = noise::find(&mut model, &records)?;
+        found.notes.extend(noise.sentence());
+        found.noise_cause = Some(noise);
+    }
+    found.model_toml = model.to_toml()?;
+    Ok(())
 }
 
 /// The declaration of a model for data, and the data in the columns of the model.

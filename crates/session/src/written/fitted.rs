@@ -1,9 +1,10 @@
 //! Result of the fit of a written system, as `result.json` has it.
 
 use super::fit::{Fitted, fit, gauge_sentence};
-use super::{records, unit_text};
+use super::{noise, records, unit_text};
 use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
+use augsim_discovery::NoiseCause;
 use augsim_written::Model;
 use serde::Serialize;
 
@@ -26,6 +27,8 @@ pub struct Answer {
     pub holds: Vec<HoldTried>,
     /// Steps of a sample interval.
     pub substeps: usize,
+    /// Noise by which records differ from runs of the calibrated model.
+    pub noise: NoiseCause,
     /// Columns of the data that the model does not name.
     pub unnamed_columns: Vec<String>,
 }
@@ -91,12 +94,14 @@ pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Resu
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
     let measured = records::read(data, model)?;
-    let fitted = fit(model, &records::records(&measured.data, model, true)?)?;
-    let answer = answer(model, &fitted, measured.unnamed);
+    let records = records::records(&measured.data, model, true)?;
+    let mut fitted = fit(model, &records)?;
+    let noise = noise::find(&mut fitted.model, &records)?;
+    let answer = answer(model, &fitted, noise, measured.unnamed);
     Ok((fitted.model, answer))
 }
 
-fn answer(declared: &Model, fitted: &Fitted, unnamed_columns: Vec<String>) -> Answer {
+fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> Answer {
     let calibration = &fitted.calibration;
     let of = |(index, p): (usize, &augsim_written::model::Parameter)| Parameter {
         name: p.name.clone(),
@@ -131,6 +136,7 @@ fn answer(declared: &Model, fitted: &Fitted, unnamed_columns: Vec<String>) -> An
             .map(|(hold, misfit)| HoldTried { hold: hold.word(), misfit_of_best: *misfit })
             .collect(),
         substeps: fitted.substeps,
+        noise,
         unnamed_columns,
     }
 }

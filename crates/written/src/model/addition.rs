@@ -247,6 +247,7 @@ impl Model {
                 min: None,
                 max: None,
                 shared: false,
+                shaken: None,
                 rate: parse("states", &state.rate, false)?,
                 line: draft.line,
             });

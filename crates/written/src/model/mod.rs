@@ -52,10 +52,21 @@ pub struct State {
     pub max: Option<f64>,
     /// Whether all trajectories begin with the same value.
     pub shared: bool,
+    /// Noise of the motion, which pushes its rate.
+    pub shaken: Option<Shaken>,
     /// Its change per second.
     pub rate: Expression,
     /// Line of its declaration, from 1.
     pub line: usize,
+}
+
+/// A number that wanders about 0 and is added to the rate of a state (an Ornstein-Uhlenbeck process).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shaken {
+    /// Standard deviation, in the unit of the rate, from sample to sample.
+    pub sd: f64,
+    /// Seconds in which its correlation falls to 1/e; 0 where it is anew with every sample.
+    pub memory_s: f64,
 }
 
 /// How an input runs between its samples.

@@ -5,7 +5,7 @@ use super::equations::Equations;
 use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
-use super::{Expression, Hold, Input, Model, Numerics, Output, State, Table, check, effects};
+use super::{Expression, Hold, Input, Model, Numerics, Output, Shaken, State, Table, check, effects};
 use crate::error::{Fault, ModelError, ReadFault};
 use crate::limits;
 use crate::text::{Symbol, Tree};
@@ -145,7 +145,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
 fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     for (index, (name, item)) in section(file, "states", "states", limits::STATES)?.into_iter().enumerate() {
         claim(names, &item, name, Symbol::State(index))?;
-        item.known(&["start", "sd", "min", "max", "shared", "unit"])?;
+        item.known(&["start", "sd", "min", "max", "shared", "shaken", "unit"])?;
         let [min, max] = ["min", "max"].map(|key| item.at(key).map(|bound| bound.number()).transpose());
         let (min, max) = (min?, max?);
         if let (Some(min), Some(max)) = (min, max)
@@ -161,11 +161,25 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
             min,
             max,
             shared: item.at("shared").map_or(Ok(false), |shared| shared.flag())?,
+            shaken: item.at("shaken").map(|shaken| read_shaken(&shaken)).transpose()?,
             rate: nothing(&item),
             line: item.line,
         });
     }
     Ok(())
+}
+
+fn read_shaken(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
+    let example = "shaken = { sd = 0.1, memory_s = 0.02 }";
+    item.table("a table such as { sd = 0.1, memory_s = 0.02 }")?;
+    item.known(&["sd", "memory_s"])?;
+    let entry = |key| item.at(key).ok_or_else(|| item.error(Fault::Missing { key, example }));
+    let memory = entry("memory_s")?;
+    let memory_s = memory.number()?;
+    if memory_s < 0.0 {
+        return Err(memory.error(Fault::Negative { found: memory_s }));
+    }
+    Ok(Shaken { sd: entry("sd")?.positive()?, memory_s })
 }
 
 fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {

@@ -1,7 +1,7 @@
 //! A model written back into its file: new values of parameters, intervals and effects; everything else, comments and order
 //! included, stays as the user wrote it.
 
-use super::{Addition, How, Model, Parameter};
+use super::{Addition, How, Model, Parameter, Shaken};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -54,6 +54,11 @@ impl Model {
                 if let Some(sd) = state.sd {
                     set(entry, "sd", sd.into());
                 }
+            }
+        }
+        for state in &self.states[..self.declared_states()] {
+            if let Some(entry) = document.get_mut("states").and_then(|s| s.get_mut(&state.name)) {
+                shake(entry, state.shaken);
             }
         }
         document.remove("effect");
@@ -152,6 +157,26 @@ fn set(entry: &mut Item, key: &str, new: Value) {
                 inline.fmt();
             }
         }
+    }
+}
+
+/// Puts noise of the motion into a state's entry, or takes it out.
+fn shake(entry: &mut Item, shaken: Option<Shaken>) {
+    let number = |v: Option<&Item>| v.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)));
+    let there = entry.get("shaken").map(|t| (number(t.get("sd")), number(t.get("memory_s"))));
+    match (shaken, there) {
+        (None, Some(_)) => {
+            if let Some(table) = entry.as_table_like_mut() {
+                table.remove("shaken");
+            }
+        }
+        (Some(Shaken { sd, memory_s }), there) if there != Some((Some(sd), Some(memory_s))) => {
+            let mut table = InlineTable::new();
+            table.insert("sd", sd.into());
+            table.insert("memory_s", memory_s.into());
+            set(entry, "shaken", Value::InlineTable(table));
+        }
+        _ => {}
     }
 }
 
