@@ -77,10 +77,15 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     };
     let mut durations: Vec<f64> = fit.shots.iter().map(duration).collect();
     durations.sort_by(f64::total_cmp);
+    let rms = fit.normal.rms(problem.schema().channels.len());
+    let count = fit.normal.count() as f64;
+    let unknowns = problem.free.len() + problem.states.len() * fit.shots.len();
+    let freedom = (count - unknowns as f64).max(1.0);
     Stage {
         window_s: durations.get(durations.len() / 2).copied().unwrap_or(0.0),
         windows: fit.shots.len(),
-        rms: fit.normal.rms(problem.schema().channels.len()),
+        noise: rms.iter().map(|rms| rms * (count / freedom).sqrt()).collect(),
+        rms,
         steps: fit.steps,
         converged: fit.converged,
     }

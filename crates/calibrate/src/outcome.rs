@@ -12,6 +12,8 @@ pub struct Stage {
     pub windows: usize,
     /// Root mean square misfit of each channel, in its unit.
     pub rms: Vec<f64>,
+    /// Noise of each channel by that misfit, in its unit: each start state and each parameter has taken a degree of freedom from it.
+    pub noise: Vec<f64>,
     /// Steps that were taken.
     pub steps: usize,
     /// Whether the fit came to an end by itself.

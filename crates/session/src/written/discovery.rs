@@ -45,7 +45,7 @@ pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<(MeasuredModel
     let longest_s = (records.iter().map(lasts).sum::<f64>() / WINDOWS).min(SAMPLES * step_s);
     let short = stages.iter().rev().find(|stage| stage.window_s <= longest_s);
     let window_s = short.or(stages.first()).map(|stage| stage.window_s);
-    let shortest = fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.rms.clone());
+    let shortest = fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.noise.clone());
     // Sizes, steps and widths are those of a simulation with the values that were found; what is declared stays declared.
     let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let windows = prepared(&found, &records)?;
