@@ -1,6 +1,6 @@
 //! `train --residual-of` and `train --model`: the model that a net corrects, as an engine.
 
-use crate::usage::{Inapplicable, ModelFault};
+use crate::usage::Inapplicable;
 use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
@@ -31,6 +31,9 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     if !path.is_file() {
         return Err(NoModel { folder: run.to_owned() }.into());
     }
+    if written::is_model(&path) {
+        return equations(&path, data);
+    }
     engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }
 
@@ -38,12 +41,21 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
 /// its step from it.
 ///
 /// # Errors
-/// The model is one of equations, or no engine of the data.
+/// The model is no engine of the data.
 pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
     if written::is_model(path) {
-        return Err(Usage::model(path.display(), ModelFault::EquationsCorrected).into());
+        return equations(path, data);
     }
     stepped(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
+}
+
+/// The engine of a system of equations, with steps and noise that suit the data.
+fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String>)> {
+    let model = written::read(path)?;
+    let measured = written::records::read(data.clone(), &model)?;
+    let records = written::records::records(&measured.data, &model, true)?;
+    let engine = written::states::engine(&model, &records).with_context(|| data.to_string())?;
+    Ok((engine, written::states::notes(&model)))
 }
 
 /// The engine of a model, which is called `place` in messages, with the step of the data, and notes as [`engine`] gives them.

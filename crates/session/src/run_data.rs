@@ -1,8 +1,8 @@
 //! Data as the engine of a run needs them.
 
 use crate::run_dir::{Config, DataSource};
-use crate::usage::{Missing, UnknownName};
-use crate::{DataFrom, Usage, states};
+use crate::usage::{Inapplicable, Missing, UnknownName};
+use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
 use augsim_data::checks::{Admitted, Expected, Warning, admit};
 use augsim_data::push::resample;
@@ -42,13 +42,16 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     Ok(made)
 }
 
-/// Measured trajectories, checked to have the engine's step; where an engine with a model finds no such states, they are made of
+/// Measured trajectories, checked to have the engine's step, of a system of equations its inputs and outputs; where an engine with a model finds no such states, they are made of
 /// the positions. Where the actions have a clock, streams may have each its own,
 /// with gaps between.
 ///
 /// # Errors
 /// They cannot be read, or their step is another.
 pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset> {
+    if let Some(system) = engine.written() {
+        return Ok(written::records::read(from.clone(), system.equations())?.data);
+    }
     let Some(step_s) = engine.step_s() else { return Ok(from.read(MissingCells::AsGap)?) };
     if engine.model().is_some() {
         let data = from.read(MissingCells::AsGap)?;
@@ -63,11 +66,15 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
     Ok(data)
 }
 
-/// The engine's columns of a data set: at its step, or on one clock and thinned.
+/// The engine's columns of a data set: at its step, or on one clock and thinned; states of a system of equations are estimated from all
+/// samples, to learn from and for no forecast.
 ///
 /// # Errors
 /// A column is missing, or a sample has a gap.
 pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
+    if let Some(system) = engine.written() {
+        return written::states::sequences(data, system);
+    }
     if engine.step_s().is_some() {
         return Ok(Sequences::with_actions(data, &engine.columns(), &engine.action_columns())?);
     }
@@ -76,11 +83,20 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
 }
 
-/// The engine's columns of a source.
+/// Refuses systems of equations, whose states no data have: those that are estimated have seen what is to be forecast.
+fn starts_are_measured(engine: &Engine) -> Result<(), Usage> {
+    match engine.written() {
+        Some(_) => Err(Usage::Inapplicable(Inapplicable::StartOfEquations)),
+        None => Ok(()),
+    }
+}
+
+/// The engine's columns of a source, to forecast and to score.
 ///
 /// # Errors
-/// As [`read`] and [`sequences`].
+/// As [`read`] and [`sequences`]; a system of equations.
 pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
+    starts_are_measured(engine)?;
     sequences(&read(source, engine)?, engine)
 }
 
@@ -117,6 +133,7 @@ pub fn object_on_surface(object: &str, surface: &str) -> Result<(Object, Support
 /// # Errors
 /// As [`read_measured`] and [`sequences`].
 pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences, Vec<Vec<f64>>)> {
+    starts_are_measured(engine)?;
     let data = read_measured(from, engine)?;
     let all = sequences(&data, engine)?;
     // Where the actions have a clock, it is the last of them, and samples may have been left out.

@@ -1,9 +1,11 @@
 //! From trajectories to what the nets read: targets and conditions per time step.
 
+use crate::engine::WrittenMotion;
 use crate::engine::{Engine, ModelPush};
 use crate::league::reads::Reads;
 use crate::prepared::Prepared;
 use crate::push::features;
+use crate::rates::features as rates;
 use crate::recipe::Recipe;
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
@@ -17,6 +19,8 @@ pub(crate) enum Featuriser<'a> {
     Step(Recipe, &'a Engine),
     /// The whole roll-out is corrected.
     Rollout(Recipe, &'a ModelPush),
+    /// Rates of equations are corrected.
+    Rates(&'a WrittenMotion),
     /// A class of the league has readings of its own.
     Class(Reads, &'a Settings),
 }
@@ -30,9 +34,10 @@ impl<'a> Featuriser<'a> {
         if let Some(class) = settings.recipe.class() {
             return Ok(Featuriser::Class(class.reads, settings));
         }
-        Ok(match settings.rollouts()? {
-            Some(push) => Featuriser::Rollout(settings.recipe, push),
-            None => Featuriser::Step(settings.recipe, &settings.engine),
+        Ok(match (settings.rollouts()?, settings.engine.rates()) {
+            (Some(push), _) => Featuriser::Rollout(settings.recipe, push),
+            (None, Some(motion)) => Featuriser::Rates(motion),
+            (None, None) => Featuriser::Step(settings.recipe, &settings.engine),
         })
     }
 
@@ -41,6 +46,7 @@ impl<'a> Featuriser<'a> {
         match self {
             Featuriser::Step(_, engine) => steps::fit(engine, train),
             Featuriser::Rollout(recipe, push) => features::fit(recipe, push, train),
+            Featuriser::Rates(motion) => rates::fit(motion, train),
             Featuriser::Class(reads, settings) => reads.fit(settings, train),
         }
     }
@@ -50,6 +56,7 @@ impl<'a> Featuriser<'a> {
         match self {
             Featuriser::Step(recipe, engine) => steps::prepare(recipe, engine, scales, q),
             Featuriser::Rollout(recipe, push) => features::prepare(recipe, push, scales, q),
+            Featuriser::Rates(motion) => rates::prepare(motion, scales, q),
             Featuriser::Class(reads, settings) => reads.prepare(settings, scales, q),
         }
     }
@@ -60,6 +67,7 @@ pub(crate) fn width(settings: &Settings, state: usize) -> usize {
     match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.reads.width(settings),
         (None, Correction::Step) => steps::width(settings.recipe, state),
+        (None, Correction::Rates) => settings.engine.rates().map_or(0, rates::width),
         (None, Correction::Rollout) => features::width(settings.recipe),
     }
 }
@@ -69,6 +77,7 @@ pub(crate) fn fits(scales: &Scales, settings: &Settings, state: usize) -> bool {
     let expected = match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.reads.scale_sizes(settings, state),
         (None, Correction::Step) => [state; 4],
+        (None, Correction::Rates) => settings.engine.rates().map_or([0; 4], rates::scale_sizes),
         (None, Correction::Rollout) => {
             let read = features::width(settings.recipe);
             [read, read, 0, state]

@@ -16,6 +16,7 @@ pub mod nets;
 mod noise;
 mod prepared;
 pub mod push;
+mod rates;
 mod recipe;
 mod scales;
 pub mod score;
@@ -28,7 +29,7 @@ mod training;
 mod violations;
 
 pub use difference::Difference;
-pub use engine::{Engine, EngineError, Room, SystemEngine, ThrowEngine};
+pub use engine::{Engine, EngineError, Room, SystemEngine, ThrowEngine, WrittenEngine};
 pub use error::TrainerError;
 pub use evaluate::{
     Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,
@@ -37,6 +38,7 @@ pub use forecast::{Forecaster, Samples, Task};
 pub use in_order::in_order;
 pub use latent::LatentLaw;
 pub use models::NetModel;
+pub use rates::Trust;
 pub use recipe::Recipe;
 pub use scales::Scales;
 pub use sequences::{Sequence, Sequences};

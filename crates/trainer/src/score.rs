@@ -205,7 +205,7 @@ pub fn quantile(sorted: &[f32], q: f64) -> f64 {
 
 /// Fair estimate of the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct
 /// pairs.
-pub(crate) fn crps_of(sorted: &[f32], y: f64) -> f64 {
+pub fn crps_of(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     // In sorted order the sum of |x_i - x_j| over all pairs is the sum of (2 i + 1 - m) x_i: each value is added once for
     // every smaller one and taken off once for every larger one. No loop over pairs is needed.

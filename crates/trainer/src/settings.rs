@@ -15,6 +15,24 @@ pub enum Correction {
     Step,
     /// The whole roll-out from the first state under the actions: for states that are too noisy to start a step from.
     Rollout,
+    /// Rates of the force and flow equations of a written system, over single sample intervals.
+    Rates,
+}
+
+impl Correction {
+    /// The word in configurations.
+    fn word(self) -> &'static str {
+        match self {
+            Correction::Step => "step",
+            Correction::Rollout => "rollout",
+            Correction::Rates => "rates",
+        }
+    }
+
+    /// The part that is corrected where no whole roll-outs are.
+    pub(crate) fn of(engine: &Engine) -> Self {
+        if engine.rates().is_some() { Correction::Rates } else { Correction::Step }
+    }
 }
 
 /// Sizes of a net.
@@ -68,13 +86,16 @@ impl Settings {
         if let Some(class) = recipe.class() {
             return class.settings(recipe, iterations, seed, engine);
         }
-        let correction = if pushing { Correction::Rollout } else { Correction::Step };
+        let correction = match pushing {
+            true => Correction::Rollout,
+            false => Correction::of(&engine),
+        };
         let net = |hidden, layers, latent, sd_floor| NetSettings { hidden, layers, latent, sd_floor };
         let plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);
         let (initial, halvings, net) = match (correction, recipe) {
             (Correction::Step, Recipe::Neural | Recipe::Hybrid) => (1e-3, 4, net(16, 2, 4, 1e-6)),
             (Correction::Step, Recipe::HybridStandardised) => (3e-3, 8, net(16, 2, 4, 1e-6)),
-            (Correction::Step, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
+            (Correction::Step | Correction::Rates, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
             (Correction::Rollout, _) if plus => (3e-3, 8, net(32, 1, 4, 1e-3)),
             // Hybrid-std among them is refused by `check`.
             (Correction::Rollout, _) => (1e-3, 10, net(16, 2, 16, 1e-3)),
@@ -83,7 +104,8 @@ impl Settings {
             recipe,
             seed,
             iterations,
-            batch: 100,
+            // Pieces of records are shorter than drops, and each is as good as another.
+            batch: if correction == Correction::Rates { 32 } else { 100 },
             clip_norm: (plus || correction == Correction::Rollout).then_some(100.0),
             learning_rate: StepDecay { initial, factor: 0.5, every: iterations.div_ceil(halvings).max(1) },
             adam: Adam::default(),
@@ -112,7 +134,7 @@ impl Settings {
         let rule = "needs an engine of an object and a rod; correct single steps of any other";
         let missing = TrainerError::Setting { key: "correction", value: "rollout".to_owned(), rule };
         match self.correction {
-            Correction::Step => Ok(None),
+            Correction::Step | Correction::Rates => Ok(None),
             Correction::Rollout => self.engine.pushing().ok_or(missing).map(Some),
         }
     }
@@ -124,6 +146,10 @@ impl Settings {
     pub fn check(&self) -> Result<(), TrainerError> {
         let foreign = match (self.recipe, self.correction) {
             (Recipe::NeuralPlus, Correction::Step) => Some("is for pushing only"),
+            (recipe, _) if self.engine.rates().is_some() && !recipe.corrects_rates() => Some(
+                "does not correct rates of equations; choose hybrid-plus, feed-forward-residual, recurrent-residual, \
+                 mixture-residual or ensemble-residual",
+            ),
             (Recipe::HybridStandardised, Correction::Rollout) => {
                 Some("is for the ball only; pushes are always standardised")
             }
@@ -133,6 +159,14 @@ impl Settings {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
         }
         self.rollouts()?;
+        if (self.correction == Correction::Rates) != self.engine.rates().is_some() {
+            let rule = "goes with a system of equations, and no other part of it can be corrected: rates";
+            return Err(TrainerError::Setting {
+                key: "correction",
+                value: self.correction.word().to_owned(),
+                rule,
+            });
+        }
         let at_least_one = [
             ("iterations", self.iterations as usize),
             ("batch", self.batch),

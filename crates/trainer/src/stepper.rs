@@ -72,7 +72,7 @@ impl Stepper {
     /// [`TrainerError::Foreign`] for nets that correct whole roll-outs under actions, and for one whose training has not ended.
     pub fn new(model: &NetModel) -> Result<Self, TrainerError> {
         let settings = &model.state().settings;
-        if settings.correction == Correction::Rollout || !settings.engine.action_columns().is_empty() {
+        if settings.correction != Correction::Step || !settings.engine.action_columns().is_empty() {
             return Err(Difference::OnlyRollouts.into());
         }
         let states = settings.engine.columns().len();

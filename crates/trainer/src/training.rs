@@ -6,8 +6,11 @@ use crate::latent::LatentLaw;
 use crate::league::ClassNet;
 use crate::nets::Net;
 use crate::prepared::Prepared;
+use crate::rates::accept::{Accepted, Learned};
+use crate::rates::features;
+use crate::rates::pieces::{Pieces, pieces};
 use crate::scales::Scales;
-use crate::sequences::Sequences;
+use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
 use crate::tiles::{Shared, Workspace};
 use crate::{Engine, TILE, TrainerError};
@@ -88,6 +91,8 @@ pub struct Training {
     grads: Vec<f32>,
     /// The training set, for a class that is fitted to it directly.
     whole: Option<Sequences>,
+    /// Records of equations that decide how far the net is trusted.
+    held_out: Vec<Sequence>,
 }
 
 impl Training {
@@ -101,7 +106,10 @@ impl Training {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
         check_columns(&settings.engine, &train.columns, &train.action_columns)?;
-        let scales = Featuriser::of(&settings)?.fit(train);
+        let scales = match cut(&settings, train) {
+            Some(pieces) => Featuriser::of(&settings)?.fit(&pieces.train),
+            None => Featuriser::of(&settings)?.fit(train),
+        };
         let mut params = Params::new(random_stream(settings.seed, "init", 0));
         Net::new(&settings, train.state_dim(), &mut params);
         let n = params.values().len();
@@ -140,12 +148,15 @@ impl Training {
         check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
         let (net, params) = net_of(&state)?;
         let featuriser = Featuriser::of(&state.settings)?;
-        let prepared: Vec<Prepared> =
-            train.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
-        let batch = state.settings.batch.min(prepared.len());
         let whole = net.is_fitted().then(|| train.clone());
+        let pieces = cut(&state.settings, train);
+        let learned = pieces.as_ref().map_or(train, |pieces| &pieces.train);
+        let prepared: Vec<Prepared> =
+            learned.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
+        let batch = state.settings.batch.min(prepared.len());
         Ok(Training {
             whole,
+            held_out: pieces.map_or_else(Vec::new, |pieces| pieces.held_out),
             order: (0..prepared.len()).collect(),
             order_epoch: None,
             batch: Vec::with_capacity(batch),
@@ -181,7 +192,19 @@ impl Training {
     /// [`TrainerError::Tensor`] if the encoder cannot be run.
     pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
         if let Net::Stepwise(net) = &self.net {
-            self.state.latent = Some(LatentLaw::fit(net, &self.params, &self.prepared)?);
+            let mut law = LatentLaw::fit(net, &self.params, &self.prepared)?;
+            if let Some(motion) = self.state.settings.engine.rates() {
+                features::trust(&mut self.state.scales, 1.0, 1.0);
+                let (scales, seed) = (&self.state.scales, self.state.settings.seed);
+                let learned = Learned { motion, net, params: &self.params, law: &law, scales, seed };
+                if let Some(Accepted { trust, latents_differ }) = learned.decide(&self.held_out)? {
+                    features::trust(&mut self.state.scales, trust.gain, trust.spread);
+                    if !latents_differ {
+                        law.factor.fill(0.0);
+                    }
+                }
+            }
+            self.state.latent = Some(law);
         }
         Ok(self.state())
     }
@@ -262,6 +285,12 @@ impl Training {
         self.state.iteration += 1;
         Ok(Losses { iteration: self.state.iteration, loss, kl, misfit, learning_rate })
     }
+}
+
+/// The pieces of records of equations.
+fn cut(settings: &Settings, train: &Sequences) -> Option<Pieces> {
+    // Classes of the league are trusted as they are: nothing is held out of their training.
+    settings.engine.rates().map(|_| pieces(train, settings.recipe.class().is_none()))
 }
 
 /// The net and parameters of a saved state.

@@ -5,6 +5,7 @@ use crate::error::{Fault, ModelError, Place};
 use crate::machine::Machine;
 use crate::model::{Direction, Model};
 use pulp::Arch;
+use std::collections::BTreeMap;
 
 /// A compiled system: simulates windows with derivatives with respect to states and a choice of parameters.
 #[derive(Debug, Clone)]
@@ -170,6 +171,11 @@ impl System {
     /// Widths of smoothed jumps, in the order in which they stand in the rates, in the unit of what jumps.
     pub fn widths(&self) -> &[f64] {
         &self.widths
+    }
+
+    /// Widths of smoothed jumps by the text of what jumps, as a model file names them.
+    pub fn named_widths(&self) -> BTreeMap<String, f64> {
+        self.width_texts.iter().cloned().zip(self.widths.iter().copied()).collect()
     }
 
     /// Takes the widths of smoothed jumps that it shares with another system: those that data gave.

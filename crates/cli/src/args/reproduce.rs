@@ -13,7 +13,8 @@ pub enum Scenario {
     /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
     /// pushing.
     Loop,
-    /// Systems of equations on benchmark sets, with formulas where the library is emptied, beside published figures.
+    /// Systems of equations on benchmark sets, with formulas where the library is emptied and a net on what is left, beside
+    /// published figures.
     Systems,
     /// Drops, a push that is repeated, and measured flights of which the beginning is seen: every model behind the same
     /// prefixes.
@@ -93,7 +94,7 @@ pub struct Reproduce {
     /// `out/filtered`, `out/league`).
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas; of the league, fewer of all.
+    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas and no nets; of the league, fewer of all.
     #[arg(long)]
     pub quick: bool,
     /// Iterations of each net.

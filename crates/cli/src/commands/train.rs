@@ -90,6 +90,12 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             Ok(Outcome::Interrupted)
         }
         Ended::Trained(trained) => {
+            if trained.model.trust().is_some_and(|trust| trust.gain == 0.0) {
+                output.note(
+                    "on records held out of the training no share of the net's corrections makes free runs better: its forecasts are \
+                     those of the physics, with the net's deviations",
+                );
+            }
             let summary = Summary {
                 run: args.out.clone(),
                 recipe: config.settings.recipe,

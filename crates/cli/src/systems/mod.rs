@@ -1,6 +1,7 @@
 //! `reproduce systems`: benchmark sets declared as textbooks do, calibrated, augmented, and with formulas where the library is
-//! emptied, in the benchmarks' own metrics.
+//! emptied and a net on what is left, in the benchmarks' own metrics.
 
+mod net;
 mod page;
 mod sets;
 
@@ -15,12 +16,13 @@ use crate::reproduction::{claim, repeat};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
 use augsim_discovery::Discovery;
-use augsim_session::usage::{Inapplicable, Missing};
+use augsim_session::usage::Missing;
 use augsim_session::written::fit::fit;
 use augsim_session::written::forecast::{free_runs, rows};
 use augsim_session::written::records::records;
 use augsim_session::{folders, written};
 use augsim_written::Model;
+use net::{ITERATIONS, Net, Plan, net};
 use serde::Serialize;
 use sets::{Published, SETS, Set};
 use std::fmt::Write as _;
@@ -49,6 +51,8 @@ struct SetRow {
     augmented: Scored,
     /// Test error with a formula that was found with the library emptied; absent in a quick run.
     formula: Option<Scored>,
+    /// Test scores of Hybrid+ on what the augmented model leaves; absent in a quick run.
+    hybrid: Option<Net>,
     published: &'static [Published],
 }
 
@@ -69,28 +73,30 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
     };
-    if args.iterations.is_some() {
-        return Err(Usage::Inapplicable(Inapplicable::IterationsWithoutNets).into());
-    }
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {
         let sets = SETS.map(|set| set.name).to_vec();
         return Err(Absent::Systems { data: data.to_owned(), sets }.into());
     }
     let out = args.out.clone().unwrap_or_else(|| "out/systems".into());
+    let plan = Plan { iterations: args.iterations.unwrap_or(ITERATIONS), seed, resume: args.resume };
     let record = Record::new("reproduce systems")
         .setting("seed", seed)
         .setting("quick", args.quick)
+        .setting("iterations", plan.iterations)
         .input("data", data);
     let claim = claim(&out, record, &[data], args.resume, force)?;
     claim.begin()?;
     for set in SETS.iter().filter(|set| !data.join(set.name).is_dir()) {
         output.note(format!("{}: not there, left out", data.join(set.name).display()));
     }
-    let sets: Vec<SetRow> = there
-        .into_iter()
-        .map(|set| one(set, data, &out, (seed, args.quick), output))
-        .collect::<Result<_, _>>()?;
+    let mut sets = Vec::new();
+    for set in there {
+        match one(set, data, &out, (plan, args.quick), output)? {
+            Some(row) => sets.push(row),
+            None => return Ok(Outcome::Interrupted),
+        }
+    }
     let result = ResultFile { schema: "augsim.reproduce/1", scenario: "systems", sets, seed };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
     let html = page::page(&result, data, &command(args, data, seed)).render();
@@ -106,6 +112,9 @@ fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
     if args.quick {
         words.push("--quick".to_owned());
     }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
     words.extend(["--seed".to_owned(), seed.to_string()]);
     repeat(words)
 }
@@ -115,16 +124,17 @@ fn one(
     set: &Set,
     data: &Path,
     out: &Path,
-    (seed, quick): (u64, bool),
+    (plan, quick): (Plan, bool),
     output: &Output,
-) -> anyhow::Result<SetRow> {
+) -> anyhow::Result<Option<SetRow>> {
     let records_of = (set.read)(&data.join(set.name))?;
     let folder = out.join(set.name);
     folders::make(&folder)?;
     let (model_path, train_path) = (folder.join("declared.toml"), folder.join("train.csv.gz"));
     atomic_write(&model_path, |w| w.write_all(set.model.as_bytes()))?;
     write_dataset(&records_of.train, &train_path)?;
-    write_dataset(&records_of.test, &folder.join("test.csv.gz"))?;
+    let test_path = folder.join("test.csv.gz");
+    write_dataset(&records_of.test, &test_path)?;
     output.note(format!("{}: calibrating", set.name));
     let declared = written::read(&model_path)?;
     let fitted = fit(&declared, &records(&records_of.train, &declared, true)?)?.model;
@@ -146,7 +156,7 @@ fn one(
             accept: Accept::default(),
         };
         // The claim on the outer folder decided what may be replaced here.
-        let found: Discovery = close_loop(&args, seed, true, output)?;
+        let found: Discovery = close_loop(&args, plan.seed, true, output)?;
         output.note(format!("{}: {}", set.name, found.sentence));
         let augmented = sub.join("model.toml");
         let model = written::read(&augmented).with_context(|| augmented.display().to_string())?;
@@ -166,7 +176,16 @@ fn one(
         folders::make(&sub)?;
         Some(scored(Library::None, &sub, Path::new(set.name).join("formula"))?)
     };
-    Ok(SetRow {
+    let hybrid = if quick {
+        None
+    } else {
+        output.note(format!("{}: a net on what is left", set.name));
+        match net(set, &folder, &test_path, plan, output)? {
+            None => return Ok(None),
+            trained => trained,
+        }
+    };
+    Ok(Some(SetRow {
         set: set.name,
         metric: set.metric,
         source: set.source,
@@ -175,8 +194,9 @@ fn one(
         calibrated: score(&fitted),
         augmented,
         formula,
+        hybrid,
         published: set.published,
-    })
+    }))
 }
 
 /// Error of a model's free run on the test record, in the unit of the set's table; nothing where the run does not stay finite.
@@ -199,6 +219,17 @@ fn text(result: &ResultFile) -> String {
         if let Some(formula) = &s.formula {
             let _ =
                 writeln!(out, "  library emptied {}: {}", shown(formula.error), formula.kinds.join(" + "));
+        }
+        if let Some(net) = &s.hybrid {
+            let _ = writeln!(
+                out,
+                "  Hybrid+ on what is left {}: CRPS {}, {:.0} % in the 50 % band, {:.0} % in the 90 % band, {:.0} % of its corrections taken",
+                shown(net.error),
+                shown(net.crps),
+                100.0 * net.coverage50,
+                100.0 * net.coverage90,
+                100.0 * net.gain
+            );
         }
         let published: Vec<String> = s
             .published

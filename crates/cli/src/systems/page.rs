@@ -41,6 +41,17 @@ fn section(set: &SetRow) -> Section {
     if let Some(formula) = &set.formula {
         rows.push(row("formulas, library emptied", formula.error, found(formula)));
     }
+    if let Some(net) = &set.hybrid {
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let crps = net.crps.map_or("no number".to_owned(), |crps| format!("{crps:.3} {}", set.unit));
+        let taken = format!(
+            "CRPS {crps}; {} in the 50 % band, {} in the 90 % band; {} of its corrections taken",
+            percent(net.coverage50),
+            percent(net.coverage90),
+            percent(net.gain)
+        );
+        rows.push(row("Hybrid+ on what is left", net.error, taken));
+    }
     for p in set.published {
         let read = if p.verified { "published, verified" } else { "published, from memory" };
         rows.push(row(p.method, Some(p.error), read.to_owned()));

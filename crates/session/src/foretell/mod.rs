@@ -1,7 +1,14 @@
 //! Forecasts of a model as it stands, with bands.
 
+mod drawn;
+mod net;
+mod scored;
 pub mod table;
 mod written;
+
+pub use drawn::Drawn;
+pub use net::{Beside, beside, foretell_net, net_scores};
+pub use scored::{ScoredRow, scored};
 
 use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;

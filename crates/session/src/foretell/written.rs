@@ -1,16 +1,16 @@
 //! Free runs of a system of equations with bands.
 
+use super::drawn::{Drawn, foretelling};
 use crate::DataFrom;
 use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
 use crate::written::records;
-use augsim_calibrate::fit_start;
+use augsim_calibrate::{Begun, fit_start};
 use augsim_data::random_stream;
-use augsim_discovery::{
-    FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
-};
+use augsim_discovery::{ForetellOptions, Foretelling};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_trainer::in_order;
+use augsim_written::model::Output;
 use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -34,17 +34,66 @@ pub(super) fn foretell(
     let system = WrittenSystem::declared_only(model)?;
     let list = prepared(&system, &list)?;
     let system = system.tuned(&list)?;
-    let run = Run { model, system: &system, burn_in: burn_in.max(1), options };
-    let done = in_order(list.par_iter().enumerate().map(|(i, record)| run.one(record, i as u64)))?;
-    let (records, noise): (Vec<Foretold>, Vec<Vec<f64>>) = done.into_iter().unzip();
-    let outputs = model.outputs.iter().enumerate();
-    let (errors, mut squares): (Vec<_>, Vec<_>) =
-        outputs.map(|(o, output)| run.error(o, &output.name, &records)).unzip();
-    let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
-    let mean = |o: usize| noise.iter().map(|sd| sd[o]).sum::<f64>() / noise.len().max(1) as f64;
-    let noise_sd = (0..model.outputs.len()).map(mean).collect();
-    let start = "the first samples of each trajectory (--burn-in)".to_owned();
-    Ok(Foretelling { records, errors, squares, noise_sd, start })
+    let drawn = run_all(model, &system, &list, burn_in, options)?;
+    Ok(foretelling(model, &drawn, options.seed))
+}
+
+/// Draws of all records, which are prepared.
+///
+/// # Errors
+/// A record cannot be simulated.
+pub(super) fn run_all(
+    model: &Model,
+    system: &WrittenSystem,
+    records: &[Record],
+    burn_in: usize,
+    options: &ForetellOptions,
+) -> anyhow::Result<Vec<Drawn>> {
+    let run = Run { model, system, burn_in: burn_in.max(1), options };
+    in_order(records.par_iter().enumerate().map(|(i, record)| run.one(record, i as u64)))
+}
+
+/// The beginning of a record, and the start that it tells.
+pub(super) struct Beginning {
+    /// Samples that were used.
+    pub known: usize,
+    /// The record, of which nothing behind these is there.
+    pub early: Record,
+    /// The start.
+    pub begun: Begun,
+    /// Noise of the sensor of each output: as the model declares it, or else as the first samples scatter.
+    pub noise: Vec<f64>,
+}
+
+impl Beginning {
+    /// Fits the start of a prepared record to its first `burn_in` samples at these values of the parameters.
+    pub fn of(
+        model: &Model,
+        system: &WrittenSystem,
+        record: &Record,
+        burn_in: usize,
+        values: &[f64],
+    ) -> anyhow::Result<Self> {
+        let outputs = model.outputs.len();
+        let known = burn_in.min(record.times.len());
+        let declared = declared(model);
+        let mut early = record.clone();
+        // Nothing behind the burn-in may reach the start, not even its rough guess.
+        early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
+        system.prepare(&mut early, &[])?;
+        let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
+        let begun = fit_start(system, &early, known, values, &from, &declared)?;
+        // A start takes one degree of freedom for each of its states.
+        let freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
+        let widen = ((known * outputs) as f64 / freedom).sqrt();
+        let noise = (0..outputs).map(|o| declared[o].unwrap_or(widen * begun.rms[o])).collect();
+        Ok(Beginning { known, early, begun, noise })
+    }
+}
+
+/// Standard deviations of sensors that a model declares.
+pub(super) fn declared(model: &Model) -> Vec<Option<f64>> {
+    model.outputs.iter().map(|o| o.sd).collect()
 }
 
 /// Model and options that the forecasts of all records share.
@@ -56,22 +105,12 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One record, and the noise that was put on top of it by output.
-    fn one(&self, record: &Record, stream: u64) -> anyhow::Result<(Foretold, Vec<f64>)> {
+    fn one(&self, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
         let outputs = self.model.outputs.len();
-        let known = self.burn_in.min(record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let declared: Vec<Option<f64>> = self.model.outputs.iter().map(|o| o.sd).collect();
-        let mut early = record.clone();
-        // Nothing behind the burn-in may reach the start, not even its rough guess.
-        early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
-        self.system.prepare(&mut early, &[])?;
-        let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let begun = fit_start(self.system, &early, known, &values, &from, &declared)?;
-        // A start takes one degree of freedom for each of its states.
-        let freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
-        let widen = ((known * outputs) as f64 / freedom).sqrt();
-        let noise: Vec<f64> = (0..outputs).map(|o| declared[o].unwrap_or(widen * begun.rms[o])).collect();
+        let Beginning { known, early, begun, noise } =
+            Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
+        let declared = declared(self.model);
         let forecast = self.run(record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -100,72 +139,31 @@ impl Run<'_> {
                 }
             }
         }
-        let channels =
-            (0..outputs).map(|o| channel(&self.model.outputs[o].name, o, record, &forecast, &mut draws));
-        let channels = channels.collect();
-        let foretold = Foretold { id: record.id.clone(), times: record.times.clone(), known, channels };
-        Ok((foretold, noise))
+        Ok(Drawn::new(record, known, forecast, draws, noise))
     }
 
     /// A free run of a record, `[output][sample]`.
     fn run(&self, record: &Record, parameters: &[f64], start: &[f64]) -> anyhow::Result<Vec<Vec<f64>>> {
-        let window = 0..record.times.len();
-        let task = Task { parameters, record, window, start, offsets: Offsets::None, seeds: &[] };
-        let mut out = Simulated::default();
-        self.system.simulate(&task, &mut out)?;
-        let outputs = self.model.outputs.iter().enumerate();
-        let path = outputs
-            .map(|(o, output)| (0..out.samples()).map(|k| read_by_sensor(output, out.value(k, o))).collect());
-        Ok(path.collect())
-    }
-
-    /// Root mean square error of an output behind the burn-in, and the sum and number of squares of each record.
-    fn error(&self, o: usize, name: &str, records: &[Foretold]) -> (ForetoldError, Vec<(f64, f64)>) {
-        let output = &self.model.outputs[o];
-        let mut squares = Vec::new();
-        for r in records {
-            let c = &r.channels[o];
-            let (mut sum, mut count) = (0.0, 0.0);
-            for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
-                let mut error = c.measured[k] - c.forecast[k];
-                if let Some(period) = output.period {
-                    error -= period * (error / period).round();
-                }
-                sum += error * error;
-                count += 1.0;
-            }
-            squares.push((sum, count));
-        }
-        let ci95 = augsim_discovery::interval_of_rmse(&squares, self.options.seed);
-        let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
-        let unit = output.unit.map_or_else(String::new, |u| u.symbol());
-        let rmse = (sum / f64::max(count, 1.0)).sqrt();
-        (ForetoldError { measure: name.to_owned(), unit, rmse, ci95 }, squares)
+        let whole = record.times.len();
+        let path = free_run(self.system, record, whole, parameters, start)?;
+        let read = |(output, values): (&Output, Vec<f64>)| -> Vec<f64> {
+            values.into_iter().map(|v| read_by_sensor(output, v)).collect()
+        };
+        Ok(self.model.outputs.iter().zip(path).map(read).collect())
     }
 }
 
-/// The bands of an output.
-fn channel(
-    name: &str,
-    o: usize,
+/// Outputs without a sensor of the first `samples` of a record, `[output][sample]`.
+pub(super) fn free_run(
+    system: &WrittenSystem,
     record: &Record,
-    forecast: &[Vec<f64>],
-    draws: &mut [Vec<Vec<f64>>],
-) -> ForetoldChannel {
-    let mut mean = Vec::new();
-    let mut quantiles: [Vec<f64>; FORETOLD_LEVELS.len()] = Default::default();
-    for list in &mut draws[o] {
-        list.sort_by(f64::total_cmp);
-        mean.push(list.iter().sum::<f64>() / list.len() as f64);
-        for (quantile, level) in quantiles.iter_mut().zip(FORETOLD_LEVELS) {
-            quantile.push(augsim_discovery::quantile_of_draws(list, level));
-        }
-    }
-    ForetoldChannel {
-        column: name.to_owned(),
-        measured: record.values[o].clone(),
-        forecast: forecast[o].clone(),
-        mean,
-        quantiles,
-    }
+    samples: usize,
+    parameters: &[f64],
+    start: &[f64],
+) -> anyhow::Result<Vec<Vec<f64>>> {
+    let task = Task { parameters, record, window: 0..samples, start, offsets: Offsets::None, seeds: &[] };
+    let mut out = Simulated::default();
+    system.simulate(&task, &mut out)?;
+    let outputs = 0..system.schema().channels.len();
+    Ok(outputs.map(|o| (0..out.samples()).map(|k| out.value(k, o)).collect()).collect())
 }

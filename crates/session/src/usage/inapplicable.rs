@@ -26,8 +26,6 @@ pub enum Inapplicable {
     FlightsUnmeasured { folder: &'static str },
     /// `--frame-clock` for stamps that tell no frames.
     NoFrames { input: String },
-    /// `--iterations` for a reproduction without nets.
-    IterationsWithoutNets,
     /// `--start` or `--check` for a ball or a push.
     StartOfBuiltIn,
     /// `--library none` for a ball or a push.
@@ -38,6 +36,12 @@ pub enum Inapplicable {
     SensorOfUnseen { word: String, column: String },
     /// A net beside a model of equations in memory.
     NetOfEquations,
+    /// A net of a ball or of pushes where equations are needed.
+    NoEquations,
+    /// A reconstruction by a net of equations.
+    ReconstructedEquations,
+    /// A net of equations where a start is measured.
+    StartOfEquations,
 }
 
 impl fmt::Display for Inapplicable {
@@ -61,17 +65,22 @@ impl fmt::Display for Inapplicable {
             Inapplicable::FlightsOfLeague => {
                 "--scenario flights: the league is of ball and push; leave it out, or choose one of these"
             }
-            Inapplicable::IterationsWithoutNets => {
-                "--iterations: reproduce systems trains no nets; leave it out"
-            }
             Inapplicable::StartOfBuiltIn => {
                 "--start and --check are for models of equations (scenario = \"system\")"
             }
             Inapplicable::FormulasOfBuiltIn => {
                 "--library none: formulas are looked for in models of equations only; leave it out"
             }
+            Inapplicable::NoEquations => "the net corrects no system of equations; its start is measured",
+            Inapplicable::ReconstructedEquations => {
+                "--protocol reconstruction: nets of equations only forecast; leave it out"
+            }
+            Inapplicable::StartOfEquations => {
+                "states of a system of equations are not measured: `augsim evaluate RUN` and `augsim predict RUN` start its nets from \
+                 the first samples (--burn-in)"
+            }
             Inapplicable::NetOfEquations => {
-                "nets correct models of a ball or of pushes; this one is a system of equations"
+                "a net corrects a system of equations from its file: write the model, and give the path"
             }
             Inapplicable::PhysicsOfBlind { recipe } => {
                 return write!(

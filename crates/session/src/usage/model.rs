@@ -16,8 +16,6 @@ pub enum ModelFault {
     BuiltInWithoutTimes,
     /// A ball or a push where `fit` takes equations.
     BuiltInFitted,
-    /// Equations, which nets do not correct.
-    EquationsCorrected,
     /// An effect of a ball without a short law.
     BallEffectExported { kind: String },
     /// An effect of pushing without a short law.
@@ -39,9 +37,6 @@ impl fmt::Display for ModelFault {
             }
             ModelFault::BuiltInFitted => {
                 "fit takes models of equations (scenario = \"system\"); use augsim discover for a ball or pushes"
-            }
-            ModelFault::EquationsCorrected => {
-                "nets correct balls and pushes; `augsim discover` finds what a model of equations lacks"
             }
             ModelFault::SlopeExported => {
                 "the slope of an output cannot be written out as a program; `--as latex` writes the formulas, and `augsim \

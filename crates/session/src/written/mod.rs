@@ -7,6 +7,7 @@ pub mod forecast;
 pub mod noise;
 pub mod pictures;
 pub mod records;
+pub mod states;
 
 use augsim_written::{Model, ModelError};
 use std::path::Path;

@@ -25,6 +25,9 @@ pub enum EngineError {
     /// A model of pushing where one of a ball is needed.
     #[error("the model is one of pushing, but the run is one of throws; give the model of a ball")]
     NotThrown,
+    /// The text is no model of equations, or one that cannot be compiled.
+    #[error(transparent)]
+    Written(#[from] Box<augsim_written::ModelError>),
     /// The text is no model file.
     #[error(transparent)]
     Model(#[from] Box<ModelError>),

@@ -7,11 +7,14 @@ mod motion;
 mod push;
 mod system;
 mod throw;
+mod written;
 
 pub use error::EngineError;
 pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
 pub use throw::{Room, ThrowEngine};
+pub use written::WrittenEngine;
+pub(crate) use written::WrittenMotion;
 
 use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::BulletBall;
@@ -30,6 +33,8 @@ pub enum Engine {
     Model(SystemEngine),
     /// The ball of a model file, thrown in the plane or in space.
     Throw(ThrowEngine),
+    /// A system of equations.
+    Written(WrittenEngine),
 }
 
 impl Engine {
@@ -46,6 +51,7 @@ impl Engine {
             Engine::PybulletBall(ball) => ball,
             Engine::Model(system) => system.motion(),
             Engine::Throw(throw) => throw.motion(),
+            Engine::Written(system) => system.motion(),
         }
     }
 
@@ -69,6 +75,7 @@ impl Engine {
             Engine::PybulletBall(_) => None,
             Engine::Model(system) => Some(system.model()),
             Engine::Throw(throw) => Some(throw.model()),
+            Engine::Written(system) => Some(system.model()),
         }
     }
 
@@ -115,6 +122,19 @@ impl Engine {
     /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
     pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         self.motion().rollout(start, actions, time)
+    }
+
+    /// The equations, where a model file writes them out: their rates are what is corrected.
+    pub fn written(&self) -> Option<&WrittenEngine> {
+        match self {
+            Engine::Written(system) => Some(system),
+            _ => None,
+        }
+    }
+
+    /// The motion by equations whose rates are corrected.
+    pub(crate) fn rates(&self) -> Option<&WrittenMotion> {
+        self.written().map(WrittenEngine::motion)
     }
 
     /// The pushing, where a rod pushes an object: contacts are what features of its path are made of.

@@ -1,5 +1,6 @@
 //! Which recipes are classes of the league, and what follows from it.
 
+use super::reads::Reads;
 use super::{
     CALIBRATED, CONDITIONAL_VRNN, CONVEX_QUARTIC, CONVEX_QUARTIC_DRAWN, Class, ENSEMBLE, ENSEMBLE_RESIDUAL,
     FEED_FORWARD, FEED_FORWARD_RESIDUAL, GP_RESIDUAL, GP_RESIDUAL_MEAN, Kind, MIXTURE_RESIDUAL,
@@ -41,6 +42,12 @@ impl Recipe {
             Some(class) => !class.reads.physics(),
             None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
         }
+    }
+
+    /// Whether it can correct the rates of a system of equations.
+    pub fn corrects_rates(self) -> bool {
+        let strides = |class: &Class| matches!(class.reads, Reads::Strides { physics: true, .. });
+        self == Recipe::HybridPlus || self.class().is_some_and(strides)
     }
 
     /// Whether it is made for an object and a rod.

@@ -102,7 +102,7 @@ impl Class {
             recipe,
             seed,
             iterations,
-            batch: 100,
+            batch: if engine.rates().is_some() { 32 } else { 100 },
             clip_norm: Some(100.0),
             learning_rate: StepDecay {
                 initial: learning_rate,
@@ -111,7 +111,7 @@ impl Class {
             },
             adam: Adam::default(),
             net: NetSettings { hidden, layers: 1, latent: 1, sd_floor },
-            correction: Correction::Step,
+            correction: Correction::of(&engine),
             engine,
         }
     }
@@ -294,7 +294,9 @@ impl ClassNet {
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        let samples = if self.is_deterministic() { 1 } else { samples };
+        // Rates of equations may be given a start of each sample.
+        let is_one = task.start.len() == trained.settings.engine.columns().len();
+        let samples = if self.is_deterministic() && is_one { 1 } else { samples };
         match self {
             ClassNet::Learned(net, _) => net.forecast(trained, task, samples),
             ClassNet::Fitted(net, _) => net.class()?.forecast(trained, task, samples),

@@ -5,9 +5,11 @@
 //! the object's own frame at the beginning of the stride, so that a forecast does not depend on where on the table the push happens.
 
 use super::trained::Trained;
-use crate::engine::{Engine, ModelPush};
+use crate::engine::{Engine, ModelPush, WrittenMotion};
 use crate::prepared::Prepared;
 use crate::push::StartFrame;
+use crate::rates::features as rates;
+use crate::rates::roll::{Motions, roll as roll_out, starts_of};
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
@@ -62,6 +64,9 @@ pub(crate) fn prepare_contacts(settings: &Settings, scales: &Scales, q: &Sequenc
 
 /// Width of the features.
 pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
+    if let Some(motion) = settings.engine.rates() {
+        return rates::width(motion);
+    }
     match settings.engine.pushing() {
         Some(_) => PUSH_FEATURES[0] + if physics { PUSH_FEATURES[1] } else { 0 },
         None => (if physics { 5 } else { 2 }) * settings.engine.columns().len(),
@@ -70,6 +75,9 @@ pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
 
 /// Sizes of the scales: means, deviations, steps, corrections.
 pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
+    if let Some(motion) = settings.engine.rates() {
+        return rates::scale_sizes(motion);
+    }
     match settings.engine.pushing() {
         Some(_) => [width(settings, physics), width(settings, physics), 0, state],
         None => [state; 4],
@@ -97,6 +105,9 @@ fn ball_features(scales: &Scales, physics: bool, now: &[f64], next: &[f64], out:
 /// Fits the scales on a training set.
 pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
     let engine = &settings.engine;
+    if let Some(motion) = engine.rates() {
+        return rates::fit(motion, train);
+    }
     let Some(push) = engine.pushing() else {
         return steps::fit_with(&|now, from, to, next| advance(engine, physics, now, from, to, next), train);
     };
@@ -120,6 +131,9 @@ pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
 
 /// Targets and conditions of a whole trajectory, a row a stride.
 pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
+    if let Some(motion) = settings.engine.rates() {
+        return rates::prepare(motion, scales, q);
+    }
     let u_width = width(settings, physics);
     let (mut x, mut u) = (Vec::new(), Vec::new());
     let engine = &settings.engine;
@@ -158,10 +172,33 @@ pub(crate) fn roll(
     steps: &mut dyn Steps,
 ) -> Samples {
     let mut rng = random_stream(trained.settings.seed, "league", task.index);
+    if let Some(motion) = trained.settings.engine.rates() {
+        return roll_rates(trained, motion, task, samples, steps, &mut rng);
+    }
     match trained.settings.engine.pushing() {
         Some(push) => roll_push(trained, push, physics, task, samples, steps, &mut rng),
         None => roll_ball(trained, physics, task, samples, steps, &mut rng),
     }
+}
+
+fn roll_rates(
+    Trained { scales, .. }: Trained<'_>,
+    motion: &WrittenMotion,
+    task: Task<'_>,
+    samples: usize,
+    steps: &mut dyn Steps,
+    rng: &mut Xoshiro256PlusPlus,
+) -> Samples {
+    let starts = starts_of(task.start, motion.periods().len(), samples);
+    let motions = Motions { starts: &starts, actions: task.actions, time: task.time };
+    let (d, unit) = (motion.corrected(), rates::Units::of(scales).target);
+    let mut correction = vec![0.0; d * samples];
+    roll_out(motion, scales, motions, &mut |u, out| {
+        steps.draw(u, rng, &mut correction);
+        for (i, (out, v)) in out.iter_mut().zip(&correction).enumerate() {
+            *out = unit[i / samples] * f64::from(*v);
+        }
+    })
 }
 
 fn roll_ball(

@@ -8,6 +8,9 @@ use crate::league::Trained;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
+use crate::rates::Trust;
+use crate::rates::features::trusted;
+use crate::rates::forecast::{Hybrid, forecast};
 use crate::recipe::Recipe;
 use crate::sequences::Sequence;
 use crate::settings::Correction;
@@ -61,7 +64,7 @@ impl NetModel {
     /// [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
-        if settings.correction == Correction::Rollout {
+        if settings.correction != Correction::Step {
             return Err(Difference::OnlyForecasts.into());
         }
         let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
@@ -89,6 +92,13 @@ impl NetModel {
                 self.roll(net, task, &w, samples, StepNoise::Mean)
             }
         }
+    }
+
+    /// Trust in corrections of rates of equations, which held-out records decided; none for other nets.
+    pub fn trust(&self) -> Option<Trust> {
+        let is_judged =
+            matches!(self.net, Net::Stepwise(_)) && self.state.settings.correction == Correction::Rates;
+        is_judged.then(|| trusted(&self.state.scales))
     }
 
     /// The net itself.
@@ -305,7 +315,12 @@ impl Forecaster for NetModel {
     fn forecast(&self, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         let (states, actions) = (settings.engine.columns(), settings.engine.action_columns());
-        if task.start.len() != states.len() || task.actions.len() != actions.len() * task.time {
+        let starts = match settings.correction {
+            // Equations may be started in a state of each sample.
+            Correction::Rates if task.start.len() == states.len() * samples => 1,
+            _ => task.start.len() / states.len().max(1),
+        };
+        if starts != 1 || task.start.is_empty() || task.actions.len() != actions.len() * task.time {
             let columns = [states, actions].concat().into_iter().map(Into::into).collect();
             return Err(Difference::Inputs { columns }.into());
         }
@@ -319,6 +334,11 @@ impl Forecaster for NetModel {
         match &self.net {
             Net::Class(_) => Err(Difference::OnlyRollouts.into()),
             Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
+            Net::Stepwise(net) if settings.correction == Correction::Rates => {
+                let law = self.state.latent.as_ref().ok_or(Difference::Unfinished)?;
+                let (scales, params) = (&self.state.scales, &self.params);
+                forecast(Hybrid { settings, scales, params, net, law }, task, samples)
+            }
             Net::Stepwise(net) => {
                 let w = self.latents(net, task.index, samples)?;
                 self.roll(net, task, &w, samples, StepNoise::Drawn)

@@ -12,6 +12,7 @@ pub use step_runner::StepRunner;
 pub use stepwise::{Stepwise, StepwiseSizes};
 pub use tile::{LossVars, Losses, Tile};
 
+use crate::engine::WrittenMotion;
 use crate::featuriser::width;
 use crate::league::{ClassNet, Extents};
 use crate::recipe::Recipe;
@@ -34,6 +35,8 @@ impl Net {
     /// Registers the net of `settings` for states of `state` columns.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
         let condition = width(settings, state);
+        // Of equations the rates of force and flow are corrected, not every state.
+        let state = settings.engine.rates().map_or(state, WrittenMotion::corrected);
         if let Some(class) = settings.recipe.class() {
             return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));
         }

@@ -74,6 +74,17 @@ impl WrittenSystem {
         Ok(Scene { record, start, parameters })
     }
 
+    /// All states at the first sample of a record, of which `start` holds those that the file declares: states that effects brought along
+    /// begin where they say.
+    pub fn full_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
+        let mut full = start.to_vec();
+        if start.len() < self.model().states.len() {
+            let guess = self.guess(record, 0, &self.model().nominals());
+            full.extend(guess.into_iter().skip(start.len()).map(|x| if x.is_finite() { x } else { 0.0 }));
+        }
+        full
+    }
+
     /// Start states that the model's `start` expressions guess from sample `first` of a record on.
     fn guess(&self, record: &Record, first: usize, parameters: &[f64]) -> Vec<f64> {
         let model = self.model();

@@ -1,6 +1,7 @@
 //! Rates and their derivatives at one point.
 
 use super::block::{Block, Drive};
+use crate::compile::Section;
 use crate::system::{Column, System};
 
 /// Where to look: values of states, inputs and parameters, and seconds since the trajectory began.
@@ -28,6 +29,43 @@ pub struct Linearised {
 }
 
 impl System {
+    /// Outputs without noise at points, `[point][output]`.
+    pub fn outputs_at<'p>(&self, points: impl IntoIterator<Item = Point<'p>>) -> Vec<f64> {
+        self.values_at(&self.outputs, self.model.outputs.len(), points)
+    }
+
+    /// Value of each event's `when` at points, `[point][event]`.
+    pub fn conditions_at<'p>(&self, points: impl IntoIterator<Item = Point<'p>>) -> Vec<f64> {
+        self.values_at(&self.conditions, self.model.events.len(), points)
+    }
+
+    /// The first `count` results of a program at points. Lists of the wrong length are cut, or filled with 0.
+    fn values_at<'p>(
+        &self,
+        section: &Section,
+        count: usize,
+        points: impl IntoIterator<Item = Point<'p>>,
+    ) -> Vec<f64> {
+        let mut block = Block::<1>::new(self, 0);
+        let mut drive = Drive::<1>::new(self.model.inputs.len());
+        let mut prepared: Option<&[f64]> = None;
+        let mut values = Vec::new();
+        for point in points {
+            if prepared != Some(point.parameters) {
+                let known = point.parameters.len().min(self.model.parameters.len());
+                block.set_parameters(self, 0, &point.parameters[..known]);
+                block.prepare(self);
+                prepared = Some(point.parameters);
+            }
+            block.x.iter_mut().zip(point.state).for_each(|(to, x)| to[0] = *x);
+            drive.begin[0] = point.time;
+            drive.coefficients.iter_mut().zip(point.inputs).for_each(|(c, u)| c[0][0] = *u);
+            block.evaluate(self, section, &drive, &[point.time]);
+            values.extend(section.results[..count].iter().map(|r| block.registers[*r as usize][0]));
+        }
+        values
+    }
+
     /// Rates at a point with all their derivatives, by the same operations that simulations run. Lists of the wrong
     /// length are cut, or filled with 0.
     pub fn linearise(&self, point: &Point<'_>) -> Linearised {

@@ -1,6 +1,7 @@
 //! `augsim evaluate`.
 
 mod compare;
+mod equations;
 mod filtered;
 mod model;
 mod net;

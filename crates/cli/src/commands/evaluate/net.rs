@@ -1,6 +1,7 @@
 //! `augsim evaluate RUN`: a trained net and the physics that it corrects.
 
 use super::compare::{Fall, verdict};
+use super::equations;
 use crate::args::{Evaluate, ProtocolArg};
 use crate::exit::{Outcome, Usage};
 use crate::experiment::layout::Layout;
@@ -36,6 +37,9 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     let run = RunDir::open(&args.run);
     let model = NetModel::new(run.read_model()?)?;
     let settings = &model.state().settings;
+    if settings.engine.written().is_some() {
+        return equations::run(args, &model, seed, output);
+    }
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }

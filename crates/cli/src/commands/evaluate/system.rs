@@ -37,12 +37,18 @@ fn system_score_text(score: &Score) -> String {
         score.trajectories, score.burn_in
     );
     for row in &score.rows {
-        let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
         // Writing to a string cannot fail.
-        let _ = write!(text, "\n  {}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
-        for h in &row.horizons {
-            let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);
-        }
+        let _ = write!(text, "\n  {}", errors_text(row));
+    }
+    text
+}
+
+/// The errors of an output in a line.
+pub(super) fn errors_text(row: &forecast::Row) -> String {
+    let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+    let mut text = format!("{}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
+    for h in &row.horizons {
+        let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);
     }
     text
 }

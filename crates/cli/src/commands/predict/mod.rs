@@ -15,7 +15,7 @@ pub fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome
         return filtered::run(args, seen.parse()?, seed, output);
     }
     match Given::of(&args.run)? {
-        Given::Net => net::run(args, output),
+        Given::Net => net::run(args, seed, output),
         Given::Model { file, .. } => model::run(args, &file, seed, output),
     }
 }

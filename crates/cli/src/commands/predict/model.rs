@@ -38,8 +38,18 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     let draws = args.samples.map_or(foretell::DRAWS, |n| n as usize);
     let options = ForetellOptions { seed, draws, only: None };
     let all = foretell::foretell(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-    write_dataset(&table::bands(&all)?, &args.out)?;
-    let written = written(args, &all, draws);
+    write_foretelling(args, &all, draws, output)
+}
+
+/// Writes the bands, and tells the errors.
+pub(super) fn write_foretelling(
+    args: &Predict,
+    all: &Foretelling,
+    draws: usize,
+    output: &Output,
+) -> anyhow::Result<Outcome> {
+    write_dataset(&table::bands(all)?, &args.out)?;
+    let written = written(args, all, draws);
     output.result(&written, || forecast_text(&written))?;
     Ok(Outcome::Done)
 }

@@ -1,10 +1,13 @@
 //! `augsim predict RUN`: forecasts of a trained net.
 
+use super::model::write_foretelling;
 use crate::args::Predict;
 use crate::destination::data_file;
 use crate::exit::Outcome;
 use crate::output::Output;
 use augsim_data::write_dataset;
+use augsim_discovery::ForetellOptions;
+use augsim_session::foretell::foretell_net;
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, forecast, run_data};
 use augsim_trainer::NetModel;
@@ -22,12 +25,18 @@ struct Written {
 }
 
 /// Forecasts with a net.
-pub(super) fn run(args: &Predict, output: &Output) -> anyhow::Result<Outcome> {
+pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let trained = FILES.map(|name| run.file(name));
     let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
     data_file(&args.out, &[], &inputs)?;
     let model = NetModel::new(run.read_model()?)?;
+    if model.state().settings.engine.written().is_some() {
+        let draws = args.samples.unwrap_or(DRAWS) as usize;
+        let options = ForetellOptions { seed, draws, only: None };
+        let all = foretell_net(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+        return write_foretelling(args, &all, draws, output);
+    }
     let (starts, times) = run_data::load_timed(&DataFrom::from(&args.data), &model.state().settings.engine)?;
     let samples = args.samples.unwrap_or(DRAWS) as usize;
     let bands = forecast::bands(&model, &starts, &times, samples)?;

@@ -1,0 +1,107 @@
+//! Draws of the outputs of a record, whoever made them, and their bands.
+
+use augsim_discovery::{FORETOLD_LEVELS, Foretelling, Foretold, ForetoldChannel, ForetoldError};
+use augsim_physics::system::Record;
+use augsim_written::Model;
+
+/// Draws of a record from a start that its first samples tell.
+#[derive(Debug)]
+pub struct Drawn {
+    /// Name in the data.
+    pub id: String,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Measured, `[output][sample]`.
+    pub measured: Vec<Vec<f64>>,
+    /// Samples that the start was fitted to.
+    pub known: usize,
+    /// One forecast without noise, `[output][sample]`.
+    pub forecast: Vec<Vec<f64>>,
+    /// Draws with the sensor's noise, `[output][sample]` in rising order; those that are no numbers are left out.
+    pub draws: Vec<Vec<Vec<f64>>>,
+    /// Standard deviation of that noise, by output.
+    pub noise: Vec<f64>,
+}
+
+impl Drawn {
+    /// Puts the draws in order.
+    pub fn new(
+        record: &Record,
+        known: usize,
+        forecast: Vec<Vec<f64>>,
+        mut draws: Vec<Vec<Vec<f64>>>,
+        noise: Vec<f64>,
+    ) -> Self {
+        draws.iter_mut().flatten().for_each(|list| list.sort_by(f64::total_cmp));
+        let (id, times, measured) = (record.id.clone(), record.times.clone(), record.values.clone());
+        Drawn { id, times, measured, known, forecast, draws, noise }
+    }
+
+    fn channel(&self, name: &str, o: usize) -> ForetoldChannel {
+        let mut mean = Vec::new();
+        let mut quantiles: [Vec<f64>; FORETOLD_LEVELS.len()] = Default::default();
+        for list in &self.draws[o] {
+            mean.push(list.iter().sum::<f64>() / list.len() as f64);
+            for (quantile, level) in quantiles.iter_mut().zip(FORETOLD_LEVELS) {
+                quantile.push(augsim_discovery::quantile_of_draws(list, level));
+            }
+        }
+        ForetoldChannel {
+            column: name.to_owned(),
+            measured: self.measured[o].clone(),
+            forecast: self.forecast[o].clone(),
+            mean,
+            quantiles,
+        }
+    }
+}
+
+/// Forecasts with bands and errors of all records; `seed` is that of the errors' intervals.
+pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelling {
+    let records: Vec<Foretold> = list
+        .iter()
+        .map(|drawn| Foretold {
+            id: drawn.id.clone(),
+            times: drawn.times.clone(),
+            known: drawn.known,
+            channels: model
+                .outputs
+                .iter()
+                .enumerate()
+                .map(|(o, output)| drawn.channel(&output.name, o))
+                .collect(),
+        })
+        .collect();
+    let outputs = model.outputs.iter().enumerate();
+    let (errors, mut squares): (Vec<_>, Vec<_>) =
+        outputs.map(|(o, _)| error(model, o, &records, seed)).unzip();
+    let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
+    let mean = |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
+    let noise_sd = (0..model.outputs.len()).map(mean).collect();
+    let start = "the first samples of each trajectory (--burn-in)".to_owned();
+    Foretelling { records, errors, squares, noise_sd, start }
+}
+
+/// Root mean square error of an output behind the burn-in, and the sum and number of squares of each record.
+fn error(model: &Model, o: usize, records: &[Foretold], seed: u64) -> (ForetoldError, Vec<(f64, f64)>) {
+    let output = &model.outputs[o];
+    let mut squares = Vec::new();
+    for r in records {
+        let c = &r.channels[o];
+        let (mut sum, mut count) = (0.0, 0.0);
+        for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
+            let mut error = c.measured[k] - c.forecast[k];
+            if let Some(period) = output.period {
+                error -= period * (error / period).round();
+            }
+            sum += error * error;
+            count += 1.0;
+        }
+        squares.push((sum, count));
+    }
+    let ci95 = augsim_discovery::interval_of_rmse(&squares, seed);
+    let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
+    let unit = output.unit.map_or_else(String::new, |u| u.symbol());
+    let rmse = (sum / f64::max(count, 1.0)).sqrt();
+    (ForetoldError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
+}

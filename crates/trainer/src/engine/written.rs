@@ -1,0 +1,408 @@
+//! A system of equations as the nets use it: one sample interval at a time, many states side by side.
+//!
+//! Nets correct the rates of equations of force and flow. Where the rate of one state is another one, it stays so: a change d of the
+//! rate of a speed over an interval h changes the speed by h d and what runs by it by h²/2 d.
+
+use super::error::EngineError;
+use super::motion::Motion;
+use augsim_written::engine::{Options, Point, Record, Signal, Window};
+use augsim_written::library;
+use augsim_written::model::{Direction, Hold, Integrator, Model};
+use augsim_written::text::{Kind, Symbol};
+use augsim_written::{System, WrittenSystem};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The last of the action columns: equations may name the time.
+const CLOCK: &str = "t_s";
+/// Halvings of a correction that would pass an event; then nothing is left of it.
+const HALVINGS: usize = 12;
+
+/// A system of equations at the nominal values of its parameters; configurations and checkpoints hold the file's text and what data
+/// decided about its simulation.
+///
+/// Its states are those of the model. Its actions are the inputs at the samples, those with a delay delayed already, and the time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Declared", into = "Declared")]
+pub struct WrittenEngine {
+    declared: Declared,
+    motion: Arc<WrittenMotion>,
+}
+
+/// The form of an engine in configurations and checkpoints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Declared {
+    /// Seconds from one sample to the next.
+    step_s: f64,
+    /// Steps of integration from one sample to the next.
+    substeps: usize,
+    /// Whether the steps are implicit.
+    implicit: bool,
+    /// Standard deviation of the sensor of each output, in its unit.
+    sensor_sd: Vec<f64>,
+    /// Text of the model file.
+    model: String,
+    /// Widths of smoothed jumps by the text of their argument.
+    widths: BTreeMap<String, f64>,
+}
+
+impl WrittenEngine {
+    /// The engine of a system whose steps and widths suit its data, with `step_s` seconds between samples and the noise of the sensor
+    /// of each output, in its unit.
+    ///
+    /// # Errors
+    /// [`EngineError`] if the step is not positive, or the model cannot be written down or compiled.
+    pub fn new(system: &WrittenSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
+        Self::try_from(Declared {
+            step_s,
+            substeps: system.options().substeps,
+            implicit: system.is_implicit(),
+            sensor_sd,
+            model: system.model().to_toml().map_err(Box::new)?,
+            widths: system.compiled().named_widths(),
+        })
+    }
+
+    /// Text of the model file.
+    pub fn model(&self) -> &str {
+        &self.declared.model
+    }
+
+    /// The model, with steps and widths as the engine has them.
+    pub fn equations(&self) -> &Model {
+        self.motion.system.model()
+    }
+
+    /// Seconds from one sample to the next.
+    pub fn step_s(&self) -> f64 {
+        self.declared.step_s
+    }
+
+    /// Standard deviation of the sensor of each output, in its unit.
+    pub fn sensor_sd(&self) -> &[f64] {
+        &self.declared.sensor_sd
+    }
+
+    /// Outputs, without noise, at states `[row, S]` and actions `[row, A]` of the same samples, `[row, O]`.
+    pub fn outputs(&self, states: &[f64], actions: &[f64]) -> Vec<f64> {
+        let a = self.motion.action_columns.len();
+        self.motion.outputs(states, actions.chunks_exact(a))
+    }
+
+    pub(super) fn motion(&self) -> &WrittenMotion {
+        &self.motion
+    }
+}
+
+impl PartialEq for WrittenEngine {
+    fn eq(&self, other: &Self) -> bool {
+        self.declared == other.declared
+    }
+}
+
+impl TryFrom<Declared> for WrittenEngine {
+    type Error = EngineError;
+    fn try_from(declared: Declared) -> Result<Self, EngineError> {
+        let step_s = declared.step_s;
+        if !(step_s > 0.0 && step_s.is_finite()) {
+            return Err(EngineError::Step { step_s });
+        }
+        let mut model =
+            augsim_written::model::parse(&declared.model, "model of the run").map_err(Box::new)?;
+        model.numerics.substeps = Some(declared.substeps.max(1));
+        model.numerics.widths.clone_from(&declared.widths);
+        model.numerics.integrator =
+            if declared.implicit { Integrator::Implicit } else { Integrator::Explicit };
+        let motion = WrittenMotion::new(&model, step_s)?;
+        Ok(WrittenEngine { declared, motion: Arc::new(motion) })
+    }
+}
+
+impl From<WrittenEngine> for Declared {
+    fn from(engine: WrittenEngine) -> Self {
+        engine.declared
+    }
+}
+
+/// The compiled system, and the part of its states that is corrected.
+#[derive(Debug)]
+pub(crate) struct WrittenMotion {
+    system: System,
+    options: Options,
+    parameters: Vec<f64>,
+    columns: Vec<String>,
+    action_columns: Vec<String>,
+    step_s: f64,
+    /// States whose rates are corrected.
+    corrected: Vec<usize>,
+    /// States that run by a corrected one: state, place of that one in `corrected`, and their rate per unit of it.
+    runs_by: Vec<(usize, usize, f64)>,
+    /// Period of each state that wraps.
+    periods: Vec<Option<f64>>,
+}
+
+impl WrittenMotion {
+    fn new(model: &Model, step_s: f64) -> Result<Self, EngineError> {
+        let system = System::compile(model, &[]).map_err(Box::new)?;
+        let options =
+            Options { method: system.declared_method(), substeps: model.numerics.substeps.unwrap_or(1) };
+        let mut parameters = model.nominals();
+        // Actions are delayed before they are sampled.
+        model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| parameters[delay] = 0.0);
+        let (corrected, runs_by) = corrected(model, &system, &parameters);
+        let columns = model.states.iter().map(|s| s.name.clone()).collect();
+        let inputs = model.inputs.iter().map(|i| i.name.clone());
+        let action_columns = inputs.chain([CLOCK.to_owned()]).collect();
+        let periods = (0..model.states.len()).map(|state| period(model, state)).collect();
+        Ok(WrittenMotion {
+            system,
+            options,
+            parameters,
+            columns,
+            action_columns,
+            step_s,
+            corrected,
+            runs_by,
+            periods,
+        })
+    }
+
+    /// Number D of rates that are corrected.
+    pub fn corrected(&self) -> usize {
+        self.corrected.len()
+    }
+
+    /// Outputs, without noise, `[row, O]`, at states `[row, S]` and the actions of each.
+    pub fn outputs<'a>(&'a self, states: &'a [f64], actions: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+        let rows = states.chunks_exact(self.columns.len()).zip(actions);
+        self.system.outputs_at(rows.map(|(state, action)| self.point(state, action)))
+    }
+
+    /// Period of each output that wraps, in its unit.
+    pub fn output_periods(&self) -> Vec<Option<f64>> {
+        self.system.model().outputs.iter().map(|output| output.period).collect()
+    }
+
+    /// Number of inputs: of the actions but for the time.
+    pub fn inputs(&self) -> usize {
+        self.action_columns.len() - 1
+    }
+
+    /// Period of each state that wraps, in its unit.
+    pub fn periods(&self) -> &[Option<f64>] {
+        &self.periods
+    }
+
+    /// The states `next [row, S]` one interval after `states [row, S]`, while actions go from `from [row, A]` to `to [row, A]`. A row
+    /// that the equations cannot be simulated from is not a number.
+    pub fn advance(&self, states: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
+        let (s, a) = (self.columns.len(), self.action_columns.len());
+        let mut records: Vec<Option<Record>> = Vec::new();
+        let mut record_of = Vec::with_capacity(states.len() / s);
+        let mut last: Option<(&[f64], &[f64])> = None;
+        for (from, to) in from.chunks_exact(a).zip(to.chunks_exact(a)) {
+            // Draws of one forecast are many rows under the same actions.
+            if last != Some((from, to)) {
+                records.push(self.interval(from, to));
+                last = Some((from, to));
+            }
+            record_of.push(records.len() - 1);
+        }
+        next.fill(f64::NAN);
+        let mut rows = Vec::with_capacity(record_of.len());
+        let mut windows = Vec::with_capacity(record_of.len());
+        for (row, (start, record)) in states.chunks_exact(s).zip(&record_of).enumerate() {
+            let Some(record) = &records[*record] else { continue };
+            if start.iter().all(|x| x.is_finite()) {
+                windows.push(Window { record, first: 0, last: 1, start, parameters: &self.parameters });
+                rows.push(row);
+            }
+        }
+        for (row, done) in rows.into_iter().zip(self.system.simulate(&windows, &[], &self.options)) {
+            if let Ok(done) = done {
+                next[row * s..(row + 1) * s].copy_from_slice(&done.end);
+            }
+        }
+    }
+
+    /// One sample interval; none where its times do not rise.
+    fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
+        let inputs = self.inputs();
+        let times = [from[inputs], to[inputs]];
+        let signal = |(k, input): (usize, &augsim_written::model::Input)| {
+            // A cubic between two samples needs their neighbours: within an interval it is taken for straight.
+            let hold = if input.hold == Some(Hold::Zero) { Hold::Zero } else { Hold::Linear };
+            Signal::new(&times, &[from[k], to[k]], hold)
+        };
+        let signals = self.system.model().inputs.iter().enumerate().map(signal).collect();
+        Record::new("an interval", times.to_vec(), signals).ok()
+    }
+
+    /// Changes of the corrected rates, `[D]` per second, that lead over one interval to `after` instead of `predicted`.
+    pub fn lacking(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
+        for (rate, &state) in rates.iter_mut().zip(&self.corrected) {
+            *rate = (after[state] - predicted[state]) / self.step_s;
+        }
+    }
+
+    /// Changes a `predicted` state, at the end of an interval with `actions`, as corrected `rates [D]` over the interval do. Walls hold, and no event
+    /// is passed that the physics has not come to: it fires in the next interval.
+    pub fn correct(&self, predicted: &[f64], actions: &[f64], rates: &[f64], out: &mut [f64]) {
+        self.shifted(predicted, rates, 1.0, out);
+        let events = &self.system.model().events;
+        if events.is_empty() {
+            return;
+        }
+        let at = |state: &[f64]| self.system.conditions_at([self.point(state, actions)]);
+        let before = at(predicted);
+        let passes = |state: &[f64]| {
+            let after = at(state);
+            events.iter().zip(before.iter().zip(&after)).any(|(event, (before, after))| {
+                let (rises, falls) = (*before <= 0.0 && *after > 0.0, *before >= 0.0 && *after < 0.0);
+                match event.direction {
+                    Direction::Rising => rises,
+                    Direction::Falling => falls,
+                    Direction::Both => rises || falls,
+                }
+            })
+        };
+        let mut share = 1.0;
+        for _ in 0..HALVINGS {
+            if !passes(out) {
+                return;
+            }
+            share *= 0.5;
+            self.shifted(predicted, rates, share, out);
+        }
+        out.copy_from_slice(predicted);
+    }
+
+    /// Adds `share` of what corrected rates do over an interval; walls hold.
+    fn shifted(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
+        let h = self.step_s;
+        out.copy_from_slice(predicted);
+        for (rate, &state) in rates.iter().zip(&self.corrected) {
+            out[state] += share * h * rate;
+        }
+        for &(state, by, slope) in &self.runs_by {
+            out[state] += share * 0.5 * h * h * slope * rates[by];
+        }
+        for (x, state) in out.iter_mut().zip(&self.system.model().states) {
+            *x = x.max(state.min.unwrap_or(f64::NEG_INFINITY)).min(state.max.unwrap_or(f64::INFINITY));
+        }
+    }
+
+    fn point<'p>(&'p self, state: &'p [f64], actions: &'p [f64]) -> Point<'p> {
+        let (inputs, time) = actions.split_at(self.inputs());
+        Point { state, inputs, parameters: &self.parameters, time: time[0] }
+    }
+}
+
+impl Motion for WrittenMotion {
+    fn columns(&self) -> Vec<&str> {
+        self.columns.iter().map(String::as_str).collect()
+    }
+
+    fn action_columns(&self) -> Vec<&str> {
+        self.action_columns.iter().map(String::as_str).collect()
+    }
+
+    fn step_s(&self) -> Option<f64> {
+        Some(self.step_s)
+    }
+
+    fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
+        self.advance(state, from, to, next);
+    }
+}
+
+/// States whose rates are equations of force or flow, and what runs by them.
+fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
+    let declared = model.declared_states();
+    let kinematic = kinematic(model);
+    let corrected: Vec<usize> = (0..declared).filter(|s| !kinematic.contains(s)).collect();
+    // The rate of what runs by a speed is in proportion to it: its derivative is the same everywhere.
+    let (n, zeros) = (model.states.len(), vec![0.0; model.states.len()]);
+    let inputs = vec![0.0; model.inputs.len()];
+    let slopes = system.linearise(&Point { state: &zeros, inputs: &inputs, parameters, time: 0.0 }).by_state;
+    let mut runs_by = Vec::new();
+    for state in (0..declared).filter(|s| !corrected.contains(s)) {
+        for (place, &by) in corrected.iter().enumerate() {
+            let slope = slopes[state * n + by];
+            if slope != 0.0 && slope.is_finite() {
+                runs_by.push((state, place, slope));
+            }
+        }
+    }
+    (corrected, runs_by)
+}
+
+/// States whose rates are no equations of force or flow: those in proportion to another state. Of two that run by each other (an
+/// oscillator without damping) the one whose rate is the other itself is the position.
+fn kinematic(model: &Model) -> Vec<usize> {
+    let motion = library::Motion::of(model);
+    let is_plain = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
+    let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(is_plain);
+    pairs.extend(others);
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for (x, v) in pairs {
+        let mut end = v;
+        while let Some((_, next)) = runs.iter().find(|(from, _)| *from == end) {
+            end = *next;
+        }
+        if end != x {
+            runs.push((x, v));
+        }
+    }
+    let is_copy = |state: usize| !motion.flows.contains(&state) && !runs.iter().any(|(_, v)| *v == state);
+    let mut kinematic: Vec<usize> = runs.iter().map(|(x, _)| *x).collect();
+    let paired = |state: usize| runs.iter().any(|(x, v)| *x == state || *v == state);
+    kinematic.extend((0..model.declared_states()).filter(|&s| !paired(s) && is_copy(s)));
+    kinematic
+}
+
+/// Period of a state that an output with one shows as it is.
+fn period(model: &Model, state: usize) -> Option<f64> {
+    let shows = |o: &&augsim_written::model::Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
+    model.outputs.iter().filter(shows).find_map(|o| o.period)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what is lacking is what a correction adds, a position follows its speed, and an event is not passed.
+    use super::*;
+
+    fn motion(rates: &str, events: &str) -> WrittenMotion {
+        let text = format!(
+            "scenario = \"system\"\nname = \"s\"\n[states]\nx_m = {{ start = \"y_m\" }}\nv_m_s = {{ start = 0.0 }}\n[parameters]\n\
+             k_per_s2 = 4.0\n[rates]\n{rates}[outputs]\ny_m = \"x_m\"\n{events}"
+        );
+        let model = augsim_written::model::parse(&text, "model.toml").unwrap_or_else(|e| panic!("{e}"));
+        WrittenMotion::new(&model, 0.1).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    const OSCILLATOR: &str = "v_m_s = \"-k_per_s2 * x_m\"\nx_m = \"v_m_s\"\n";
+
+    #[test]
+    fn the_speed_of_an_oscillator_is_corrected_and_its_position_follows() {
+        let motion = motion(OSCILLATOR, "");
+        assert_eq!((&motion.corrected[..], &motion.runs_by[..]), (&[1][..], &[(0, 0, 1.0)][..]));
+        let (predicted, mut after, mut rates) = ([0.2, 0.5], [0.0; 2], [0.0]);
+        motion.correct(&predicted, &[0.0], &[3.0], &mut after);
+        assert!((after[0] - 0.215).abs() < 1e-15 && (after[1] - 0.8).abs() < 1e-15, "{after:?}");
+        motion.lacking(&predicted, &after, &mut rates);
+        assert!((rates[0] - 3.0).abs() < 1e-12, "{rates:?}");
+    }
+
+    #[test]
+    fn a_correction_that_would_pass_an_event_is_cut_short() {
+        let events = "[[events]]\nname = \"stop\"\nwhen = \"x_m - 0.3\"\ndirection = \"rising\"\nset = { v_m_s = \"-v_m_s\" }\n";
+        let motion = motion(OSCILLATOR, events);
+        let mut after = [0.0; 2];
+        motion.correct(&[0.29, 0.0], &[0.0], &[100.0], &mut after);
+        assert!(after[0] > 0.29 && after[0] <= 0.3, "{after:?}");
+        motion.correct(&[0.31, 0.0], &[0.0], &[-100.0], &mut after);
+        assert!(after[0] < 0.3, "downward it is passed: {after:?}");
+    }
+}

@@ -1,0 +1,169 @@
+//! Features, targets and scales of corrected rates.
+
+use crate::engine::WrittenMotion;
+use crate::prepared::Prepared;
+use crate::scales::{Scales, positive};
+use crate::sequences::{Sequence, Sequences};
+use crate::steps::asinh;
+use std::f64::consts::TAU;
+
+/// Standard units beyond which a feature is cut: a free run that has left what was trained on gets no wild correction.
+const CUT: f64 = 6.0;
+/// Growth of the compressed feature of a state: a twentieth of its spread stays visible around 0, where friction turns.
+const FINE: f64 = 20.0;
+/// Features of a state, and of an input.
+const OF_STATE: usize = 3;
+const OF_INPUT: usize = 2;
+
+/// Width of a row of features.
+pub(crate) fn width(motion: &WrittenMotion) -> usize {
+    OF_STATE * motion.periods().len() + OF_INPUT * motion.inputs()
+}
+
+/// Sizes of the scales: means and deviations of states and inputs, steps of states, corrections as [`Units`] reads them.
+pub(crate) fn scale_sizes(motion: &WrittenMotion) -> [usize; 4] {
+    let (states, d) = (motion.periods().len(), motion.corrected());
+    let read = states + motion.inputs();
+    [read, read, states, 3 * d]
+}
+
+/// Units of the corrected rates, per second.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Units<'a> {
+    /// Root mean square of what the physics lacks in training: the unit of the targets.
+    pub target: &'a [f64],
+    /// Worth of one unit of a predicted mean in a forecast.
+    pub mean: &'a [f64],
+    /// Worth of one unit of a predicted deviation in a forecast.
+    pub deviation: &'a [f64],
+}
+
+impl<'a> Units<'a> {
+    /// The units in the scales of a run.
+    pub fn of(scales: &'a Scales) -> Self {
+        let (target, rest) = scales.correction.split_at(scales.correction.len() / 3);
+        let (mean, deviation) = rest.split_at(target.len());
+        Units { target, mean, deviation }
+    }
+}
+
+/// Trust in a net: what its mean corrections, and its deviations, are multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trust {
+    /// Share of the mean corrections; 0 leaves the physics alone.
+    pub gain: f64,
+    /// Factor of the deviations: errors of one interval that follow one another are alike, draws are not.
+    pub spread: f64,
+}
+
+/// Sets the trust in the units.
+pub(crate) fn trust(scales: &mut Scales, gain: f64, spread: f64) {
+    let d = scales.correction.len() / 3;
+    for k in 0..d {
+        scales.correction[d + k] = gain * scales.correction[k];
+        scales.correction[2 * d + k] = spread * scales.correction[k];
+    }
+}
+
+/// The trust in the units.
+pub(crate) fn trusted(scales: &Scales) -> Trust {
+    let units = Units::of(scales);
+    let share = |of: &[f64]| of.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit);
+    Trust { gain: share(units.mean), spread: share(units.deviation) }
+}
+
+/// One interval after the other of a record: states at its beginning, where the physics goes from there.
+fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
+    let (s, a) = (q.states.len() / q.time, q.actions.len() / q.time);
+    let rows = q.time - 1;
+    let mut next = vec![0.0; rows * s];
+    motion.advance(&q.states[..rows * s], &q.actions[..rows * a], &q.actions[a..], &mut next);
+    next
+}
+
+/// Fits all scales on the pieces to learn from.
+pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
+    let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected());
+    let mut sum = vec![[0.0; 2]; s + inputs];
+    let (mut samples, mut rows) = (0.0, 0.0);
+    let (mut step, mut lacking) = (vec![0.0; s], vec![0.0; d]);
+    let mut rates = vec![0.0; d];
+    for q in &train.items {
+        for t in 0..q.time {
+            let read = q.state(t).iter().chain(&q.action(t)[..inputs]);
+            sum.iter_mut().zip(read).for_each(|(sum, v)| {
+                sum[0] += v;
+                sum[1] += v * v;
+            });
+        }
+        samples += q.time as f64;
+        for (t, next) in predicted(motion, q).chunks_exact(s).enumerate() {
+            motion.lacking(next, q.state(t + 1), &mut rates);
+            // An interval that cannot be simulated says nothing of sizes.
+            if next.iter().all(|x| x.is_finite()) {
+                rows += 1.0;
+                step.iter_mut()
+                    .zip(next.iter().zip(q.state(t)))
+                    .for_each(|(to, (b, a))| *to += (b - a).powi(2));
+                lacking.iter_mut().zip(&rates).for_each(|(to, rate)| *to += rate * rate);
+            }
+        }
+    }
+    let mean: Vec<f64> = sum.iter().map(|s| s[0] / samples).collect();
+    let sd = sum.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
+    let rms = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / rows).sqrt(), 0.0)).collect() };
+    let mut scales = Scales { sd: sd.collect(), mean, step: rms(step), correction: vec![0.0; 3 * d] };
+    scales.correction[..d].copy_from_slice(&rms(lacking));
+    trust(&mut scales, 1.0, 1.0);
+    scales
+}
+
+/// Targets and features of a piece, a row an interval.
+pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> Prepared {
+    let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
+    let (mut x, mut u) = (Vec::with_capacity((q.time - 1) * d), vec![0.0; (q.time - 1) * u_width]);
+    let mut rates = vec![0.0; d];
+    let next = predicted(motion, q);
+    for (t, (next, row)) in next.chunks_exact(s).zip(u.chunks_exact_mut(u_width)).enumerate() {
+        if !next.iter().all(|x| x.is_finite()) {
+            // An interval that cannot be simulated teaches nothing.
+            x.extend(std::iter::repeat_n(0.0, d));
+            continue;
+        }
+        write(motion, scales, q.state(t), next, [q.action(t), q.action(t + 1)], row);
+        motion.lacking(next, q.state(t + 1), &mut rates);
+        x.extend(rates.iter().zip(Units::of(scales).target).map(|(rate, unit)| (rate / unit) as f32));
+    }
+    Prepared { time: q.time - 1, x_width: d, u_width, x, u }
+}
+
+/// Writes the features of an interval: states at its beginning (what wraps as sine and cosine) and how far the physics goes, inputs at
+/// its beginning and at its end.
+pub(crate) fn write(
+    motion: &WrittenMotion,
+    scales: &Scales,
+    now: &[f64],
+    next: &[f64],
+    actions: [&[f64]; 2],
+    out: &mut [f32],
+) {
+    let s = now.len();
+    let standard = |j: usize, v: f64| ((v - scales.mean[j]) / scales.sd[j]).clamp(-CUT, CUT) as f32;
+    for (j, out) in out[..OF_STATE * s].chunks_exact_mut(OF_STATE).enumerate() {
+        let shown = match motion.periods()[j] {
+            Some(period) => {
+                let (sin, cos) = (TAU * now[j] / period).sin_cos();
+                [sin as f32, cos as f32]
+            }
+            None => {
+                let fine = asinh(FINE * now[j] / scales.sd[j]) / 4.0;
+                [standard(j, now[j]), fine.clamp(-CUT, CUT) as f32]
+            }
+        };
+        let moved = ((next[j] - now[j]) / scales.step[j]).clamp(-CUT, CUT) as f32;
+        out.copy_from_slice(&[shown[0], shown[1], moved]);
+    }
+    for (k, out) in out[OF_STATE * s..].chunks_exact_mut(OF_INPUT).enumerate() {
+        out.copy_from_slice(&actions.map(|action| standard(s + k, action[k])));
+    }
+}

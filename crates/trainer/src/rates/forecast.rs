@@ -1,0 +1,55 @@
+//! Forecasts of Hybrid+ with corrected rates.
+
+use super::corrector::Corrector;
+use super::features::{Trust, Units};
+use super::roll::{Motions, roll, starts_of};
+use crate::latent::LatentLaw;
+use crate::nets::Stepwise;
+use crate::noise::standard;
+use crate::scales::Scales;
+use crate::settings::Settings;
+use crate::{Difference, Samples, Task, TrainerError};
+use augsim_data::random_stream;
+use augsim_nn::Params;
+use rayon::prelude::*;
+
+/// Samples that are rolled out side by side.
+const LANES: usize = 32;
+
+/// A trained Hybrid+.
+#[derive(Clone, Copy)]
+pub(crate) struct Hybrid<'a> {
+    pub settings: &'a Settings,
+    pub scales: &'a Scales,
+    pub params: &'a Params<f32>,
+    pub net: &'a Stepwise,
+    pub law: &'a LatentLaw,
+}
+
+/// Draws trajectories. The start of the task is one state `[S]` for all of them, or one for each `[samples, S]`.
+pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+    let Hybrid { settings, scales, params, net, law } = hybrid;
+    let Some(motion) = settings.engine.rates() else { return Err(Difference::OtherSystem.into()) };
+    let s = motion.periods().len();
+    let starts = starts_of(task.start, s, samples);
+    let latent = net.sizes().latent;
+    let w = law.draw(&standard(settings.seed, "forecast", task.index, latent * samples), samples);
+    let parts: Vec<Samples> = (0..samples.div_ceil(LANES))
+        .into_par_iter()
+        .map(|part| {
+            let (first, end) = (part * LANES, samples.min((part + 1) * LANES));
+            let own = w.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
+            let trust = vec![Trust { gain: 1.0, spread: 1.0 }; end - first];
+            let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + part as u64);
+            let mut corrector = Corrector::new((net, params), own, trust, Units::of(scales), rng);
+            let motions =
+                Motions { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
+            roll(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))
+        })
+        .collect();
+    let mut values = Vec::with_capacity(task.time * s * samples);
+    for row in 0..task.time * s {
+        parts.iter().for_each(|p| values.extend_from_slice(&p.values[row * p.count..(row + 1) * p.count]));
+    }
+    Ok(Samples { count: samples, values })
+}

@@ -1,0 +1,101 @@
+//! Training records cut into pieces, and the part of them that is held out.
+
+use crate::sequences::{Sequence, Sequences};
+
+/// Intervals of a piece: one latent each. From 64 to 256 it makes no difference on the sealed plants that was seen.
+const INTERVALS: usize = 128;
+/// Records from which every one in so many is held out; of fewer, the last part of each as long.
+const ONE_IN: usize = 5;
+/// Intervals of the shortest part that says something when it is held out.
+const SHORTEST: usize = 20;
+
+/// Pieces to learn from, and what is held out of them.
+#[derive(Debug)]
+pub(crate) struct Pieces {
+    pub train: Sequences,
+    pub held_out: Vec<Sequence>,
+}
+
+/// Cuts records; without `hold_out` all are learned from.
+pub(crate) fn pieces(all: &Sequences, hold_out: bool) -> Pieces {
+    let (mut train, mut held_out) = (Vec::new(), Vec::new());
+    let many = all.items.len() >= ONE_IN;
+    for (i, q) in all.items.iter().enumerate() {
+        let kept = q.time - 1 - (q.time - 1) / ONE_IN;
+        if hold_out && many && i % ONE_IN == ONE_IN - 1 {
+            held_out.push(q.clone());
+        } else if hold_out && !many && q.time - 1 - kept >= SHORTEST {
+            held_out.push(part(q, kept, q.time - 1, "held out"));
+            cut(q, kept, &mut train);
+        } else {
+            cut(q, q.time - 1, &mut train);
+        }
+    }
+    let (columns, action_columns) = (all.columns.clone(), all.action_columns.clone());
+    Pieces { train: Sequences { columns, action_columns, items: train }, held_out }
+}
+
+/// Cuts the first `intervals` of a record into equal pieces.
+fn cut(q: &Sequence, intervals: usize, out: &mut Vec<Sequence>) {
+    let count = (intervals as f64 / INTERVALS as f64).round().max(1.0) as usize;
+    for k in 0..count {
+        let [first, last] = [k, k + 1].map(|k| k * intervals / count);
+        if last > first {
+            out.push(part(q, first, last, &k.to_string()));
+        }
+    }
+}
+
+/// The samples from `first` to `last` of a record.
+fn part(q: &Sequence, first: usize, last: usize, name: &str) -> Sequence {
+    let rows = |values: &[f64]| {
+        let width = values.len() / q.time;
+        values[first * width..(last + 1) * width].to_vec()
+    };
+    Sequence {
+        id: format!("{} {name}", q.id),
+        time: last + 1 - first,
+        states: rows(&q.states),
+        actions: rows(&q.actions),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: pieces cover what is learned from without gaps, and nothing that is held out.
+    use super::*;
+
+    fn record(id: usize, time: usize) -> Sequence {
+        let states = (0..time).map(|t| (1000 * id + t) as f64).collect();
+        Sequence { id: id.to_string(), time, states, actions: Vec::new() }
+    }
+
+    fn set(items: Vec<Sequence>) -> Sequences {
+        Sequences { columns: vec!["x".into()], action_columns: Vec::new(), items }
+    }
+
+    #[test]
+    fn the_end_of_a_single_record_is_held_out() {
+        let cut = pieces(&set(vec![record(0, 1001)]), true);
+        let (first, last) = (&cut.train.items[0], &cut.train.items[cut.train.items.len() - 1]);
+        assert_eq!((first.states[0], last.states[last.time - 1]), (0.0, 800.0));
+        for pair in cut.train.items.windows(2) {
+            assert_eq!(pair[0].states.last(), pair[1].states.first());
+            assert!((64..=256).contains(&pair[0].time));
+        }
+        assert_eq!((cut.held_out[0].states[0], cut.held_out[0].time), (800.0, 201));
+    }
+
+    #[test]
+    fn of_many_records_every_fifth_is_held_out_whole() {
+        let cut = pieces(&set((0..11).map(|id| record(id, 50)).collect()), true);
+        let names: Vec<&str> = cut.held_out.iter().map(|q| q.id.as_str()).collect();
+        assert_eq!((names, cut.train.items.len()), (vec!["4", "9"], 9));
+    }
+
+    #[test]
+    fn a_short_record_is_learned_from_whole() {
+        let cut = pieces(&set(vec![record(0, 40)]), true);
+        assert_eq!((cut.train.items[0].time, cut.held_out.len()), (40, 0));
+    }
+}

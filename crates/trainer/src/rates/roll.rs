@@ -1,0 +1,59 @@
+//! Roll-outs of the physics with corrected rates, many side by side.
+
+use super::features::{width, write};
+use crate::Samples;
+use crate::engine::WrittenMotion;
+use crate::scales::Scales;
+
+/// States to begin at, actions of all of them, and the number of samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motions<'a> {
+    /// First states `[lane, S]`.
+    pub starts: &'a [f64],
+    /// Actions `[time, A]`.
+    pub actions: &'a [f64],
+    /// Samples, the first of which are the starts.
+    pub time: usize,
+}
+
+/// Rolls out. Of features `[U, lane]` of an interval, `correct` writes the changes of the corrected rates `[D, lane]`, per second.
+pub(crate) fn roll(
+    motion: &WrittenMotion,
+    scales: &Scales,
+    motions: Motions<'_>,
+    correct: &mut dyn FnMut(&[f32], &mut [f64]),
+) -> Samples {
+    let Motions { starts, actions, time } = motions;
+    let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
+    let (lanes, a) = (starts.len() / s, actions.len() / time);
+    let mut values = vec![0.0_f32; time * s * lanes];
+    let (mut now, mut next) = (starts.to_vec(), vec![0.0; lanes * s]);
+    let (mut row, mut u) = (vec![0.0; u_width], vec![0.0; u_width * lanes]);
+    let (mut rates, mut own) = (vec![0.0; d * lanes], vec![0.0; d]);
+    for (t, values) in values.chunks_exact_mut(s * lanes).enumerate() {
+        for (lane, state) in now.chunks_exact(s).enumerate() {
+            state.iter().enumerate().for_each(|(j, x)| values[j * lanes + lane] = *x as f32);
+        }
+        if t + 1 == time {
+            break;
+        }
+        let (from, to) = (&actions[t * a..(t + 1) * a], &actions[(t + 1) * a..(t + 2) * a]);
+        motion.advance(&now, &from.repeat(lanes), &to.repeat(lanes), &mut next);
+        for lane in 0..lanes {
+            let (from_state, to_state) = (&now[lane * s..][..s], &next[lane * s..][..s]);
+            write(motion, scales, from_state, to_state, [from, to], &mut row);
+            u[lane..].iter_mut().step_by(lanes).zip(&row).for_each(|(slot, v)| *slot = *v);
+        }
+        correct(&u, &mut rates);
+        for (lane, now) in now.chunks_exact_mut(s).enumerate() {
+            own.iter_mut().enumerate().for_each(|(k, own)| *own = rates[k * lanes + lane]);
+            motion.correct(&next[lane * s..][..s], to, &own, now);
+        }
+    }
+    Samples { count: lanes, values }
+}
+
+/// A start `[S]` of all samples, or one of each, as one of each.
+pub(crate) fn starts_of(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
+    if start.len() == states { start.repeat(samples) } else { start.to_vec() }
+}
