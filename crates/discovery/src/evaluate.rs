@@ -190,6 +190,11 @@ impl<'a> Point<'a> {
 /// Degrees of freedom of the scale that each trajectory's misfit has of its own.
 const SCALE_FREEDOM: f64 = 8.0;
 
+/// Weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom.
+pub(crate) fn weight(q: f64, m: f64) -> f64 {
+    robust(q, m).1
+}
+
 /// Cost and weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom: minus
 /// twice the logarithm of a multivariate t density (Lange, Little and Taylor 1989). Near `q = m` it is the Gaussian cost; a
 /// trajectory that no hypothesis follows (a hand in the way, a wrong covariate) counts with the logarithm of its misfit.

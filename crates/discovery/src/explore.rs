@@ -2,10 +2,12 @@
 
 use crate::Progress;
 use crate::addition::{Addition, labels};
-use crate::candidates::may_join;
+use crate::candidates::{Family, may_join};
 use crate::fit::{ChosenRecords, Fit, fit};
+use crate::grammar::is_formula;
 use crate::judged::Judged;
 use crate::pairs::pairs;
+use crate::part::{is_long, part};
 use crate::scan::scan;
 use crate::scored::Score;
 use crate::search::{MOST_EFFECTS, Search};
@@ -30,8 +32,12 @@ struct Effort {
 }
 
 impl Effort {
-    /// Idealised laws are searched with what the dispersion lets through, which is less: a fit is some hundred windows.
-    fn of(sample: &ChosenRecords<'_>) -> Self {
+    /// Formulas that were searched on a part of long data are looked over once more on all. Idealised laws are searched with what
+    /// the dispersion lets through, which is less: a fit is some hundred windows.
+    fn of(sample: &ChosenRecords<'_>, family: Family) -> Self {
+        if family == Family::Grammar && is_long(sample) {
+            return Self { starts: 1, beam: 2, first: 6, later: 3, swaps: 2, adds: 2, rounds: 3 };
+        }
         if sample.data.is_idealised() {
             return Self { starts: 1, beam: 2, first: 6, later: 4, swaps: 2, adds: 1, rounds: 3 };
         }
@@ -51,12 +57,11 @@ const MOST_SCANNED: usize = 3;
 const MOST_PAIRS: usize = 3;
 /// Ratio of a pair's statistic to that of its better half from which on the pair is fitted.
 const WORTH_A_PAIR: f64 = 1.1;
-/// Records of a first search, at least.
-const FEW: usize = 30;
-/// Windows of all records from which on a first search sees a part of them only.
-const MANY_WINDOWS: usize = 200;
 /// Sets that a first search hands on.
 const SEEDS: usize = 3;
+
+/// Share of the misfit that the score of a formula has to explain for it to be fitted.
+const WORTH_TRYING: f64 = 0.02;
 
 /// Additions with the values that their parameters begin at (empty: a share of the typical size).
 type Move = Vec<(Addition, Vec<f64>)>;
@@ -77,7 +82,7 @@ impl Search<'_> {
     pub fn run(&self, base: Fit, known: &[Judged], progress: &mut dyn FnMut(Progress)) -> Explored {
         let mut seeds: Vec<Judged> =
             known.par_iter().map(|j| self.refit(&j.fit, j.additions(), &[])).collect();
-        seeds.extend(self.seeds(&base));
+        seeds.extend(self.seeds(&base, known));
         let (mut tried, base_scores) = self.explore(base, seeds, progress);
         self.refine(&mut tried, progress);
         tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
@@ -100,25 +105,24 @@ impl Search<'_> {
         Explored { pool, tried, base_scores }
     }
 
-    /// The best sets of a search on some of the records, fitted to all: such a search finds what is large at a fraction of the
-    /// cost. None where the windows are not many, and where laws are exact: few records say as much of those as all.
-    fn seeds(&self, base: &Fit) -> Vec<Judged> {
-        let stride = self.train.chosen.len() / FEW;
-        if !self.train.data.is_idealised() || stride < 2 || self.train.excerpts().len() < MANY_WINDOWS {
-            return Vec::new();
-        }
-        let few: Vec<usize> = self.train.chosen.iter().copied().step_by(stride).collect();
+    /// The best sets of a search on a part of the data, which begins at `base` and at `known`, fitted to all; none where there is
+    /// no such part.
+    fn seeds(&self, base: &Fit, known: &[Judged]) -> Vec<Judged> {
+        let Some((data, chosen)) = part(&self.train, self.family) else { return Vec::new() };
+        let train = ChosenRecords { data: &data, chosen: &chosen, ..self.train };
         let search = Search {
-            train: ChosenRecords { chosen: &few, ..self.train },
+            train,
             test: ChosenRecords { chosen: &[], ..self.test },
             library: self.library.clone(),
+            family: self.family,
             tests: self.tests,
             scatter: self.scatter,
             free_runs: None,
             clock: self.clock.clone(),
         };
         let start = fit(&search.train, &base.hypothesis, &base.theta, &[]);
-        let (mut tried, _) = search.explore(start, Vec::new(), &mut |_| {});
+        let on_part = |j: &Judged| search.judge(fit(&search.train, &j.fit.hypothesis, &j.fit.theta, &[]));
+        let (mut tried, _) = search.explore(start, known.par_iter().map(on_part).collect(), &mut |_| {});
         search.refine(&mut tried, &mut |_| {});
         tried.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let better: Vec<&Judged> =
@@ -138,7 +142,7 @@ impl Search<'_> {
         seeds: Vec<Judged>,
         progress: &mut dyn FnMut(Progress),
     ) -> (Vec<Judged>, Vec<Score>) {
-        let effort = Effort::of(&self.train);
+        let effort = Effort::of(&self.train, self.family);
         let base = self.judge(base);
         let base_scores = self.library_scores(&base);
         let base_criterion = base.criterion;
@@ -180,7 +184,7 @@ impl Search<'_> {
         let fit = &from.fit;
         let mut list = self.library_scores(from);
         list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-        let effort = Effort::of(&self.train);
+        let effort = Effort::of(&self.train, self.family);
         let (most, least) = if level == 1 { (effort.first, 4.0) } else { (effort.later, 6.0) };
         let least = least + self.resolution();
         let mut both = Vec::new();
@@ -188,8 +192,10 @@ impl Search<'_> {
             // Where many derivatives come at the price of few, pairs are foretold as well.
             both = pairs(&self.train, fit, &list);
             let strongest = list.first().map_or(0.0, |s| s.statistic);
+            let least = least.max(self.least_of_a_formula(from));
             both.retain(|p| p.statistic > strongest && p.statistic > WORTH_A_PAIR * p.alone + least);
         }
+        list.retain(|score| self.is_promising(score, from));
         let strong = list.first().map_or(0.0, |s| s.statistic);
         let mut moves: Vec<Move> = list
             .iter()
@@ -240,6 +246,23 @@ impl Search<'_> {
         moves
     }
 
+    /// Scores of what may join a fit, best first, without formulas that promise too little to be fitted.
+    fn promising(&self, judged: &Judged) -> Vec<Score> {
+        let mut list = self.library_scores(judged);
+        list.retain(|score| self.is_promising(score, judged));
+        list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+        list
+    }
+
+    fn is_promising(&self, score: &Score, at: &Judged) -> bool {
+        !is_formula(&score.addition) || score.statistic > self.least_of_a_formula(at)
+    }
+
+    /// Gain that a formula has to promise to be fitted; 0 where no formulas are looked for.
+    fn least_of_a_formula(&self, at: &Judged) -> f64 {
+        if self.family == Family::Grammar { WORTH_TRYING * at.fit.weighted_misfit() } else { 0.0 }
+    }
+
     /// Whether a score, in units of its dispersion, promises half of what the addition must gain; without a dispersion every
     /// score does.
     fn is_worth_fitting(&self, score: &Score) -> bool {
@@ -280,7 +303,7 @@ impl Search<'_> {
 
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
-        let effort = Effort::of(&self.train);
+        let effort = Effort::of(&self.train, self.family);
         for round in 0..effort.rounds {
             if self.clock.is_over() {
                 return;
@@ -315,8 +338,7 @@ impl Search<'_> {
                     None
                 };
                 let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
-                let mut list = self.library_scores(&without);
-                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+                let list = self.promising(&without);
                 let least = 6.0 + self.resolution();
                 for s in list
                     .into_iter()
@@ -336,8 +358,7 @@ impl Search<'_> {
                 }
             }
             if now.len() < MOST_EFFECTS {
-                let mut list = self.library_scores(&best);
-                list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+                let list = self.promising(&best);
                 let least = 6.0 + self.resolution();
                 for s in list
                     .into_iter()

@@ -2,7 +2,7 @@
 
 pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::cluster::{Cluster, clusters};
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, Normal, weight};
 use crate::follow::{Follower, Settled, assembled_at, followed, nuisance_step, settled_from};
 use crate::grown::grown;
 use crate::hypothesis::Hypothesis;
@@ -54,6 +54,13 @@ pub(crate) struct Fit {
     pub draws: f64,
     /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
+}
+
+impl Fit {
+    /// Sum of the squared residuals of all windows, in units of the noise, each with the weight that it has in the fit.
+    pub fn weighted_misfit(&self) -> f64 {
+        self.misfits.iter().map(|[misfit, freedom]| weight(*misfit, *freedom) * misfit).sum()
+    }
 }
 
 /// Nuisances of the windows of several samples, in the order of all their records.

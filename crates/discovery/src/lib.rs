@@ -51,6 +51,7 @@ mod noise_cause;
 mod options;
 mod outliers;
 mod pairs;
+mod part;
 mod periodicity;
 mod pieces;
 mod prepare;

@@ -51,6 +51,8 @@ pub(crate) struct Search<'a> {
     pub train: ChosenRecords<'a>,
     pub test: ChosenRecords<'a>,
     pub library: Vec<Addition>,
+    /// Source of the library.
+    pub family: Family,
     /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
     pub tests: usize,
     /// Whether the parameter of the events may scatter.
@@ -92,7 +94,7 @@ impl<'a> Search<'a> {
         };
         let tests = library.iter().map(points).sum();
         let (free_runs, clock) = (FreeRuns::new(&test), Clock::new(options));
-        Self { train, test, library, tests, scatter: true, free_runs, clock }
+        Self { train, test, library, family, tests, scatter: true, free_runs, clock }
     }
 
     pub fn system(&self) -> &dyn System {
