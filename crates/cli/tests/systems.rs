@@ -199,9 +199,14 @@ fn data_are_inspected_by_the_columns_of_a_model() {
     assert!(text.contains("12 readings stand at 10 V: a range that ends there"), "{text}");
 }
 
-/// Ten swings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and, beside it, quadratic friction `c`; noise of
-/// 2 mrad from a sum of congruential numbers.
+/// Ten swings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and, beside it, quadratic friction `c`.
 fn swings(c: f64) -> String {
+    swings_under(|_, v| -c * v.abs() * v)
+}
+
+/// The same with a law of angle and speed in the place of the quadratic friction; noise of 2 mrad from a sum of congruential
+/// numbers.
+fn swings_under(law: impl Fn(f64, f64) -> f64) -> String {
     let mut state: u64 = 7;
     let mut noise = || {
         let mut draw = || {
@@ -211,7 +216,7 @@ fn swings(c: f64) -> String {
         // Twelve uniform numbers have the variance 1.
         0.002 * ((0..12).map(|_| draw()).sum::<f64>() - 6.0)
     };
-    let rates = |[x, v]: [f64; 2]| [v, -9.81 / 0.153 * x.sin() - 0.05 * v - c * v.abs() * v];
+    let rates = |[x, v]: [f64; 2]| [v, -9.81 / 0.153 * x.sin() - 0.05 * v + law(x, v)];
     let mut text = String::from("trajectory,t_s,angle_rad\n");
     for j in 0..10 {
         let mut state = [0.3 + 0.12 * f64::from(j), 0.0];
@@ -281,6 +286,42 @@ fn with_the_library_emptied_a_pendulum_gets_a_formula() {
     std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
     let text = refused(&["discover", "ball.toml", "drag.csv", "--library", "none"], 2, d);
     assert!(text.contains("formulas are looked for in models of equations only"), "{text}");
+}
+
+#[test]
+fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    // A torque with two bumps of its own shape.
+    let knots = [0.0, 0.0, 12.0, 0.0, 0.0, -4.0, -12.0, 0.0];
+    let torque = |x: f64, _: f64| {
+        let place = ((x + 1.3) / 2.6 * 7.0).clamp(0.0, 6.9999);
+        let left = place as usize;
+        knots[left] + (knots[left + 1] - knots[left]) * (place - left as f64)
+    };
+    // Half of the swings, three seconds of each: the search is the slow part.
+    let is_kept = |line: &&str| {
+        let mut cells = line.split(',').map(|cell| cell.parse::<f64>().unwrap_or(0.0));
+        let (swing, time) = (cells.next().unwrap_or(0.0), cells.next().unwrap_or(0.0));
+        swing % 2.0 == 0.0 && time < 3.0
+    };
+    let text = swings_under(torque);
+    let some: Vec<&str> = text.lines().filter(is_kept).collect();
+    std::fs::write(d.join("bumps.csv"), some.join("\n") + "\n").unwrap();
+    let args = ["discover", "pendulum.toml", "bumps.csv", "--library", "none", "--out", "found", "--json"];
+    let found = json(&args, d);
+    let verdict = found["verdict"].as_str().unwrap_or_default();
+    assert!(["unknown", "partly-explained"].contains(&verdict), "{}", found["sentence"]);
+    let law = &found["unexplained"];
+    assert_eq!((law["target"].as_str(), law["against"].as_str()), (Some("omega_rad_s"), Some("theta_rad")));
+    // The table stands in a file that is a model like any other.
+    let text = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
+    assert!(text.contains("kind = \"table\"") && text.contains("against = \"theta_rad\""), "{text}");
+    let [calibrated, augmented] =
+        ["calibrated", "augmented"].map(|row| found["error"][row]["rmse"].as_f64().expect("a number"));
+    assert!(augmented < 0.3 * calibrated, "{augmented} {calibrated}");
+    augsim(&["evaluate", "found/model.toml", "--data", "bumps.csv", "--burn-in", "20"], d);
 }
 
 #[test]

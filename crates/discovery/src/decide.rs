@@ -103,17 +103,10 @@ pub(crate) fn settle(
             && !search.clock.is_over()
             && let Some(wider) = widen(search, &base, &best)
         {
-            let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
-            let better = is_worth_a_table(best.criterion - wider.criterion)
-                && wider.heldout_ll > best.heldout_ll
-                && !runs_worse;
-            if better {
-                let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Table(_)));
-                verdict = if listed { Verdict::PartlyExplained } else { Verdict::Unknown };
-                tests = adequacy(search, &wider, &found.tried, None);
-                best = wider;
-                severe = false;
-            }
+            verdict = verdict_on_tables(&wider);
+            tests = adequacy(search, &wider, &found.tried, None);
+            best = wider;
+            severe = false;
         }
         if severe {
             verdict = if named(&best) { Verdict::PartlyExplained } else { Verdict::Unknown };
@@ -197,15 +190,26 @@ pub(crate) fn heldout_gain(best: &Judged, base: &Judged) -> Option<f64> {
     best.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / best.unit).filter(|g| g.is_finite())
 }
 
-/// Looks for tables from the base and from the best library model.
-fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
+/// The verdict on an explanation with tables: a table is no law.
+pub(crate) fn verdict_on_tables(wider: &Judged) -> Verdict {
+    let listed = wider.additions().iter().any(|a| !matches!(a, Addition::Table(_)));
+    if listed { Verdict::PartlyExplained } else { Verdict::Unknown }
+}
+
+/// The best explanation with tables, looked for from the base and from the best model without; `None` where it is not so much
+/// better that the best is given up for it.
+pub(crate) fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option<Judged> {
     let mut starts = vec![base.clone()];
     if !best.additions().is_empty() {
         starts.push(best.clone());
     }
     let mut wider = unlisted(search, base, &starts)?;
     wider.heldout_ll = Some(search.heldout(&wider).ll);
-    Some(wider)
+    let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
+    let is_better = is_worth_a_table(best.criterion - wider.criterion)
+        && wider.heldout_ll > best.heldout_ll
+        && !runs_worse;
+    is_better.then_some(wider)
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use crate::report::report;
 use crate::result::{Discovery, ErrorTable, FreeRun, Windows};
 use crate::scattered;
 use crate::search::Search;
+use crate::tables::beyond_formulas;
 use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -66,6 +67,10 @@ pub fn discover(
         if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {
             (decided, family) = (wider, Family::Grammar);
         }
+    }
+    let is_open = doubt.is_none() && !decided.was_cut && !decided.tests.ok();
+    if has_grammar(&prepared) && is_open && leaves_something(&prepared, &decided) {
+        decided = beyond_formulas(&prepared, decided, family, options, progress);
     }
     let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
     let search = Search::new(train, test, family, options);

@@ -87,6 +87,7 @@ pub(crate) fn answer(
         }
     };
     let too_few = || DiscoveryError::TooFew { data: prepared.data.name.clone(), found: 0 };
-    let decided = decide(&mut search, base, &known, true, progress).ok_or_else(too_few)?;
+    // With a grammar formulas come before tables.
+    let decided = decide(&mut search, base, &known, !has_grammar(prepared), progress).ok_or_else(too_few)?;
     Ok((decided, family))
 }

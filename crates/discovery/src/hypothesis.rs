@@ -119,7 +119,7 @@ impl Hypothesis {
                 Addition::Split(split) => {
                     free.iter_mut().filter(|f| f.index == split.index).for_each(|f| f.per = Per::Group)
                 }
-                Addition::Table(_) => {
+                Addition::Table(table) => {
                     for index in places.next().unwrap_or_default() {
                         let knot = &system.parameters()[index];
                         free.push(Free {
@@ -128,7 +128,7 @@ impl Hypothesis {
                             min: knot.min,
                             max: knot.max,
                             room: (knot.min, knot.max),
-                            typical: 1.0,
+                            typical: table.target.usual,
                             null: 0.0,
                             addition: Some(number),
                             prior: None,

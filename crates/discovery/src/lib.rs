@@ -74,6 +74,7 @@ mod spread;
 mod statistics;
 mod structural;
 mod supported;
+mod tables;
 mod tally;
 mod unlisted;
 

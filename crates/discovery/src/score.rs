@@ -312,7 +312,10 @@ fn one_score(
 pub(crate) fn unit(addition: &Addition, i: usize, count: usize) -> f64 {
     let parameters = addition.parameters();
     let per = count / parameters.len().max(1);
-    let usual = parameters.get(i / per.max(1)).map_or(1.0, |p| p.typical.abs());
+    let usual = match addition {
+        Addition::Table(table) => table.target.usual,
+        _ => parameters.get(i / per.max(1)).map_or(1.0, |p| p.typical.abs()),
+    };
     usual.max(1.0).powi(2)
 }
 

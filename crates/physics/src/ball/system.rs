@@ -321,6 +321,7 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
     });
     let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
     let targets = TableTarget::ALL.iter().map(|t| Target {
+        usual: 1.0,
         quantity: Quantity::new(t.name(), t.unit()),
         place: t.location().name().into(),
         costly: t.location() == Location::Flight,

@@ -76,6 +76,8 @@ pub struct Target {
     pub place: String,
     /// Whether a law there makes every simulation dearer.
     pub costly: bool,
+    /// A size of an addition that matters, in the unit of the quantity.
+    pub usual: f64,
 }
 
 /// Channels whose errors are one figure.

@@ -5,6 +5,7 @@ mod pushes;
 mod records;
 mod schema;
 mod shown;
+mod tables;
 mod tune;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};
@@ -15,7 +16,7 @@ use crate::system::System as Compiled;
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
     Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
-    SystemError, Task,
+    SystemError, Table, Task,
 };
 pub use declaration::MeasuredModel;
 use std::collections::BTreeMap;
@@ -45,6 +46,8 @@ pub struct WrittenSystem {
     /// Place of each of these among the parameters of the model.
     places: Vec<usize>,
     laws: Vec<Law>,
+    /// Laws of one feature that the data behind its library can speak about.
+    tables: Arc<[Table]>,
     /// Values that fits of declared parameters begin at; empty: the nominal ones.
     fit_from: Vec<f64>,
 }
@@ -64,6 +67,8 @@ impl WrittenSystem {
             ..schema::effect(candidate)
         });
         system.library = effects.collect();
+        system.schema = Arc::new(tables::with_sizes((*system.schema).clone(), model, scales));
+        system.tables = tables::tables(model, &system.schema, scales).into();
         Ok(system)
     }
 
@@ -92,6 +97,7 @@ impl WrittenSystem {
             parameters: model.parameters.iter().map(schema::parameter).collect(),
             places: (0..model.parameters.len()).collect(),
             laws: Vec::new(),
+            tables: Arc::default(),
             fit_from: Vec::new(),
             compiled: Arc::new(compiled),
         })
@@ -171,7 +177,9 @@ impl WrittenSystem {
                 let ends = (table.first, table.last);
                 let draft = table_draft(target, &on.quantity.name, &against.name, ends, &zeros);
                 model.add(&draft).map_err(|_| SystemError::Full)?;
-                Ok((0..table.knots).map(|i| (Parameter::knot(i), first + i)).collect())
+                let most = tables::most_of_a_knot(on.usual);
+                let knot = |i: usize| Parameter { min: -most, max: most, ..Parameter::knot(i) };
+                Ok((0..table.knots).map(|i| (knot(i), first + i)).collect())
             }
         }
     }
@@ -349,6 +357,10 @@ impl System for WrittenSystem {
 
     fn begins_from_first_samples(&self) -> bool {
         true
+    }
+
+    fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+        self.tables.to_vec()
     }
 
     /// Time, channels and inputs.

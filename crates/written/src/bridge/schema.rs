@@ -43,11 +43,13 @@ pub(super) fn of(model: &Model) -> Schema {
         quantity: Quantity::new(&state.name, &rate(state.unit)),
         place: "rate".into(),
         costly: false,
+        usual: 1.0,
     });
     let outputs = model.outputs.iter().map(|output| Target {
         quantity: Quantity::new(&output.name, &text(output.unit)),
         place: "output".into(),
         costly: false,
+        usual: 1.0,
     });
     Schema {
         system: model.name.clone(),

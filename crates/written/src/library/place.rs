@@ -35,6 +35,11 @@ impl Motion {
         let flows = (0..count).filter(|state| !kinematic(*state) && !copies(*state)).collect();
         Motion { pairs, flows }
     }
+
+    /// States whose rates are force or flow equations: those that a term may be added to.
+    pub fn laws(&self) -> Vec<usize> {
+        self.pairs.iter().map(|(_, v)| *v).chain(self.flows.iter().copied()).collect()
+    }
 }
 
 /// The state that a rate is in proportion to, by numbers and parameters alone.
@@ -125,12 +130,12 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
                 let of = move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
                 quantities.iter().map(of).collect::<Vec<_>>()
             };
-            laws(&motion).into_iter().flat_map(at).collect()
+            motion.laws().into_iter().flat_map(at).collect()
         }
         "law-pair" | "law-product" => {
             let mut list = Vec::new();
             let quantities = quantities(model);
-            for v in laws(&motion) {
+            for v in motion.laws() {
                 for (i, z) in quantities.iter().enumerate() {
                     let wanted = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
                     for q in (0..quantities.len()).filter(wanted).map(|k| &quantities[k]) {
@@ -183,11 +188,6 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
         _ => vec![named(word, model)?],
     };
     Some(list)
-}
-
-/// States whose rates are force or flow equations: those that a term may be added to.
-fn laws(motion: &Motion) -> Vec<usize> {
-    motion.pairs.iter().map(|(_, v)| *v).chain(motion.flows.iter().copied()).collect()
 }
 
 /// Texts of what a formula may be of: declared states, inputs and intermediate values.

@@ -88,6 +88,22 @@ impl Scales {
         (low < high).then_some([low, high])
     }
 
+    /// Values that a share `low` and a share `high` of the points do not exceed; nothing for a text without values.
+    pub fn quantiles(&self, text: &str, model: &Model, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
+        let mut values: Vec<f64> = self.values(text, model).into_iter().filter(|v| v.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let last = values.len().checked_sub(1)?;
+        Some([low, high].map(|share| values[(share * last as f64).round() as usize]))
+    }
+
+    /// Size of a term that has the usual share of a state's rate; nothing where that does not move.
+    pub fn usual_of_rate(&self, state: usize, model: &Model) -> Option<f64> {
+        let tree = &model.states.get(state)?.rate.tree;
+        let rates: Vec<f64> =
+            self.points.iter().map(|p| tree.value(&Scene::new(model, p, &self.parameters, 1.0))).collect();
+        Some(USUAL_SHARE * rms(&rates)).filter(|size| *size > 0.0 && size.is_finite())
+    }
+
     /// Whether nothing is known.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
