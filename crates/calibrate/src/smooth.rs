@@ -85,11 +85,11 @@ pub fn smooth(
         .collect::<Result<_, _>>()
         .map_err(CalibrationError::Simulation)?;
     let shaken = problem.hypothesis(problem.rates_pushed(), 0.0);
-    let (shaken, _) = problem.settled(shaken, values, &mut paths, 3)?;
+    problem.settled(shaken, values, &mut paths, 3)?;
     // Each cause is judged along paths of its own: through an event, those of another are no motions of the model.
     let judged = |drives: Vec<Drive>, mut paths: Vec<Vec<f64>>| {
         let along = problem.intervals(values, &paths)?;
-        let found = with_memory(&problem, drives, &paths, &along, &shaken.noise.read);
+        let found = with_memory(&problem, &drives, &paths, &along);
         let (hypothesis, stays) = problem.settled(found, values, &mut paths, PATHS)?;
         let numbers = hypothesis.drives.len() as f64 + if hypothesis.memory > 0.0 { 1.0 } else { 0.0 };
         let worth = hypothesis.ll - WORTH * numbers;
@@ -124,27 +124,21 @@ pub fn smooth(
     })
 }
 
-/// A cause with the memory under which its readings are likeliest along these paths, from variances `read` of the readings.
+/// A cause with the memory under which its readings are likeliest along these paths. Each memory begins with rough variances: one
+/// that is next to nothing under the memory before would hardly grow again.
 fn with_memory(
     problem: &Noisy<'_>,
-    drives: Vec<Drive>,
+    drives: &[Drive],
     paths: &[Vec<f64>],
     along: &[Vec<Interval>],
-    read: &[f64],
 ) -> Hypothesis {
     let few = compared(problem.records);
-    let wanders = !drives.is_empty();
-    let at = |memory: f64, read: &[f64]| {
-        let mut begin = problem.hypothesis(drives.clone(), memory);
-        if wanders {
-            begin.noise.read.copy_from_slice(read);
-        }
-        problem.balanced(begin, paths, along, &few).0
-    };
-    let mut best = at(0.0, read);
+    let at =
+        |memory: f64| problem.balanced(problem.hypothesis(drives.to_vec(), memory), paths, along, &few).0;
+    let mut best = at(0.0);
     let mut worse = 0;
-    for memory in MEMORIES.iter().filter(|_| wanders) {
-        let found = at(*memory, &best.noise.read);
+    for memory in MEMORIES.iter().filter(|_| !drives.is_empty()) {
+        let found = at(*memory);
         if found.ll > best.ll {
             (best, worse) = (found, 0);
         } else {
@@ -157,7 +151,7 @@ fn with_memory(
     let wanders = best.memory > 0.0;
     for factor in FINER.iter().filter(|_| wanders) {
         for memory in [best.memory / factor, best.memory * factor] {
-            let found = at(memory, &best.noise.read);
+            let found = at(memory);
             if found.ll > best.ll {
                 best = found;
             }

@@ -185,3 +185,34 @@ fn nothing_measured_is_said() {
     let error = smoothed(record(vec![f64::NAN; 40])).expect_err("no answer");
     assert!(matches!(error, CalibrationError::NothingMeasured), "{error}");
 }
+
+#[test]
+fn a_push_that_shows_at_once_leaves_the_sensor_its_noise() {
+    // Under white pushes the readings are likeliest without a sensor's noise; under pushes that last they are not.
+    let text = "scenario = \"system\"\n[states]\nexcess_K = { start = \"reading_K\" }\n\
+    [parameters]\nloss_per_s = { nominal = 0.2, frozen = true }\n[rates]\nexcess_K = \"-loss_per_s * excess_K\"\n\
+    [outputs]\nreading_K = { value = \"excess_K\", sd = \"estimate\" }\n";
+    let model = model::parse(text, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
+    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let (kept, falls) = ((-0.25_f64).exp(), (-0.1_f64).exp());
+    let mut list = Vec::new();
+    for j in 0..8 {
+        let (mut x, mut p) = (20.0, normal(50 + j, 900));
+        let mut y = Vec::new();
+        for k in 0..200 {
+            y.push(x + 0.1 * normal(20 + j, k));
+            x = falls * x + (1.0 - falls) / 0.2 * p;
+            p = kept * p + (1.0 - kept * kept).sqrt() * normal(35 + j, k);
+        }
+        let mut r = record(y);
+        r.times = (0..200).map(|k| 0.5 * f64::from(k)).collect();
+        system.prepare(&mut r, &[]).expect("a record");
+        list.push(r);
+    }
+    let shown = system.showing_states().expect("a system");
+    let found = smooth(&shown, 1, &list, &[0.2], &system.pushed_states(), &[None]).expect("an answer");
+    assert_eq!(found.cause, Cause::Motion);
+    within(found.drive_sd[0], 1.0, 0.15);
+    within(found.memory_s, 2.0, 0.3);
+    within(found.sensor_sd[0], 0.1, 0.25);
+}
