@@ -2,6 +2,7 @@
 
 mod drawn;
 mod net;
+mod pushes;
 mod scored;
 pub mod table;
 mod written;

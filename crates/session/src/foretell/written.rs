@@ -1,6 +1,7 @@
 //! Free runs of a system of equations with bands.
 
 use super::drawn::{Drawn, foretelling};
+use super::pushes::Pushes;
 use crate::DataFrom;
 use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
@@ -18,7 +19,8 @@ use rayon::prelude::*;
 /// Free runs of all records of a file, from starts that are fitted to the first `burn_in` samples.
 ///
 /// Bands are those of draws: parameters from their 95 % intervals, the start fitted anew at them to the first samples with
-/// other noise, and the sensor's noise on top, as the model declares it or else as the first samples scatter.
+/// other noise, pushes where the model says that its motion is shaken, and the sensor's noise on top, as the model declares it or else
+/// as the first samples scatter.
 ///
 /// # Errors
 /// A column is missing, or a record cannot be simulated.
@@ -49,7 +51,7 @@ pub(super) fn run_all(
     burn_in: usize,
     options: &ForetellOptions,
 ) -> anyhow::Result<Vec<Drawn>> {
-    let run = Run { model, system, burn_in: burn_in.max(1), options };
+    let run = Run { model, system, pushes: Pushes::on(system)?, burn_in: burn_in.max(1), options };
     in_order(records.par_iter().enumerate().map(|(i, record)| run.one(record, i as u64)))
 }
 
@@ -100,6 +102,8 @@ pub(super) fn declared(model: &Model) -> Vec<Option<f64>> {
 struct Run<'a> {
     model: &'a Model,
     system: &'a WrittenSystem,
+    /// Noise of the motion, where the model has one.
+    pushes: Option<Pushes>,
     burn_in: usize,
     options: &'a ForetellOptions,
 }
@@ -111,7 +115,7 @@ impl Run<'_> {
         let Beginning { known, early, begun, noise } =
             Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
         let declared = declared(self.model);
-        let forecast = self.run(record, &values, &begun.state)?;
+        let forecast = self.run(self.system, record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let samples = record.times.len();
@@ -131,7 +135,14 @@ impl Run<'_> {
             let Ok(start) = fit_start(self.system, &noisy, known, &drawn, &begun.state, &declared) else {
                 continue;
             };
-            let Ok(path) = self.run(record, &drawn, &start.state) else { continue };
+            let path = match &self.pushes {
+                Some(pushes) => {
+                    let pushed = pushes.drawn(record, known, &mut normal);
+                    self.run(&pushes.system, &pushed, &drawn, &start.state)
+                }
+                None => self.run(self.system, record, &drawn, &start.state),
+            };
+            let Ok(path) = path else { continue };
             for (o, (values, list)) in path.iter().zip(&mut draws).enumerate() {
                 for (v, list) in values.iter().zip(list) {
                     let value = read_by_sensor(&self.model.outputs[o], v + noise[o] * normal());
@@ -143,9 +154,14 @@ impl Run<'_> {
     }
 
     /// A free run of a record, `[output][sample]`.
-    fn run(&self, record: &Record, parameters: &[f64], start: &[f64]) -> anyhow::Result<Vec<Vec<f64>>> {
-        let whole = record.times.len();
-        let path = free_run(self.system, record, whole, parameters, start)?;
+    fn run(
+        &self,
+        system: &WrittenSystem,
+        record: &Record,
+        parameters: &[f64],
+        start: &[f64],
+    ) -> anyhow::Result<Vec<Vec<f64>>> {
+        let path = free_run(system, record, record.times.len(), parameters, start)?;
         let read = |(output, values): (&Output, Vec<f64>)| -> Vec<f64> {
             values.into_iter().map(|v| read_by_sensor(output, v)).collect()
         };
