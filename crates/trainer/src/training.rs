@@ -7,7 +7,7 @@ use crate::league::ClassNet;
 use crate::nets::Net;
 use crate::prepared::Prepared;
 use crate::rates::accept::{Accepted, Learned};
-use crate::rates::features;
+use crate::rates::features::{self, Trust};
 use crate::rates::pieces::{Pieces, pieces};
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
@@ -194,11 +194,11 @@ impl Training {
         if let Net::Stepwise(net) = &self.net {
             let mut law = LatentLaw::fit(net, &self.params, &self.prepared)?;
             if let Some(motion) = self.state.settings.engine.rates() {
-                features::trust(&mut self.state.scales, 1.0, 1.0);
+                features::trust(&mut self.state.scales, Trust::FULL);
                 let (scales, seed) = (&self.state.scales, self.state.settings.seed);
                 let learned = Learned { motion, net, params: &self.params, law: &law, scales, seed };
                 if let Some(Accepted { trust, latents_differ }) = learned.decide(&self.held_out)? {
-                    features::trust(&mut self.state.scales, trust.gain, trust.spread);
+                    features::trust(&mut self.state.scales, trust);
                     if !latents_differ {
                         law.factor.fill(0.0);
                     }

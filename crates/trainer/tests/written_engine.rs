@@ -86,6 +86,32 @@ fn a_roll_out_is_the_run_of_the_simulator_through_the_stop() {
 }
 
 #[test]
+fn an_input_that_runs_as_a_spline_does_so_within_every_interval() {
+    let text = STOPPED.replace("\"linear\"", "\"spline\"");
+    let (engine, model, time) = (engine(&text), ok(parse(&text, "model.toml")), 40);
+    assert_eq!(engine.action_columns(), ["force_N", "curvature of force_N", "t_s"]);
+    let times: Vec<f64> = (0..time).map(|k| STEP_S * k as f64).collect();
+    let force: Vec<f64> = (0..time).map(|k| 3.0 * (1.3 * k as f64).sin()).collect();
+    let signal = Signal::new(&times, &force, Hold::Spline);
+    let rows = times.iter().zip(&force);
+    let actions: Vec<f64> = rows.flat_map(|(t, u)| [*u, signal.curvature_at(*t), *t]).collect();
+    let path = engine.rollout(&[0.0, 0.1], &actions, time);
+    let record = ok(Record::new("whole", times, vec![signal]));
+    let window = Window {
+        record: &record,
+        first: 0,
+        last: time - 1,
+        start: &[0.0, 0.1],
+        parameters: &model.nominals(),
+    };
+    let options = Options { method: Method::RungeKutta, substeps: 4 };
+    let whole = ok(ok(System::compile(&model, &[])).states_along(&window, &options));
+    for (a, b) in path.iter().zip(&whole) {
+        assert!((a - b).abs() < 1e-12, "{a} and {b}");
+    }
+}
+
+#[test]
 fn outputs_are_read_from_states() {
     let engine = engine(STOPPED);
     let system = engine.written().expect("equations");

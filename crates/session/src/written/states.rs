@@ -170,15 +170,11 @@ pub fn notes(model: &Model) -> Vec<String> {
     let mut notes = Vec::new();
     for input in &model.inputs {
         let name = &input.name;
-        match input.hold {
-            Some(Hold::Spline) => notes.push(format!(
-                "{name}: within an interval the net's physics takes the spline for a straight line between its values at the samples"
-            )),
-            None => notes.push(format!(
+        if input.hold.is_none() {
+            notes.push(format!(
                 "{name}: the model says nothing of how it runs between samples (hold), and it is taken for straight; `augsim fit` finds \
                  it from data"
-            )),
-            Some(Hold::Zero | Hold::Linear) => {}
+            ));
         }
         if input.delay.is_some() {
             notes.push(format!("{name}: the net reads the delayed signal at the samples"));
@@ -195,8 +191,7 @@ pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Seque
     let model = engine.equations();
     let records = records(data, model, true)?;
     let columns = model.states.iter().map(|s| s.name.clone()).collect();
-    let inputs = model.inputs.iter().map(|i| i.name.clone());
-    let action_columns = inputs.chain(["t_s".to_owned()]).collect();
+    let action_columns = engine.action_columns().to_vec();
     check_clock_of(engine, &records)?;
     // The sensors have the noise that the engine was made with.
     let mut known = model.clone();
@@ -218,7 +213,8 @@ pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Seque
     Ok(Sequences { columns, action_columns, items: items.collect() })
 }
 
-/// Inputs of a record, which is not prepared, at its samples, those with a delay delayed, and the times: `[sample, inputs and time]`.
+/// Inputs of a record, which is not prepared, at its samples, those with a delay delayed, then the second derivatives of those that run as
+/// splines, and the times: the engine's actions, `[sample, A]`.
 pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
     let nominals = model.nominals();
     let signals: Vec<(Signal, f64)> = (model.inputs.iter().zip(record.inputs.iter()))
@@ -229,7 +225,9 @@ pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
         })
         .collect();
     let row = |t: &f64| -> Vec<f64> {
-        signals.iter().map(|(signal, delay)| signal.at(t - delay)).chain([*t]).collect()
+        let values = signals.iter().map(|(signal, delay)| signal.at(t - delay));
+        let splines = signals.iter().filter(|(signal, _)| signal.hold() == Hold::Spline);
+        values.chain(splines.map(|(signal, delay)| signal.curvature_at(t - delay))).chain([*t]).collect()
     };
     record.times.iter().flat_map(row).collect()
 }

@@ -7,7 +7,7 @@ use super::error::EngineError;
 use super::motion::Motion;
 use augsim_written::engine::{Options, Point, Record, Signal, Window};
 use augsim_written::library;
-use augsim_written::model::{Direction, Hold, Integrator, Model};
+use augsim_written::model::{Direction, Hold, Input, Integrator, Model, Output};
 use augsim_written::text::{Kind, Symbol};
 use augsim_written::{System, WrittenSystem};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,8 @@ const HALVINGS: usize = 12;
 /// A system of equations at the nominal values of its parameters; configurations and checkpoints hold the file's text and what data
 /// decided about its simulation.
 ///
-/// Its states are those of the model. Its actions are the inputs at the samples, those with a delay delayed already, and the time.
+/// Its states are those of the model. Its actions are the inputs at the samples, those with a delay delayed already, the second derivatives
+/// of those that run as splines, and the time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Declared", into = "Declared")]
 pub struct WrittenEngine {
@@ -72,6 +73,11 @@ impl WrittenEngine {
     /// The model, with steps and widths as the engine has them.
     pub fn equations(&self) -> &Model {
         self.motion.system.model()
+    }
+
+    /// Names of the actions: the inputs, second derivatives of those that run as splines, and the time.
+    pub fn action_columns(&self) -> &[String] {
+        &self.motion.action_columns
     }
 
     /// Seconds from one sample to the next.
@@ -153,7 +159,9 @@ impl WrittenMotion {
         let (corrected, runs_by) = corrected(model, &system, &parameters);
         let columns = model.states.iter().map(|s| s.name.clone()).collect();
         let inputs = model.inputs.iter().map(|i| i.name.clone());
-        let action_columns = inputs.chain([CLOCK.to_owned()]).collect();
+        let splines =
+            model.inputs.iter().filter(|i| is_spline(i)).map(|i| format!("curvature of {}", i.name));
+        let action_columns = inputs.chain(splines).chain([CLOCK.to_owned()]).collect();
         let periods = (0..model.states.len()).map(|state| period(model, state)).collect();
         Ok(WrittenMotion {
             system,
@@ -184,8 +192,13 @@ impl WrittenMotion {
         self.system.model().outputs.iter().map(|output| output.period).collect()
     }
 
-    /// Number of inputs: of the actions but for the time.
+    /// Number of inputs, which are the first of the actions.
     pub fn inputs(&self) -> usize {
+        self.system.model().inputs.len()
+    }
+
+    /// Place of the time among the actions.
+    fn clock(&self) -> usize {
         self.action_columns.len() - 1
     }
 
@@ -228,12 +241,15 @@ impl WrittenMotion {
 
     /// One sample interval; none where its times do not rise.
     fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
-        let inputs = self.inputs();
-        let times = [from[inputs], to[inputs]];
-        let signal = |(k, input): (usize, &augsim_written::model::Input)| {
-            // A cubic between two samples needs their neighbours: within an interval it is taken for straight.
-            let hold = if input.hold == Some(Hold::Zero) { Hold::Zero } else { Hold::Linear };
-            Signal::new(&times, &[from[k], to[k]], hold)
+        let times = [from[self.clock()], to[self.clock()]];
+        let mut curvature = self.inputs();
+        let signal = |(k, input): (usize, &Input)| {
+            let values = [from[k], to[k]];
+            if is_spline(input) {
+                curvature += 1;
+                return Signal::between(times, values, [from[curvature - 1], to[curvature - 1]]);
+            }
+            Signal::new(&times, &values, input.hold.unwrap_or(Hold::Linear))
         };
         let signals = self.system.model().inputs.iter().enumerate().map(signal).collect();
         Record::new("an interval", times.to_vec(), signals).ok()
@@ -294,8 +310,8 @@ impl WrittenMotion {
     }
 
     fn point<'p>(&'p self, state: &'p [f64], actions: &'p [f64]) -> Point<'p> {
-        let (inputs, time) = actions.split_at(self.inputs());
-        Point { state, inputs, parameters: &self.parameters, time: time[0] }
+        let (inputs, time) = (&actions[..self.inputs()], actions[self.clock()]);
+        Point { state, inputs, parameters: &self.parameters, time }
     }
 }
 
@@ -315,6 +331,11 @@ impl Motion for WrittenMotion {
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         self.advance(state, from, to, next);
     }
+}
+
+/// Whether an input runs as a spline, so that its values at two samples do not tell it in between.
+fn is_spline(input: &Input) -> bool {
+    input.hold == Some(Hold::Spline)
 }
 
 /// States whose rates are equations of force or flow, and what runs by them.
@@ -364,7 +385,7 @@ fn kinematic(model: &Model) -> Vec<usize> {
 
 /// Period of a state that an output with one shows as it is.
 fn period(model: &Model, state: usize) -> Option<f64> {
-    let shows = |o: &&augsim_written::model::Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
+    let shows = |o: &&Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
     model.outputs.iter().filter(shows).find_map(|o| o.period)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A net that follows single intervals well may lead a free run astray, and one that was trained where nothing is lacking has
 //! learned noise. Free runs from states of the held-out part, over 1, 10, 100 and all intervals, decide: first the share of its
-//! mean corrections by the errors, then the factor of its deviations, and whether latents differ, by the continuous ranked
+//! mean corrections by the errors, then how deviations are drawn, and whether latents differ, by the continuous ranked
 //! probability score.
 
 use super::corrector::Corrector;
@@ -24,9 +24,11 @@ use rayon::prelude::*;
 /// Shares of the mean corrections that are tried; the first leaves the physics alone.
 const GAINS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Factors of the deviations that are tried.
-const SPREADS: [f64; 8] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const SPREADS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+/// Intervals over which they may wander.
+const MEMORIES: [f64; 3] = [0.0, 10.0, 100.0];
 /// Draws of each of them.
-const DRAWS: usize = 20;
+const DRAWS: usize = 16;
 /// Mean fall of the logarithm of the error over all horizons that corrections need, so that noise is not taken for one.
 const LEAST_FALL: f64 = 0.02;
 /// Horizons of short runs, in intervals.
@@ -81,7 +83,7 @@ impl Learned<'_> {
         if trials.is_empty() {
             return Ok(None);
         }
-        let still = |gain| Way { trust: Trust { gain, spread: 0.0 }, differs: false };
+        let still = |gain| Way { trust: Trust { gain, spread: 0.0, memory: 0.0 }, differs: false };
         let errors =
             self.scores(&trials, &GAINS.map(still), 1, &|draws, truth| (draws[0] - truth).powi(2))?;
         // Halved: these are logarithms of squares.
@@ -96,12 +98,14 @@ impl Learned<'_> {
         let best =
             (1..GAINS.len()).filter(|way| !leads_astray(way)).min_by(|a, b| fall(*a).total_cmp(&fall(*b)));
         let gain = best.filter(|way| fall(*way) < -LEAST_FALL).map_or(0.0, |way| GAINS[way]);
-        let ways: Vec<Way> = [false, true]
-            .into_iter()
-            .flat_map(|differs| SPREADS.map(|spread| Way { trust: Trust { gain, spread }, differs }))
-            // A latent that differs says nothing where the net is not asked.
-            .filter(|way| gain > 0.0 || !way.differs)
-            .collect();
+        let mut ways = Vec::new();
+        // A latent that differs says nothing where the net is not asked.
+        for differs in [false, true].into_iter().filter(|differs| gain > 0.0 || !differs) {
+            ways.push(Way { differs, ..still(gain) });
+            for memory in MEMORIES {
+                ways.extend(SPREADS.map(|spread| Way { trust: Trust { gain, spread, memory }, differs }));
+            }
+        }
         let scores = self.scores(&trials, &ways, DRAWS, &|draws, truth| {
             let mut sorted: Vec<f32> = draws.iter().map(|v| *v as f32).collect();
             sorted.sort_unstable_by(f32::total_cmp);

@@ -13,6 +13,8 @@ pub(crate) struct Corrector<'a> {
     /// Trust in each lane, beyond that of the units.
     trust: Vec<Trust>,
     units: Units<'a>,
+    /// Standard normal numbers that wander, `[D, lane]`; empty before the first interval.
+    wandering: Vec<f64>,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -25,7 +27,8 @@ impl<'a> Corrector<'a> {
         units: Units<'a>,
         rng: Xoshiro256PlusPlus,
     ) -> Self {
-        Corrector { runner: StepRunner::new(net, params, trust.len()), latents, trust, units, rng }
+        let runner = StepRunner::new(net, params, trust.len());
+        Corrector { runner, latents, trust, units, wandering: Vec::new(), rng }
     }
 
     /// Draws the changes of rates `[D, lane]`, per second, for features `u [U, lane]`.
@@ -35,11 +38,15 @@ impl<'a> Corrector<'a> {
         latents.copy_from_slice(&self.latents);
         let (mean, sd) = self.runner.run();
         let lanes = self.trust.len();
-        for (i, rate) in rates.iter_mut().enumerate() {
+        let begins = self.wandering.is_empty();
+        self.wandering.resize(rates.len(), 0.0);
+        for (i, (rate, wandering)) in rates.iter_mut().zip(&mut self.wandering).enumerate() {
             let (k, trust) = (i / lanes, self.trust[i % lanes]);
             let noise: f64 = StandardNormal.sample(&mut self.rng);
+            let kept = if begins || trust.memory <= 0.0 { 0.0 } else { (-1.0 / trust.memory).exp() };
+            *wandering = kept * *wandering + (1.0 - kept * kept).sqrt() * noise;
             *rate = trust.gain * self.units.mean[k] * f64::from(mean[i])
-                + trust.spread * self.units.deviation[k] * f64::from(sd[i]) * noise;
+                + trust.spread * self.units.deviation[k] * f64::from(sd[i]) * *wandering;
         }
     }
 }

@@ -24,7 +24,7 @@ pub(crate) fn width(motion: &WrittenMotion) -> usize {
 pub(crate) fn scale_sizes(motion: &WrittenMotion) -> [usize; 4] {
     let (states, d) = (motion.periods().len(), motion.corrected());
     let read = states + motion.inputs();
-    [read, read, states, 3 * d]
+    [read, read, states, 3 * d + 1]
 }
 
 /// Units of the corrected rates, per second.
@@ -36,14 +36,17 @@ pub(crate) struct Units<'a> {
     pub mean: &'a [f64],
     /// Worth of one unit of a predicted deviation in a forecast.
     pub deviation: &'a [f64],
+    /// Intervals over which deviations wander in a forecast.
+    pub memory: f64,
 }
 
 impl<'a> Units<'a> {
     /// The units in the scales of a run.
     pub fn of(scales: &'a Scales) -> Self {
-        let (target, rest) = scales.correction.split_at(scales.correction.len() / 3);
+        let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
+        let (target, rest) = units.split_at(units.len() / 3);
         let (mean, deviation) = rest.split_at(target.len());
-        Units { target, mean, deviation }
+        Units { target, mean, deviation, memory: *memory }
     }
 }
 
@@ -52,24 +55,32 @@ impl<'a> Units<'a> {
 pub struct Trust {
     /// Share of the mean corrections; 0 leaves the physics alone.
     pub gain: f64,
-    /// Factor of the deviations: errors of one interval that follow one another are alike, draws are not.
+    /// Factor of the deviations.
     pub spread: f64,
+    /// Intervals over which deviations wander, so that errors of neighbouring intervals are alike; 0: each for itself.
+    pub memory: f64,
+}
+
+impl Trust {
+    /// The net as it was trained.
+    pub const FULL: Trust = Trust { gain: 1.0, spread: 1.0, memory: 0.0 };
 }
 
 /// Sets the trust in the units.
-pub(crate) fn trust(scales: &mut Scales, gain: f64, spread: f64) {
+pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
     let d = scales.correction.len() / 3;
     for k in 0..d {
-        scales.correction[d + k] = gain * scales.correction[k];
-        scales.correction[2 * d + k] = spread * scales.correction[k];
+        scales.correction[d + k] = trust.gain * scales.correction[k];
+        scales.correction[2 * d + k] = trust.spread * scales.correction[k];
     }
+    scales.correction[3 * d] = trust.memory;
 }
 
 /// The trust in the units.
 pub(crate) fn trusted(scales: &Scales) -> Trust {
     let units = Units::of(scales);
     let share = |of: &[f64]| of.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit);
-    Trust { gain: share(units.mean), spread: share(units.deviation) }
+    Trust { gain: share(units.mean), spread: share(units.deviation), memory: units.memory }
 }
 
 /// One interval after the other of a record: states at its beginning, where the physics goes from there.
@@ -112,9 +123,9 @@ pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
     let mean: Vec<f64> = sum.iter().map(|s| s[0] / samples).collect();
     let sd = sum.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
     let rms = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / rows).sqrt(), 0.0)).collect() };
-    let mut scales = Scales { sd: sd.collect(), mean, step: rms(step), correction: vec![0.0; 3 * d] };
+    let mut scales = Scales { sd: sd.collect(), mean, step: rms(step), correction: vec![0.0; 3 * d + 1] };
     scales.correction[..d].copy_from_slice(&rms(lacking));
-    trust(&mut scales, 1.0, 1.0);
+    trust(&mut scales, Trust::FULL);
     scales
 }
 

@@ -39,7 +39,8 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
         .map(|part| {
             let (first, end) = (part * LANES, samples.min((part + 1) * LANES));
             let own = w.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
-            let trust = vec![Trust { gain: 1.0, spread: 1.0 }; end - first];
+            let memory = Units::of(scales).memory;
+            let trust = vec![Trust { memory, ..Trust::FULL }; end - first];
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + part as u64);
             let mut corrector = Corrector::new((net, params), own, trust, Units::of(scales), rng);
             let motions =

@@ -25,13 +25,23 @@ impl Signal {
             Hold::Linear => [values[i], (values[i + 1] - values[i]) / (times[i + 1] - times[i]), 0.0, 0.0],
             Hold::Spline => {
                 let h = times[i + 1] - times[i];
-                let (m, n) = (curvatures[i], curvatures[i + 1]);
-                let slope = (values[i + 1] - values[i]) / h - h * (2.0 * m + n) / 6.0;
-                [values[i], slope, 0.5 * m, (n - m) / (6.0 * h)]
+                cubic(h, [values[i], values[i + 1]], [curvatures[i], curvatures[i + 1]])
             }
         };
         let pieces = (0..times.len()).map(piece).collect();
         Signal { times, pieces, hold }
+    }
+
+    /// The cubic between two samples of a spline, from the values and second derivatives there.
+    pub fn between(times: [f64; 2], values: [f64; 2], curvatures: [f64; 2]) -> Signal {
+        let h = times[1] - times[0];
+        let first = cubic(h, values, curvatures);
+        Signal { times: times.to_vec(), pieces: vec![first, [values[1], 0.0, 0.0, 0.0]], hold: Hold::Spline }
+    }
+
+    /// Second derivative at a time; at a knot that behind it.
+    pub fn curvature_at(&self, time: f64) -> f64 {
+        2.0 * self.around(time, time)[2]
     }
 
     /// Makes a signal of coefficients of the powers 0 to 3 of the time since each knot, as
@@ -78,6 +88,12 @@ impl Signal {
     pub fn at(&self, time: f64) -> f64 {
         self.around(time, time)[0]
     }
+}
+
+/// Coefficients of the cubic over `h` seconds from the values and second derivatives at its ends.
+fn cubic(h: f64, [from, to]: [f64; 2], [m, n]: [f64; 2]) -> [f64; 4] {
+    let slope = (to - from) / h - h * (2.0 * m + n) / 6.0;
+    [from, slope, 0.5 * m, (n - m) / (6.0 * h)]
 }
 
 /// Second derivatives at the knots of the natural cubic spline, by Thomas' algorithm (de Boor, A Practical Guide to

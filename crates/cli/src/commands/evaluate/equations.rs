@@ -29,6 +29,7 @@ struct Score {
 struct Trust {
     gain: f64,
     spread: f64,
+    memory_s: f64,
 }
 
 /// Scores a net.
@@ -46,7 +47,8 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
     let found = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     let mut rows = scored("Physics", engine.equations(), &found.physics);
     rows.extend(scored(model.name(), engine.equations(), &found.net));
-    let trust = model.trust().map(|t| Trust { gain: t.gain, spread: t.spread });
+    let trust =
+        model.trust().map(|t| Trust { gain: t.gain, spread: t.spread, memory_s: t.memory * engine.step_s() });
     let score = Score { trajectories: found.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
     output.result(&score, || score_text(&score))?;
     Ok(Outcome::Done)
@@ -58,19 +60,20 @@ fn score_text(score: &Score) -> String {
         "free runs of {} {many}, start from the first {} samples, {} draws each",
         score.trajectories, score.burn_in, score.samples
     );
-    if let Some(Trust { gain, spread }) = score.trust {
+    if let Some(Trust { gain, spread, memory_s }) = score.trust {
+        let wander = if memory_s > 0.0 { format!(" and wandering over {memory_s} s") } else { String::new() };
         // Writing to a string cannot fail.
         let _ = match gain > 0.0 {
             true => write!(
                 text,
-                "\nof the net's corrections {:.0} % are taken, their deviations times {spread}, as records held out of its training \
+                "\nof the net's corrections {:.0} % are taken, their deviations times {spread}{wander}, as records held out of its training \
                  allow",
                 100.0 * gain
             ),
             false => write!(
                 text,
                 "\nthe net's corrections made no forecast better on records held out of its training: the physics alone goes on, with \
-                 deviations times {spread}"
+                 deviations times {spread}{wander}"
             ),
         };
     }
