@@ -150,6 +150,13 @@ impl WrittenSystem {
         self.places.get(parameter).copied()
     }
 
+    /// This system with the equations of `model`, which has the same parameters.
+    fn with_equations(&self, model: &Model) -> Result<Self, ModelError> {
+        let compiled = Compiled::compile(model, self.compiled.active())?.with_widths_of(&self.compiled);
+        let (schema, compiled) = (Arc::new(schema::of(model)), Arc::new(compiled));
+        Ok(Self { schema, compiled, complete: Arc::default(), ..self.clone() })
+    }
+
     /// Adds one law to `model`; gives its parameters and their places.
     fn add(&self, model: &mut Model, law: &Law) -> Result<Vec<(Parameter, usize)>, SystemError> {
         let first = model.parameters.len();

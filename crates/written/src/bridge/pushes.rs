@@ -1,11 +1,9 @@
 //! A system whose shaken rates are pushed by inputs, for runs in which the motion has noise of its own.
 
-use super::{WrittenSystem, schema};
+use super::WrittenSystem;
 use crate::error::ModelError;
 use crate::model::{Hold, Input, Shaken};
-use crate::system::System as Compiled;
 use crate::text::{Kind, Symbol, TreeNode};
-use std::sync::Arc;
 
 impl WrittenSystem {
     /// Noise of the motion by shaken state, in the order of the states.
@@ -29,11 +27,6 @@ impl WrittenSystem {
             rate.nodes.push(TreeNode { kind: Kind::Add(before, before + 1), span });
             model.inputs.push(Input { name, unit: None, hold: Some(Hold::Zero), delay: None });
         }
-        let compiled = Compiled::compile(&model, self.compiled.active())?.with_widths_of(&self.compiled);
-        let mut pushed = self.clone();
-        pushed.schema = Arc::new(schema::of(&model));
-        pushed.compiled = Arc::new(compiled);
-        pushed.complete = Arc::default();
-        Ok(pushed)
+        self.with_equations(&model)
     }
 }

@@ -1,12 +1,10 @@
 //! A system that shows its states, for filters that follow them.
 
-use super::{WrittenSystem, schema};
+use super::WrittenSystem;
 use crate::error::ModelError;
 use crate::library::Motion;
 use crate::model::{Expression, Output};
-use crate::system::System as Compiled;
 use crate::text::{Kind, Symbol, Tree, TreeNode};
-use std::sync::Arc;
 
 impl WrittenSystem {
     /// This system with every state as a channel behind its outputs, in the order of the schema's states. Records of this system
@@ -29,19 +27,13 @@ impl WrittenSystem {
                 period: None,
             });
         }
-        let compiled = Compiled::compile(&model, self.compiled.active())?.with_widths_of(&self.compiled);
-        let mut shown = self.clone();
-        shown.schema = Arc::new(schema::of(&model));
-        shown.compiled = Arc::new(compiled);
-        shown.complete = Arc::default();
-        Ok(shown)
+        self.with_equations(&model)
     }
 
     /// States whose equation is one of force or of flow: their rates may be pushed by what the model does not have. The others have
     /// another state as their rate, or came with an effect.
     pub fn pushed_states(&self) -> Vec<usize> {
-        let motion = Motion::of(self.model());
-        let mut states: Vec<usize> = motion.pairs.iter().map(|(_, v)| *v).chain(motion.flows).collect();
+        let mut states = Motion::of(self.model()).laws();
         states.sort_unstable();
         states
     }
