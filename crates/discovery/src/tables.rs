@@ -20,10 +20,11 @@ pub(crate) fn beyond_formulas(
 ) -> Decided {
     progress(Progress::Unlisted);
     let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    let search = Search::new(train, test, family, options);
+    let mut search = Search::new(train, test, family, options);
     // Effects and formulas had their turn.
-    let tables_alone = Search { library: Vec::new(), ..Search::new(train, test, family, options) };
-    let Some(wider) = widen(&tables_alone, &decided.base, &decided.best) else { return decided };
+    let library = std::mem::take(&mut search.library);
+    let Some(wider) = widen(&search, &decided.base, &decided.best) else { return decided };
+    search.library = library;
     let [left, was] = [&wider, &decided.best].map(|j| misfit(&search.test, search.heldout(j)));
     if is_as_good_as_a_table(&was, &left) {
         return decided;
