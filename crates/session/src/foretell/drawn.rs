@@ -90,10 +90,7 @@ fn error(model: &Model, o: usize, records: &[Foretold], seed: u64) -> (ForetoldE
         let c = &r.channels[o];
         let (mut sum, mut count) = (0.0, 0.0);
         for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
-            let mut error = c.measured[k] - c.forecast[k];
-            if let Some(period) = output.period {
-                error -= period * (error / period).round();
-            }
+            let error = output.error(c.measured[k], c.forecast[k]);
             sum += error * error;
             count += 1.0;
         }

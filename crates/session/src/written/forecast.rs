@@ -106,10 +106,7 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
             for run in runs {
                 let begin = run.times.get(run.first).copied().unwrap_or(f64::INFINITY);
                 for k in run.first..run.times.len() {
-                    let mut error = run.measured[index][k] - run.foretold[index][k];
-                    if let Some(period) = output.period {
-                        error -= period * (error / period).round();
-                    }
+                    let error = output.error(run.measured[index][k], run.foretold[index][k]);
                     if error.is_finite() && run.times[k] - begin <= horizon_s {
                         sum += error * error;
                         count += 1;

@@ -257,6 +257,14 @@ pub struct Model {
     pub text: String,
 }
 
+impl Output {
+    /// A measured value less a foretold one, by whole periods nearest to 0 where the quantity wraps.
+    pub fn error(&self, measured: f64, foretold: f64) -> f64 {
+        let error = measured - foretold;
+        self.period.map_or(error, |period| error - period * (error / period).round())
+    }
+}
+
 impl State {
     /// Makes its first value a number that is known with this standard deviation.
     pub fn set_start(&mut self, mean: f64, sd: f64) {
