@@ -29,7 +29,11 @@ pub(crate) struct Section {
 /// An operation on registers, its result into a later one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instruction {
-    pub(crate) operation: Operation,
+    pub(crate) code: Code,
+    /// Registers of its operands; 0 where it has fewer.
+    pub(crate) operands: [u32; 3],
+    /// Number of its table, if it reads one.
+    pub(crate) table: u32,
     pub(crate) to: u32,
 }
 
@@ -114,11 +118,11 @@ impl Layout {
     }
 
     fn instruction(&self, operation: &Operation, to: u32) -> Instruction {
-        let mut operation = *operation;
-        let operands = operation.code.operands();
-        let used = [&mut operation.a, &mut operation.b, &mut operation.c].into_iter().take(operands);
-        used.for_each(|operand| *operand = self.register(*operand));
-        Instruction { operation, to }
+        let mut operands = [0; 3];
+        operands.iter_mut().zip(operation.used()).for_each(|(to, used)| *to = self.register(used));
+        let is_table = matches!(operation.code, Code::Table | Code::TableSlope);
+        let table = if is_table { operation.b } else { 0 };
+        Instruction { code: operation.code, operands, table, to }
     }
 }
 

@@ -1,8 +1,9 @@
 //! States of `L` windows side by side, and the step of Runge and Kutta with the equation of their sensitivities.
 
 use super::Seed;
+use super::sensitivity::{STAGES, Slots, advance};
 use crate::compile::Section;
-use crate::system::{Column, Gradient, System};
+use crate::system::{Column, Entry, Gradient, System};
 use pulp::{Simd, WithSimd};
 
 /// The inputs of a step, lane by lane: cubics in the time since the begin of a piece.
@@ -26,7 +27,7 @@ pub(crate) struct Block<const L: usize> {
     pub(crate) first_rate: Vec<[f64; L]>,
     stage: Vec<[f64; L]>,
     sum: Vec<[f64; L]>,
-    /// Derivatives of the rates at the four stages, `[stage][entry]`.
+    /// Derivatives of the rates at the four stages, `[stage][slot]`.
     gradients: Vec<[f64; L]>,
     column: Vec<[f64; L]>,
 }
@@ -37,15 +38,17 @@ pub(crate) struct Columns {
     pub(crate) seeds: Vec<Seed>,
     /// Active parameter of each seed.
     pub(crate) active: Vec<Option<usize>>,
-    /// Entries of the rates' gradient with respect to states, by state.
+    /// Slot of each entry of the rates' gradient.
+    slots: Vec<usize>,
+    /// Derivatives of each rate with respect to states.
     rows: Vec<Vec<RowEntry>>,
-    /// States and entries of the gradient with respect to each active parameter.
-    parameters: Vec<Vec<(usize, usize)>>,
+    /// Slot of the derivative of each rate by the seed itself, by seed.
+    pub(super) own: Vec<Vec<usize>>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct RowEntry {
-    entry: usize,
+    slot: usize,
     state: usize,
     is_one: bool,
 }
@@ -73,6 +76,55 @@ impl<const L: usize> WithSimd for Evaluation<'_, L> {
     }
 }
 
+/// Outputs and their derivatives at one state, as work for the instruction set.
+struct Measurement<'m, const L: usize> {
+    block: &'m mut Block<L>,
+    system: &'m System,
+    drive: &'m Drive<L>,
+    time: &'m [f64; L],
+    columns: &'m Columns,
+    values: &'m mut [[f64; L]],
+    slopes: &'m mut [[f64; L]],
+}
+
+impl<const L: usize> WithSimd for Measurement<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { block, system, drive, time, columns, values, slopes } = self;
+        let (gradient, n, seeds) = (&system.output_gradient, block.x.len(), columns.seeds.len());
+        let section = if seeds == 0 { &system.outputs } else { &gradient.section };
+        block.registers[..n].copy_from_slice(&block.x);
+        drive.set(system, &mut block.registers, time);
+        system.machine.pass(section, &mut block.registers);
+        for (to, result) in values.iter_mut().zip(&section.results) {
+            *to = block.registers[*result as usize];
+        }
+        slopes.fill([0.0; L]);
+        for (seed, active) in columns.active.iter().enumerate() {
+            for entry in &gradient.entries {
+                let to = &mut slopes[entry.row * seeds + seed];
+                let g = &block.registers[entry.register];
+                match entry.column {
+                    Column::State(state) => {
+                        let s = &block.s[seed * n + state];
+                        for lane in 0..L {
+                            to[lane] = g[lane].mul_add(s[lane], to[lane]);
+                        }
+                    }
+                    Column::Active(k) if *active == Some(k) => {
+                        for lane in 0..L {
+                            to[lane] += g[lane];
+                        }
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
 /// A step of Runge-Kutta, as work for the instruction set.
 struct Step<'s, const L: usize> {
     block: &'s mut Block<L>,
@@ -88,11 +140,14 @@ impl<const L: usize> WithSimd for Step<'_, L> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let with_gradients = self.columns.is_some();
-        self.block.values(self.system, self.drive, (self.time, self.h), with_gradients, self.held);
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.block.values(self.system, self.drive, (self.time, self.h), self.columns, self.held);
         if let Some(columns) = self.columns {
-            self.block.sensitivities(self.h, columns, self.held);
+            let Block { x, s, gradients, .. } = &mut *self.block;
+            let is_free = !self.held.contains(&true);
+            if !(is_free && advance(simd, columns, self.h, gradients, s, x.len())) {
+                self.block.sensitivities(self.h, columns, self.held);
+            }
         }
     }
 }
@@ -103,18 +158,29 @@ impl Columns {
             Seed::Parameter(p) => system.active.iter().position(|a| a == p),
             Seed::Start(_) => None,
         };
-        let mut rows = vec![Vec::new(); system.states()];
-        let mut parameters = vec![Vec::new(); system.active.len()];
-        for (index, entry) in system.rate_gradient.entries.iter().enumerate() {
+        let (n, entries) = (system.states(), &system.rate_gradient.entries);
+        let places = Slots::new(n, entries.len());
+        let slot = |(index, entry): (usize, &Entry)| match entry.column {
+            Column::State(state) if places.dense > 0 => entry.row * n + state,
+            _ => places.dense + index,
+        };
+        let slots: Vec<usize> = entries.iter().enumerate().map(slot).collect();
+        let active: Vec<Option<usize>> = seeds.iter().map(active).collect();
+        let mut rows = vec![Vec::new(); n];
+        let mut own = vec![vec![places.zero(); n]; seeds.len()];
+        for (entry, slot) in entries.iter().zip(&slots) {
             match entry.column {
                 Column::State(state) => {
-                    rows[entry.row].push(RowEntry { entry: index, state, is_one: entry.is_one });
+                    rows[entry.row].push(RowEntry { slot: *slot, state, is_one: entry.is_one });
                 }
-                Column::Active(k) => parameters[k].push((entry.row, index)),
+                Column::Active(k) => {
+                    let of_seed = own.iter_mut().zip(&active).filter(|(_, active)| **active == Some(k));
+                    of_seed.for_each(|(own, _)| own[entry.row] = *slot);
+                }
                 Column::Time => {}
             }
         }
-        Columns { seeds: seeds.to_vec(), active: seeds.iter().map(active).collect(), rows, parameters }
+        Columns { seeds: seeds.to_vec(), active, slots, rows, own }
     }
 }
 
@@ -164,7 +230,11 @@ impl<const L: usize> Block<L> {
             first_rate: zeros(n),
             stage: zeros(n),
             sum: zeros(n),
-            gradients: zeros(4 * system.rate_gradient.entries.len()),
+            gradients: zeros(if seeds > 0 {
+                4 * Slots::new(n, system.rate_gradient.entries.len()).count
+            } else {
+                0
+            }),
             column: zeros(3 * n),
         }
     }
@@ -187,6 +257,20 @@ impl<const L: usize> Block<L> {
     /// Runs a section at the present state.
     pub(crate) fn evaluate(&mut self, system: &System, section: &Section, drive: &Drive<L>, time: &[f64; L]) {
         self.run(system, section, Some((drive, time)));
+    }
+
+    /// Outputs at the present state and their derivatives, `[output][seed]`.
+    pub(crate) fn measure(
+        &mut self,
+        system: &System,
+        drive: &Drive<L>,
+        time: &[f64; L],
+        columns: &Columns,
+        values: &mut [[f64; L]],
+        slopes: &mut [[f64; L]],
+    ) {
+        let arch = system.machine.arch;
+        arch.dispatch(Measurement { block: self, system, drive, time, columns, values, slopes });
     }
 
     fn run(&mut self, system: &System, section: &Section, at: Option<(&Drive<L>, &[f64; L])>) {
@@ -213,15 +297,18 @@ impl<const L: usize> Block<L> {
         system: &System,
         drive: &Drive<L>,
         (time, h): (&[f64; L], &[f64; L]),
-        with_gradients: bool,
+        columns: Option<&Columns>,
         held: &[bool],
     ) {
         let n = self.x.len();
-        let (section, entries) = if with_gradients {
-            (&system.rate_gradient.section, &system.rate_gradient.entries[..])
-        } else {
-            (&system.rates, &[][..])
+        let (section, entries, slots) = match columns {
+            Some(columns) => {
+                let Gradient { section, entries } = &system.rate_gradient;
+                (section, &entries[..], &columns.slots[..])
+            }
+            None => (&system.rates, &[][..], &[][..]),
         };
+        let of_stage = self.gradients.len() / STAGES.len();
         self.stage.copy_from_slice(&self.x);
         for stage in 0..4 {
             // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
@@ -234,8 +321,8 @@ impl<const L: usize> Block<L> {
             self.registers[..n].copy_from_slice(&self.stage);
             drive.set(system, &mut self.registers, &now);
             system.machine.pass(section, &mut self.registers);
-            for (entry, to) in entries.iter().zip(&mut self.gradients[stage * entries.len()..]) {
-                *to = self.registers[entry.register];
+            for (entry, slot) in entries.iter().zip(slots) {
+                self.gradients[stage * of_stage + slot] = self.registers[entry.register];
             }
             for i in 0..n {
                 let mut rate = self.registers[section.results[i] as usize];
@@ -263,26 +350,18 @@ impl<const L: usize> Block<L> {
     #[inline(always)]
     fn sensitivities(&mut self, h: &[f64; L], columns: &Columns, held: &[bool]) {
         let n = self.x.len();
-        let entries = self.gradients.len() / 4;
+        let of_stage = self.gradients.len() / STAGES.len();
         let (mut stage, rest) = self.column.split_at_mut(n);
         let (mut next, sum) = rest.split_at_mut(n);
-        for (s, active) in self.s.chunks_exact_mut(n).zip(&columns.active) {
+        for (s, own) in self.s.chunks_exact_mut(n).zip(&columns.own) {
             stage.copy_from_slice(s);
-            let own = active.map_or(&[][..], |active| &columns.parameters[active]);
-            for (index, (on, weight)) in
-                [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate()
-            {
-                let gradient = &self.gradients[index * entries..(index + 1) * entries];
+            for (index, (on, weight)) in STAGES.into_iter().enumerate() {
+                let gradient = &self.gradients[index * of_stage..(index + 1) * of_stage];
                 for i in 0..n {
                     // The rate stays in registers from its first part to its use.
-                    let mut rate = [0.0; L];
-                    for (row, entry) in own {
-                        if *row == i {
-                            rate = gradient[*entry];
-                        }
-                    }
+                    let mut rate = gradient[own[i]];
                     for entry in &columns.rows[i] {
-                        let (j, z) = (&gradient[entry.entry], &stage[entry.state]);
+                        let (j, z) = (&gradient[entry.slot], &stage[entry.state]);
                         if entry.is_one {
                             for lane in 0..L {
                                 rate[lane] += z[lane];

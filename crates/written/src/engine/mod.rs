@@ -10,6 +10,7 @@ mod lane;
 mod reference;
 mod run;
 mod schedule;
+mod sensitivity;
 mod signal;
 mod simulate;
 mod substeps;

@@ -5,7 +5,7 @@ use super::diagnose::not_finite;
 use super::lane::Lane;
 use super::schedule::{SchedulePiece, pieces};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
-use crate::system::{Column, System};
+use crate::system::System;
 
 /// A block of windows on its way.
 pub(super) struct Run<'r, const L: usize> {
@@ -27,6 +27,31 @@ pub(super) struct Run<'r, const L: usize> {
     pub(super) states: Option<Vec<f64>>,
     /// Scratch: state and sensitivities at the begin of a step.
     before: (Vec<[f64; L]>, Vec<[f64; L]>),
+    /// Scratch: outputs at a sample, and their derivatives, `[output][seed]`.
+    measured: Vec<[f64; L]>,
+    slopes: Vec<[f64; L]>,
+}
+
+/// A part of a sample interval, lane by lane, that formulas of the inputs hold for.
+struct Part<const L: usize> {
+    begin: [f64; L],
+    end: [f64; L],
+    steps: [usize; L],
+    /// Length of a step; 0 where there is none.
+    step: [f64; L],
+}
+
+impl<const L: usize> Default for Part<L> {
+    fn default() -> Self {
+        Self { begin: [0.0; L], end: [0.0; L], steps: [0; L], step: [0.0; L] }
+    }
+}
+
+impl<const L: usize> Part<L> {
+    fn set(&mut self, lane: usize, begin: f64, end: f64, steps: usize) {
+        (self.begin[lane], self.end[lane], self.steps[lane]) = (begin, end, steps);
+        self.step[lane] = if steps > 0 { (end - begin) / steps as f64 } else { 0.0 };
+    }
 }
 
 impl<'r, const L: usize> Run<'r, L> {
@@ -49,6 +74,17 @@ impl<'r, const L: usize> Run<'r, L> {
             .flatten()
             .collect();
         let (n, seeds) = (system.states(), columns.seeds.len());
+        let outputs = system.model.outputs.len();
+        let room = |(w, failure): (&Window<'_>, &Option<SimulationError>)| {
+            let samples = if failure.is_none() { w.last - w.first + 1 } else { 0 };
+            let (values, slopes) = (samples * outputs, samples * outputs * seeds);
+            Simulated {
+                values: Vec::with_capacity(values),
+                slopes: Vec::with_capacity(slopes),
+                ..Simulated::default()
+            }
+        };
+        let results = windows.iter().zip(&failures).map(room).collect();
         let mut run = Run {
             system,
             windows: lane_windows,
@@ -59,10 +95,12 @@ impl<'r, const L: usize> Run<'r, L> {
             drive: Drive::new(system.model.inputs.len()),
             lanes: Vec::new(),
             failures,
-            results: vec![Simulated::default(); windows.len()],
+            results,
             jumps: None,
             states: None,
             before: (vec![[0.0; L]; n], vec![[0.0; L]; n * seeds]),
+            measured: vec![[0.0; L]; outputs],
+            slopes: vec![[0.0; L]; outputs * seeds],
         };
         run.begin();
         run
@@ -138,20 +176,16 @@ impl<'r, const L: usize> Run<'r, L> {
         let simple = model.inputs.iter().all(|i| i.delay.is_none())
             && self.windows.iter().all(|w| w.record.is_aligned);
         if simple {
-            let mut parts: [(f64, f64, usize); L] = [(0.0, 0.0, 0); L];
+            // Inputs are those of the sample that was recorded last.
+            let mut part = Part::default();
             for (lane, window) in self.windows.iter().enumerate() {
                 let times = &window.record.times;
                 let live = self.is_live(lane, interval);
                 let from = (window.first + interval).min(window.last);
                 let to = if live { from + 1 } else { from };
-                parts[lane] = (times[from], times[to], if live { self.options.substeps } else { 0 });
-                self.drive.begin[lane] = times[from];
-                for (input, signal) in window.record.inputs.iter().enumerate() {
-                    let c = signal.piece(from);
-                    (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
-                }
+                part.set(lane, times[from], times[to], if live { self.options.substeps } else { 0 });
             }
-            return self.part(&parts);
+            return self.part(&part);
         }
         let of_lane = |lane: usize| -> Vec<SchedulePiece> {
             let window = self.windows[lane];
@@ -163,39 +197,34 @@ impl<'r, const L: usize> Run<'r, L> {
         };
         let all: Vec<Vec<SchedulePiece>> = (0..L).map(of_lane).collect();
         for index in 0..all.iter().map(Vec::len).max().unwrap_or(0) {
-            let mut parts: [(f64, f64, usize); L] = [(0.0, 0.0, 0); L];
+            let mut part = Part::default();
             let rest = SchedulePiece::default();
             for lane in 0..L {
                 let last = all[lane].last().map_or(0.0, |p| p.end);
                 let piece = all[lane].get(index).unwrap_or(&rest);
                 self.jump(lane, piece);
-                parts[lane] =
-                    if piece.steps > 0 { (piece.begin, piece.end, piece.steps) } else { (last, last, 0) };
-                self.drive.begin[lane] = parts[lane].0;
+                let (begin, end) = if piece.steps > 0 { (piece.begin, piece.end) } else { (last, last) };
+                part.set(lane, begin, end, piece.steps);
+                self.drive.begin[lane] = begin;
                 for (input, c) in piece.inputs.iter().enumerate() {
                     (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
                 }
             }
-            self.part(&parts);
+            self.part(&part);
         }
     }
 
-    /// Advances every lane over a part of its interval: begin, end and steps.
-    fn part(&mut self, parts: &[(f64, f64, usize); L]) {
+    /// Advances every lane over a part of its interval.
+    fn part(&mut self, part: &Part<L>) {
         if let Method::Reference { tolerance } = self.options.method {
-            return self.adaptive(parts, tolerance);
+            return self.adaptive(part, tolerance);
         }
-        let steps = parts.iter().map(|p| p.2).max().unwrap_or(0);
-        for step in 0..steps {
-            let mut time = [0.0; L];
+        for step in 0..part.steps.iter().max().copied().unwrap_or(0) {
+            let mut time = part.end;
             let mut h = [0.0; L];
-            for (lane, (begin, end, steps)) in parts.iter().enumerate() {
-                if step < *steps {
-                    h[lane] = (end - begin) / *steps as f64;
-                    time[lane] = begin + step as f64 * h[lane];
-                } else {
-                    time[lane] = *end;
-                }
+            for lane in (0..L).filter(|lane| step < part.steps[*lane]) {
+                h[lane] = part.step[lane];
+                time[lane] = part.begin[lane] + step as f64 * h[lane];
             }
             self.step(&time, &h);
         }
@@ -282,16 +311,17 @@ impl<'r, const L: usize> Run<'r, L> {
         alone
     }
 
-    fn adaptive(&mut self, parts: &[(f64, f64, usize); L], tolerance: f64) {
-        for (index, (begin, end, steps)) in parts.iter().enumerate() {
+    fn adaptive(&mut self, part: &Part<L>, tolerance: f64) {
+        for index in 0..L {
             let failed = self.failures.get(index).is_some_and(Option::is_some);
-            if *steps == 0 || failed || index >= self.wanted {
+            if part.steps[index] == 0 || failed || index >= self.wanted {
                 continue;
             }
             let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
             self.take_out(index, &mut lane, false);
             copy_drive(&self.drive, index, &mut lane.drive);
-            if let Err(trouble) = lane.adaptive(self.system, (*begin, *end), tolerance) {
+            if let Err(trouble) = lane.adaptive(self.system, (part.begin[index], part.end[index]), tolerance)
+            {
                 self.failures[index] = Some(trouble.of(self.system, &self.windows[index].record.name));
             }
             self.put_back(index, &lane);
@@ -362,7 +392,7 @@ impl<'r, const L: usize> Run<'r, L> {
 
     /// Writes the outputs of sample `index` of each window.
     fn record(&mut self, index: usize) {
-        let (system, n) = (self.system, self.system.states());
+        let system = self.system;
         let mut time = [0.0; L];
         for lane in 0..self.windows.len() {
             let window = self.windows[lane];
@@ -384,33 +414,13 @@ impl<'r, const L: usize> Run<'r, L> {
         if let Some(states) = &mut self.states {
             states.extend(self.block.x.iter().map(|x| x[0]));
         }
-        let gradient = &system.output_gradient;
-        let section = if self.columns.seeds.is_empty() { &system.outputs } else { &gradient.section };
-        self.block.evaluate(system, section, &self.drive, &time);
-        let outputs = system.model.outputs.len();
-        let results = &section.results[..outputs];
-        let mut columns = vec![[0.0; L]; outputs * self.columns.seeds.len()];
-        for (seed, active) in self.columns.active.iter().enumerate() {
-            for entry in &gradient.entries {
-                let to = &mut columns[entry.row * self.columns.seeds.len() + seed];
-                let g = &self.block.registers[entry.register];
-                match entry.column {
-                    Column::State(state) => {
-                        let s = &self.block.s[seed * n + state];
-                        (0..L).for_each(|lane| to[lane] = g[lane].mul_add(s[lane], to[lane]));
-                    }
-                    Column::Active(k) if *active == Some(k) => {
-                        (0..L).for_each(|lane| to[lane] += g[lane]);
-                    }
-                    _ => {}
-                }
-            }
-        }
+        let block = &mut self.block;
+        block.measure(system, &self.drive, &time, self.columns, &mut self.measured, &mut self.slopes);
         for (lane, result) in self.results.iter_mut().enumerate() {
             let window = self.windows[lane];
             if self.failures[lane].is_none() && index <= window.last - window.first {
-                result.values.extend(results.iter().map(|r| self.block.registers[*r as usize][lane]));
-                result.slopes.extend(columns.iter().map(|c| c[lane]));
+                result.values.extend(self.measured.iter().map(|v| v[lane]));
+                result.slopes.extend(self.slopes.iter().map(|c| c[lane]));
             }
         }
     }

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 
 /// Windows side by side: more share the cost of finding each operation.
 const LANES: usize = 32;
-/// Windows side by side with sensitivities: more leave the first cache (measured with nine: 28 ns a right-hand side
-/// against 30 with 32).
+/// Windows side by side with sensitivities: more leave the first cache.
 const LANES_WITH_SEEDS: usize = 16;
-/// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few.
-const FEW: usize = 4;
+/// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few. As many as the
+/// widest vector has lanes: fewer take as long, and their sensitivities leave the registers.
+const FEW: usize = 8;
 
 /// Method of integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ impl System {
     ) -> Vec<Result<Simulated, SimulationError>> {
         let columns = Columns::new(self, seeds);
         let run = |windows: &[Window<'_>]| match windows {
-            [_] => Run::<1>::new(self, windows, &columns, options).run(),
+            [_] if seeds.is_empty() => Run::<1>::new(self, windows, &columns, options).run(),
             few if few.len() <= FEW => Run::<FEW>::new(self, windows, &columns, options).run(),
             _ if seeds.is_empty() => Run::<LANES>::new(self, windows, &columns, options).run(),
             _ => Run::<LANES_WITH_SEEDS>::new(self, windows, &columns, options).run(),

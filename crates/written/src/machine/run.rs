@@ -21,24 +21,26 @@ impl Machine {
     #[inline(always)]
     pub(crate) fn pass<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
         for instruction in &section.body {
-            let operation = instruction.operation;
             // A result lies behind what it is made of, so that one can be written while the others are read.
             let (before, after) = registers.split_at_mut(instruction.to as usize);
             let Some(to) = after.first_mut() else { continue };
-            let operands = operation.code.operands();
-            let at = |operand: u32, index: usize| if index < operands { operand as usize } else { 0 };
-            let (a, b, c) =
-                (&before[at(operation.a, 0)], &before[at(operation.b, 1)], &before[at(operation.c, 2)]);
+            let [a, b, c] = instruction.operands;
+            let (Some(a), Some(b), Some(c)) =
+                (before.get(a as usize), before.get(b as usize), before.get(c as usize))
+            else {
+                continue;
+            };
             macro_rules! table {
                 ($of:expr) => {
                     for lane in 0..L {
-                        to[lane] = self.tables.get(operation.b as usize).map_or(0.0, |t| $of(t, a[lane]));
+                        to[lane] =
+                            self.tables.get(instruction.table as usize).map_or(0.0, |t| $of(t, a[lane]));
                     }
                 };
             }
             macro_rules! arms {
                 ($($name:ident),*) => {
-                    match operation.code {
+                    match instruction.code {
                         $(Code::$name => for lane in 0..L {
                             to[lane] = evaluate(Code::$name, a[lane], b[lane], c[lane]);
                         })*
