@@ -313,6 +313,10 @@ impl Search<'_> {
             if now.is_empty() {
                 return;
             }
+            // Where starts are guessed a fit may be lost, and a set with one law more found better by that alone: what is left of
+            // the best set counts as it is fitted from here, even if it was fitted before.
+            let are_guessed = self.system().begins_from_first_samples();
+            let mut parts: Vec<Judged> = Vec::new();
             let (mut sets, mut idle): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
             for i in 0..now.len() {
                 let mut rest = now.clone();
@@ -332,12 +336,12 @@ impl Search<'_> {
                     sets.push(set);
                 }
                 // What would take its place: the best scores at the fit without it.
-                let without = if rest.is_empty() {
-                    tried.iter().find(|j| j.additions().is_empty()).cloned()
-                } else {
-                    None
-                };
-                let without = without.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
+                let base = || tried.iter().find(|j| j.additions().is_empty()).cloned();
+                let known = if rest.is_empty() && !are_guessed { base() } else { None };
+                let without = known.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
+                if are_guessed && without.is_finite() {
+                    parts.push(without.clone());
+                }
                 let list = self.promising(&without);
                 let least = 6.0 + self.resolution();
                 for s in list
@@ -389,6 +393,7 @@ impl Search<'_> {
                 self.refit(&best.fit, &additions, set)
             });
             fitted.retain(Judged::is_finite);
+            fitted.extend(parts);
             let without = fitted.iter().any(|j| j.free_run < best.free_run);
             let improved = fitted.iter().any(|j| j.criterion < best.criterion - 1e-3);
             tried.extend(fitted);

@@ -179,6 +179,14 @@ fn fit_with(
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MOST_SCATTER_STEPS {
         state = minimise(sample, &h, &lanes, state, move_theta);
+        if h.system.begins_from_first_samples() {
+            // Parameters that are right now may find windows that were lost to wrong ones.
+            let before = state.q;
+            state = rescue(sample, &h, &lanes, state);
+            if state.q < before {
+                state = minimise(sample, &h, &lanes, state, move_theta);
+            }
+        }
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
