@@ -121,7 +121,7 @@ pub fn discover(
     let (mut error, mut errors) = tables(&lists, folds.len(), gain_of(&decided));
     if doubt.is_none() {
         let all: Vec<&ErrorTable> = std::iter::once(&error).chain(errors.values()).collect();
-        doubt = after_search(&decided, &all, schema.decides());
+        doubt = after_search(&decided, search.heldout(&decided.best), &all, schema.decides());
         if doubt.is_some() {
             let plain = unsearched(&search, decided.base.fit.clone());
             decided.found.pool.retain(|j| j.additions().is_empty());

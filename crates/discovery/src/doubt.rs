@@ -10,6 +10,7 @@ use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
 use crate::search::Search;
+use crate::statistics::median;
 use augsim_physics::model::Per;
 
 /// Share of a parameter's range within which it stands at a bound.
@@ -38,9 +39,14 @@ pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
     data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// Why the best model shows it; `errors` are the tables of all measures, that which decides first, with its unit in print and
+/// Why the best model shows it; `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all measures, that which decides first, with its unit in print and
 /// how many of it are in one unit of the table.
-pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&str, f64)) -> Option<String> {
+pub(crate) fn after_search(
+    decided: &Decided,
+    heldout: &Fit,
+    errors: &[&ErrorTable],
+    unit: (&str, f64),
+) -> Option<String> {
     let fit = &decided.best.fit;
     let h = &fit.hypothesis;
     if let Some(objection) = h.system.implausible(&values(fit)) {
@@ -67,9 +73,11 @@ pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&st
         && is_exact;
     let helps = errors.iter().any(|error| error.reduction.ci95[0] > 0.0);
     let far = errors.iter().any(|error| error.augmented.rmse > FAR * error.noise_floor.rmse);
+    // Unstable motion is not forecast from a few samples, however well its laws are known.
     if claims
         && far
         && !helps
+        && !follows(&heldout.misfits)
         && let Some(error) = errors.first()
     {
         let (unit, scale) = unit;
@@ -82,6 +90,13 @@ pub(crate) fn after_search(decided: &Decided, errors: &[&ErrorTable], unit: (&st
         ));
     }
     None
+}
+
+/// Whether most windows are followed from the best of starts, by the misfit of each in units of the noise and its degrees of
+/// freedom.
+fn follows(misfits: &[[f64; 2]]) -> bool {
+    let mut ratios: Vec<f64> = misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
+    !ratios.is_empty() && median(&mut ratios) <= FAR
 }
 
 /// Name and bound of the first declared parameter that stands at one which is not 0: at 0 a term is only absent.
@@ -111,4 +126,16 @@ pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let tests = adequacy(search, &base, &found.tried, None);
     let (verdict, best) = (Verdict::NotThisSystem, base.clone());
     Decided { found, best, base, tests, verdict, severe: false, scattered: None, was_cut: false }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: data are followed where most windows miss by about their noise, and not where there are none.
+    use super::*;
+
+    #[test]
+    fn most_windows_decide_whether_data_are_followed() {
+        assert!(follows(&[[90.0, 100.0], [110.0, 100.0], [9e4, 100.0]]));
+        assert!(!follows(&[[90.0, 100.0], [900.0, 100.0], [9e4, 100.0]]) && !follows(&[]));
+    }
 }
