@@ -101,6 +101,8 @@ pub(crate) fn adequacy(
             let with = [judged.additions(), std::slice::from_ref(&s.addition)].concat();
             !tried.contains(&labels(&with))
         });
+    } else if sample.data.system.begins_from_first_samples() {
+        library.iter_mut().for_each(|score| score.statistic = realised(score, judged, tried));
     }
     let misfits: Vec<[f64; 2]> = match own {
         Some(own) => own.normals.iter().map(|n| [n.misfit, n.freedom]).collect(),
@@ -140,6 +142,15 @@ pub(crate) fn adequacy(
         has_events: schema.event.is_some(),
         law_scores,
     }
+}
+
+/// Statistic of an addition's score, or what a fit with it gained where that is less. Where windows begin at guessed starts, and events
+/// come and go with them, the cost is no parabola, and a slope promises what no step keeps.
+fn realised(score: &Score, judged: &Judged, tried: &[Judged]) -> f64 {
+    let with = labels(&[judged.additions(), std::slice::from_ref(&score.addition)].concat());
+    let fitted = tried.iter().filter(|j| labels(j.additions()) == with);
+    let most = fitted.map(|j| 2.0 * (j.fit.ll - judged.fit.ll)).reduce(f64::max);
+    most.map_or(score.statistic, |gained| score.statistic.min(gained.max(0.0)))
 }
 
 /// Relative standard error of the estimated noise variance: a misfit within it is no misfit.
