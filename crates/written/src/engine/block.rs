@@ -43,7 +43,7 @@ pub(crate) struct Columns {
     /// Derivatives of each rate with respect to states.
     rows: Vec<Vec<RowEntry>>,
     /// Slot of the derivative of each rate by the seed itself, by seed.
-    pub(super) own: Vec<Vec<usize>>,
+    own: Vec<Vec<usize>>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -145,7 +145,7 @@ impl<const L: usize> WithSimd for Step<'_, L> {
         if let Some(columns) = self.columns {
             let Block { x, s, gradients, .. } = &mut *self.block;
             let is_free = !self.held.contains(&true);
-            if !(is_free && advance(simd, columns, self.h, gradients, s, x.len())) {
+            if !(is_free && advance(simd, &columns.own, self.h, gradients, s, x.len())) {
                 self.block.sensitivities(self.h, columns, self.held);
             }
         }

@@ -1,7 +1,6 @@
 //! The step of Runge and Kutta on the equation of the sensitivities, S' = J S + P, for systems of few states: a column stays in
 //! vector registers from its first stage to its last.
 
-use super::block::Columns;
 use pulp::Simd;
 
 /// Most states of a system whose Jacobian is kept whole, zeros included. More would not stay in the registers.
@@ -29,12 +28,13 @@ impl Slots {
     }
 }
 
-/// Advances all columns by a step of lengths `h`. `gradients` holds the derivatives of the rates at the four stages, by slots.
-/// Every number is `L` lanes wide; `false` if the instruction set has wider vectors than that, or the system too many states.
+/// Advances all columns by a step of lengths `h`. `own` has, column by column, the slot of each rate's derivative by the seed
+/// itself; `gradients` holds the derivatives of the rates at the four stages, by slots. Every number is `L` lanes wide; `false` if
+/// the instruction set has wider vectors than that, or the system too many states.
 #[inline(always)]
 pub(super) fn advance<S: Simd, const L: usize>(
     simd: S,
-    columns: &Columns,
+    own: &[Vec<usize>],
     h: &[f64; L],
     gradients: &[[f64; L]],
     s: &mut [[f64; L]],
@@ -46,7 +46,7 @@ pub(super) fn advance<S: Simd, const L: usize>(
     let (h, _) = S::as_simd_f64s(h);
     let (gradients, _) = S::as_simd_f64s(gradients.as_flattened());
     let (s, _) = S::as_mut_simd_f64s(s.as_flattened_mut());
-    let step = Step { simd, columns, h, gradients };
+    let step = Step { simd, own, h, gradients };
     match states {
         1 => step.all::<1>(s),
         2 => step.all::<2>(s),
@@ -62,7 +62,7 @@ pub(super) fn advance<S: Simd, const L: usize>(
 /// A step of all columns; numbers are vectors side by side.
 struct Step<'s, S: Simd> {
     simd: S,
-    columns: &'s Columns,
+    own: &'s [Vec<usize>],
     h: &'s [S::f64s],
     gradients: &'s [S::f64s],
 }
@@ -71,7 +71,7 @@ impl<S: Simd> Step<'_, S> {
     #[inline(always)]
     fn all<const N: usize>(&self, s: &mut [S::f64s]) {
         let width = self.h.len();
-        for (column, own) in s.chunks_exact_mut(N * width).zip(&self.columns.own) {
+        for (column, own) in s.chunks_exact_mut(N * width).zip(self.own) {
             let Ok(own) = <&[usize; N]>::try_from(&own[..]) else { continue };
             for vector in 0..width {
                 self.column(column, own, vector);
