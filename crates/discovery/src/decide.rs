@@ -49,6 +49,7 @@ pub(crate) fn decide(
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Search);
+    let calibrated = base.theta.clone();
     let mut found = search.run(base, known, progress);
     let base = found.pool.iter().find(|j| j.additions().is_empty());
     let base = base.or(found.tried.first()).cloned()?;
@@ -75,7 +76,19 @@ pub(crate) fn decide(
     if let Some(surviving) = surviving_additions(search, &best) {
         best = without_chance(search, &mut found, &base, &best, &surviving);
     }
+    let base =
+        if best.additions().is_empty() { base } else { as_calibrated(search, &found, &calibrated, base) };
     Some(settle(search, found, base, best, tables, progress))
+}
+
+/// What additions are shown against: the declared model as it was calibrated, although it may have been fitted better by its cost
+/// from where the best set is. Such a fit is no calibration that anybody could have made.
+fn as_calibrated(search: &Search<'_>, found: &Explored, theta: &[f64], base: Judged) -> Judged {
+    let mut tried = found.tried.iter().filter(|j| j.additions().is_empty());
+    match tried.find(|j| j.fit.theta == theta) {
+        Some(judged) => Judged { heldout_ll: Some(search.heldout(judged).ll), ..judged.clone() },
+        None => base,
+    }
 }
 
 /// The answer of a search whose best hypothesis is `best`: what that leaves, laws outside the library, verdict.

@@ -76,6 +76,7 @@ mod structural;
 mod supported;
 mod tables;
 mod tally;
+mod trapped;
 mod unlisted;
 
 pub use assess::{Assessment, assess};

@@ -14,6 +14,7 @@ use crate::longer::{Length, best_length, lengthened};
 use crate::score::{heterogeneity, scores};
 use crate::scored::Score;
 use crate::statistics::{chi2_quantile, chi2_tail};
+use crate::trapped::freed;
 use augsim_physics::model::Per;
 use augsim_physics::system::{ScatterPer, System};
 use std::sync::Arc;
@@ -205,7 +206,7 @@ impl<'a> Search<'a> {
             new.sd = known.sd;
         }
         let nuisance = self.warm_nuisance(from, &h, &theta);
-        let mut fitted = fit(&self.train, &h, &theta, &nuisance);
+        let mut fitted = freed(&self.train, fit(&self.train, &h, &theta, &nuisance), starts);
         let mut theta = fitted.theta.clone();
         if h.bring_round(&mut theta) {
             fitted = fit(&self.train, &h, &theta, &fitted.nuisance);

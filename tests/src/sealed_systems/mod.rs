@@ -10,5 +10,5 @@ mod simulate;
 
 pub use laws::{Law, inside, listed, outside};
 pub use plants::{PLANTS, Plant};
-pub use score::{Kind, Row, Summary, run};
+pub use score::{Kind, Row, Summary, run, truth};
 pub use simulate::{Drawn, draw};

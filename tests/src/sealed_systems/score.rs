@@ -130,8 +130,8 @@ pub fn run(
     Ok(summary)
 }
 
-/// The laws of a set: kinds, sizes and pairs in turn.
-fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
+/// The laws of a set, each with its share of the rate: kinds, sizes and pairs in turn.
+pub fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
     let turn = (seed / 8) as usize;
     let one = |list: &[Law], k: usize, share: f64| (list[k % list.len()], share);
     let list = listed(plant.is_force);

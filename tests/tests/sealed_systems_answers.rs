@@ -1,0 +1,49 @@
+//! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
+//! that is not there, a width that ran into its bound must not hide dry friction, unstable motion is no other system, and an impact
+//! that comes or goes leaves nothing to explain. Rates over many sets are those of `discover_battery systems-single`, ….
+use augsim_discovery::{Discovery, Options, Verdict};
+use augsim_session::{DataFrom, Subject, Wanted, discover};
+use augsim_tests::sealed_systems::{Kind, PLANTS, draw, truth};
+use augsim_written::model;
+
+fn answer(kind: Kind, seed: u64) -> Discovery {
+    let plant = PLANTS[(seed % 8) as usize];
+    let csv = draw(&plant, &truth(kind, &plant, seed), seed).csv;
+    let model = model::parse(plant.model, "model.toml").unwrap_or_else(|e| panic!("{e}"));
+    let data = DataFrom::Table { name: "data.csv".into(), csv: csv.into_bytes().into() };
+    let subject = Subject::Written(Box::new(model));
+    // The seed of the command line: it deals the trajectories out.
+    let wanted = Wanted { options: Options { seed: 1, ..Options::default() }, ..Wanted::default() };
+    discover(&subject, &data, &wanted, &mut |_| {}).unwrap_or_else(|e| panic!("{seed}: {e}"))
+}
+
+fn kinds(found: &Discovery) -> Vec<&str> {
+    let mut kinds: Vec<&str> = found.effects.iter().map(|effect| &*effect.kind).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+#[test]
+fn a_lost_window_buys_no_law_beside_the_two_that_are_missing() {
+    let found = answer(Kind::Pair, 6_500_113);
+    assert_eq!(kinds(&found), ["cubic-damping", "quadratic-damping"], "{}", found.sentence);
+}
+
+#[test]
+fn dry_friction_is_found_although_its_width_first_runs_into_a_bound() {
+    let found = answer(Kind::Single, 6_600_020);
+    assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
+}
+
+#[test]
+fn unstable_motion_that_is_followed_is_of_the_declared_system() {
+    let found = answer(Kind::Single, 6_500_006);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+    assert_eq!(kinds(&found), ["cubic-stiffness on load_rad_s"], "{}", found.sentence);
+}
+
+#[test]
+fn an_impact_that_comes_or_goes_leaves_nothing_to_explain() {
+    let found = answer(Kind::Null, 6_400_009);
+    assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+}
