@@ -81,8 +81,8 @@ pub(crate) fn decide(
     Some(settle(search, found, base, best, tables, progress))
 }
 
-/// What additions are shown against: the declared model as it was calibrated, although it may have been fitted better by its cost
-/// from where the best set is. Such a fit is no calibration that anybody could have made.
+/// The declared model as it was calibrated, which additions are shown against. Fitted from the best set's place its cost may be less,
+/// but nobody could have calibrated it from there.
 fn as_calibrated(search: &Search<'_>, found: &Explored, theta: &[f64], base: Judged) -> Judged {
     let mut tried = found.tried.iter().filter(|j| j.additions().is_empty());
     match tried.find(|j| j.fit.theta == theta) {

@@ -199,9 +199,9 @@ impl<'r, const L: usize> Run<'r, L> {
         for index in 0..all.iter().map(Vec::len).max().unwrap_or(0) {
             let mut part = Part::default();
             let rest = SchedulePiece::default();
-            for lane in 0..L {
-                let last = all[lane].last().map_or(0.0, |p| p.end);
-                let piece = all[lane].get(index).unwrap_or(&rest);
+            for (lane, pieces) in all.iter().enumerate() {
+                let last = pieces.last().map_or(0.0, |p| p.end);
+                let piece = pieces.get(index).unwrap_or(&rest);
                 self.jump(lane, piece);
                 let (begin, end) = if piece.steps > 0 { (piece.begin, piece.end) } else { (last, last) };
                 part.set(lane, begin, end, piece.steps);
