@@ -39,8 +39,8 @@ pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
     data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// Why the best model shows it; `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all measures, that which decides first, with its unit in print and
-/// how many of it are in one unit of the table.
+/// Why the best model shows it; `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all
+/// measures, that which decides first, with its unit in print and how many of it are in one unit of the table.
 pub(crate) fn after_search(
     decided: &Decided,
     heldout: &Fit,
