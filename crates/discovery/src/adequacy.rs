@@ -97,10 +97,7 @@ pub(crate) fn adequacy(
     let mut library = search.library_scores(judged);
     if idealised {
         let tried: Vec<Vec<String>> = tried.iter().map(|j| labels(j.additions())).collect();
-        library.retain(|s| {
-            let with = [judged.additions(), std::slice::from_ref(&s.addition)].concat();
-            !tried.contains(&labels(&with))
-        });
+        library.retain(|s| !tried.contains(&labels_with(judged, &s.addition)));
     } else if sample.data.system.begins_from_first_samples() {
         library.iter_mut().for_each(|score| score.statistic = realised(score, judged, tried));
     }
@@ -144,10 +141,15 @@ pub(crate) fn adequacy(
     }
 }
 
+/// Labels of a set with one addition more.
+fn labels_with(judged: &Judged, addition: &Addition) -> Vec<String> {
+    labels(&[judged.additions(), std::slice::from_ref(addition)].concat())
+}
+
 /// Statistic of an addition's score, or what a fit with it gained where that is less. Where windows begin at guessed starts, and events
 /// come and go with them, the cost is no parabola, and a slope promises what no step keeps.
 fn realised(score: &Score, judged: &Judged, tried: &[Judged]) -> f64 {
-    let with = labels(&[judged.additions(), std::slice::from_ref(&score.addition)].concat());
+    let with = labels_with(judged, &score.addition);
     let fitted = tried.iter().filter(|j| labels(j.additions()) == with);
     let most = fitted.map(|j| 2.0 * (j.fit.ll - judged.fit.ll)).reduce(f64::max);
     most.map_or(score.statistic, |gained| score.statistic.min(gained.max(0.0)))

@@ -4,14 +4,14 @@
 use pulp::Simd;
 
 /// Most states of a system whose Jacobian is kept whole, zeros included. More would not stay in the registers.
-pub(super) const DENSE: usize = 6;
+const DENSE: usize = 6;
 
 /// How far each stage goes on, and its weight in sixths.
 pub(super) const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
 
 /// Where derivatives of the rates stand at each stage of a step: the Jacobian by states row by row where it is kept whole, then
 /// every entry of the gradient, and last one that is always 0.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Slots {
     pub(super) dense: usize,
     pub(super) count: usize,
