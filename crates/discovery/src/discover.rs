@@ -14,6 +14,7 @@ use crate::explore::place_of;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
 use crate::judged::Judged;
+use crate::long_search::over_long_windows;
 use crate::longer::fit_joined;
 use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
@@ -62,6 +63,11 @@ pub fn discover(
         (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
     }
     let goes_on = doubt.is_none() && !decided.was_cut && family == Family::Described;
+    let has_recordings = !prepared.data.recordings.is_empty();
+    if has_recordings && goes_on && !decided.tests.ok() && leaves_something(&prepared, &decided) {
+        progress(Progress::LongWindows);
+        decided = over_long_windows(&prepared, decided, family, options, progress);
+    }
     if has_grammar(&prepared) && goes_on && !decided.tests.ok() && leaves_something(&prepared, &decided) {
         // Only what the tests see, and what is more than the noise, is worth a formula.
         if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {

@@ -17,6 +17,8 @@ use augsim_physics::model::Per;
 const AT_BOUND: f64 = 1e-6;
 /// Errors of the augmented model, in units of the noise floor, from which it does not follow the data.
 const FAR: f64 = 2.0;
+/// Ratio of two free runs' errors below which additions help, however few held-out parts there are to compare forecasts on.
+const HELPED: f64 = 0.8;
 
 /// Values of all parameters of the system after a fit; of those with values by group the mean.
 pub(crate) fn values(fit: &Fit) -> Vec<f64> {
@@ -71,7 +73,9 @@ pub(crate) fn after_search(
     let claims = matches!(decided.verdict, Verdict::Explained | Verdict::PartlyExplained)
         && decided.scattered.is_none()
         && is_exact;
-    let helps = errors.iter().any(|error| error.reduction.ci95[0] > 0.0);
+    let runs_better =
+        decided.best.free_run.zip(decided.base.free_run).is_some_and(|(best, base)| best < HELPED * base);
+    let helps = runs_better || errors.iter().any(|error| error.reduction.ci95[0] > 0.0);
     let far = errors.iter().any(|error| error.augmented.rmse > FAR * error.noise_floor.rmse);
     // Unstable motion is not forecast from a few samples, however well its laws are known.
     if claims

@@ -3,6 +3,7 @@
 use crate::addition::Addition;
 use crate::drawn::{Estimated, Shared};
 use crate::fit::Fit;
+use crate::longer::Length;
 use crate::scored::Score;
 use augsim_physics::system::EffectParameter;
 use std::sync::{Arc, OnceLock};
@@ -46,6 +47,8 @@ pub(crate) struct Memory {
     pub heldout: OnceLock<Fit>,
     /// Scores of the library.
     pub scores: OnceLock<Vec<Score>>,
+    /// Fits over ever longer windows, of either part of the data.
+    pub lengths: OnceLock<Option<[Vec<Length>; 2]>>,
     /// The estimate of parameters that are drawn anew for each record, from the training part.
     pub drawn: OnceLock<Option<DrawnAt>>,
 }

@@ -45,6 +45,7 @@ mod linear;
 #[cfg(test)]
 mod linear_toy;
 mod lone;
+mod long_search;
 mod longer;
 mod noise;
 mod noise_cause;

@@ -11,6 +11,7 @@ use crate::record::{Measured, Record};
 use augsim_physics::system::Window;
 
 /// A fit over windows that join so many of the search's, with the errors of its free runs in each held-out stretch.
+#[derive(Clone, Debug)]
 pub(crate) struct Length {
     pub joined: usize,
     pub fit: Fit,
@@ -40,18 +41,38 @@ pub(crate) fn lengthened(sample: &ChosenRecords<'_>, from: Fit, runs: &FreeRuns)
 
 /// The number of the best of several lengths, the shortest first, by the errors of each in the stretches that either part of the
 /// data holds out from the other: one part's estimates may err by more than lengths differ.
-pub(crate) fn best_length(parts: &[Vec<&[f64]>]) -> usize {
-    let lengths = parts.iter().map(Vec::len).min().unwrap_or(0);
-    let errors = |number: usize| parts.iter().map(|part| part[number]).collect::<Vec<_>>().concat();
-    (1..lengths)
-        .fold(0, |best, number| if run_better(&errors(number), &errors(best)) { number } else { best })
+pub(crate) fn best_length(parts: &[Vec<Length>; 2]) -> usize {
+    best(&errors(parts))
+}
+
+/// The error of a set's free runs over that of another's, each at its best length.
+pub(crate) fn ratio_at_best(set: &[Vec<Length>; 2], other: &[Vec<Length>; 2]) -> f64 {
+    let [set, other] = [set, other].map(|parts| {
+        let errors = errors(parts);
+        root_of_sum(&errors[best(&errors)])
+    });
+    set / other
+}
+
+/// The errors in all stretches that either part of the data holds out, of each length that both could be fitted over.
+fn errors(parts: &[Vec<Length>; 2]) -> Vec<Vec<f64>> {
+    let [forth, back] = parts;
+    forth.iter().zip(back).map(|(forth, back)| [&*forth.errors, &*back.errors].concat()).collect()
+}
+
+/// The number of the best of several lengths, the shortest first, by the errors of each.
+fn best(errors: &[Vec<f64>]) -> usize {
+    (1..errors.len()).fold(0, |best, n| if run_better(&errors[n], &errors[best]) { n } else { best })
 }
 
 /// Whether free runs are better than others, by the errors of each in every held-out stretch, by more than no forecast would
 /// notice. Stretches of one recording lean on one another: in how many of them a run is better says less than how much.
 fn run_better(errors: &[f64], others: &[f64]) -> bool {
-    let sum = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>().sqrt();
-    NO_WORSE * sum(errors) < sum(others)
+    NO_WORSE * root_of_sum(errors) < root_of_sum(others)
+}
+
+fn root_of_sum(errors: &[f64]) -> f64 {
+    errors.iter().map(|e| e * e).sum::<f64>().sqrt()
 }
 
 /// Whether neither of two runs is better, by the errors of each in every held-out stretch.
@@ -71,15 +92,21 @@ fn lengths(data: &Measured) -> Vec<usize> {
 /// The fit `from` of `sample` with parameters that are fitted over windows of which each joins so many of the search, to those of
 /// their samples that belong to `sample`: what a window forgives over its own start, a longer one does not.
 pub(crate) fn fit_joined(sample: &ChosenRecords<'_>, from: &Fit, joined: usize) -> Fit {
-    let data = sample.data;
-    let of = |index: usize| windows_joined(&weighted(data, index, |j| sample.chosen.contains(&j)), joined);
-    let records: Vec<Record> = (0..data.recordings.len()).flat_map(of).collect();
-    let everything: Vec<usize> = (0..records.len()).collect();
-    let long = data.with_records(records);
+    let (long, everything) = joined_windows(sample, joined);
     let long = ChosenRecords { data: &long, chosen: &everything, correlation: sample.correlation };
     let starts = fit_nuisance(&long, &from.hypothesis, &from.theta, &[]);
     let found = fit(&long, &from.hypothesis, &from.theta, &starts.nuisance);
     fit_nuisance(sample, &found.hypothesis, &found.theta, &from.nuisance)
+}
+
+/// The recordings of a sample in windows of which each joins so many of the search, and the numbers of all these records: samples
+/// that are not of the sample have no weight.
+pub(crate) fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<usize>) {
+    let data = sample.data;
+    let of = |index: usize| windows_joined(&weighted(data, index, |j| sample.chosen.contains(&j)), joined);
+    let records: Vec<Record> = (0..data.recordings.len()).flat_map(of).collect();
+    let everything = (0..records.len()).collect();
+    (data.with_records(records), everything)
 }
 
 /// The parts of a recording that join so many windows each, as records of one window; parts of which no sample counts are
@@ -141,11 +168,11 @@ mod tests {
     }
 
     #[test]
-    fn both_parts_of_the_data_choose_the_length() {
-        let (short, long) = ([2.0, 2.0], [1.0, 1.0]);
-        assert_eq!(best_length(&[vec![&short, &long], vec![&short, &long]]), 1);
-        assert_eq!(best_length(&[vec![&short, &long], vec![&long, &short]]), 0, "the parts disagree");
-        assert_eq!(best_length(&[vec![&short, &long], vec![&short]]), 0, "one part could not be fitted");
+    fn all_stretches_choose_the_length() {
+        let errors = |each: &[[f64; 2]]| each.iter().map(|e| e.to_vec()).collect::<Vec<_>>();
+        assert_eq!(best(&errors(&[[2.0, 2.0], [1.0, 1.0]])), 1);
+        assert_eq!(best(&errors(&[[2.0, 1.0], [1.0, 2.0]])), 0, "the parts disagree");
+        assert_eq!(best(&errors(&[[2.0, 2.0]])), 0, "one part could not be fitted over more");
     }
 
     #[test]

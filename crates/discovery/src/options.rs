@@ -48,6 +48,8 @@ pub enum Progress {
     Unlisted,
     /// Formulas of a grammar.
     Formulas,
+    /// The search once more over longer windows.
+    LongWindows,
     /// Errors before and after.
     Errors,
     /// The loop once more on folds.
@@ -64,6 +66,7 @@ impl Progress {
             Progress::Adequacy => "testing what the best model leaves",
             Progress::Unlisted => "looking for a law outside the library",
             Progress::Formulas => "looking for a formula",
+            Progress::LongWindows => "searching over longer windows",
             Progress::Folds => "repeating the loop without each fifth of the data",
             Progress::Errors => "measuring errors on held-out trajectories",
         }
@@ -79,6 +82,7 @@ impl Progress {
             Progress::Adequacy => 0.50,
             Progress::Unlisted => 0.58,
             Progress::Formulas => 0.62,
+            Progress::LongWindows => 0.66,
             Progress::Errors => 0.72,
             Progress::Folds => 0.76,
         }

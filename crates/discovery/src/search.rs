@@ -295,22 +295,30 @@ impl<'a> Search<'a> {
         judged.memory.heldout.get_or_init(fitted)
     }
 
+    /// Fits of a set over ever longer windows, of either part of the data with the errors of its free runs over the other; `None`
+    /// where fits see no recording in several windows, or nothing can be fitted.
+    pub fn lengths<'j>(&self, judged: &'j Judged) -> Option<&'j [Vec<Length>; 2]> {
+        let found = || {
+            let [forth, back] = [self.free_runs.as_ref()?, &FreeRuns::new(&self.train)?];
+            if judged.fit.theta.is_empty() {
+                return None;
+            }
+            let held = self.heldout(judged);
+            let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
+            let forth = lengthened(&self.train, judged.fit.clone(), forth);
+            Some([forth, lengthened(&self.test, other, back)])
+        };
+        judged.memory.lengths.get_or_init(found).as_ref()
+    }
+
     /// A set with the parameters of a fit over longer windows, where each part of the data runs better for it with the values of
     /// the other, and how many of the search's windows each of them joins. Intervals stay those of the search's windows.
     pub fn over_longer_windows(&self, judged: &Judged) -> Option<(Judged, usize)> {
-        let [forth, back] = [self.free_runs.as_ref()?, &FreeRuns::new(&self.train)?];
-        if judged.fit.theta.is_empty() {
-            return None;
-        }
-        let held = self.heldout(judged);
-        let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
-        let forth = lengthened(&self.train, judged.fit.clone(), forth);
-        let back = lengthened(&self.test, other, back);
-        let number = best_length(&[&forth, &back].map(|l| l.iter().map(|l| &*l.errors).collect::<Vec<_>>()));
-        let Length { joined, fit, .. } = forth.into_iter().nth(number).filter(|l| l.joined > 1)?;
-        let again = self.judge(fit);
+        let lengths = self.lengths(judged)?;
+        let Length { joined, fit, .. } = lengths[0].get(best_length(lengths)).filter(|l| l.joined > 1)?;
+        let again = self.judge(fit.clone());
         let heldout_ll = Some(self.heldout(&again).ll);
-        again.is_finite().then_some((Judged { heldout_ll, ..again }, joined))
+        again.is_finite().then_some((Judged { heldout_ll, ..again }, *joined))
     }
 
     /// The simpler effect that an addition turns into where some of its parameters have their nulls.

@@ -1,0 +1,75 @@
+//! A second search, over windows as long as data foretell each other best with.
+//!
+//! Short windows forgive a slow law: each begins where the data are. Where longer windows make better forecasts, laws are looked
+//! for once more in them, from the sets that the first search came to, and what is found there counts if it runs better.
+
+use crate::addition::labels;
+use crate::candidates::Family;
+use crate::decide::{Decided, decide, settle};
+use crate::fit::{ChosenRecords, fit, fit_nuisance};
+use crate::forecast::first_rmse;
+use crate::free_runs::NO_WORSE;
+use crate::judged::Judged;
+use crate::longer::{joined_windows, ratio_at_best};
+use crate::part::is_long;
+use crate::prepare::Prepared;
+use crate::search::Search;
+use crate::{Options, Progress};
+
+/// Ratio of two free runs' errors below which a set of the second search is preferred: it was chosen among many by such runs.
+const CLEARLY: f64 = 0.8;
+
+/// The answer `decided`, or that of the search over longer windows where what it finds runs better. Data of very many samples
+/// are not searched again: a pass over few long windows takes as long as one over many short ones.
+pub(crate) fn over_long_windows(
+    prepared: &Prepared,
+    decided: Decided,
+    family: Family,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress),
+) -> Decided {
+    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
+    if is_long(&train) {
+        return decided;
+    }
+    let short = Search::new(train, test, family, options);
+    let Some((_, joined)) = short.over_longer_windows(&decided.best) else { return decided };
+    let [of_train, of_test] = [train, test].map(|sample| joined_windows(&sample, joined));
+    let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, correlation: train.correlation };
+    let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, correlation: test.correlation };
+    let free_runs = short.free_runs.clone();
+    let mut long = Search { free_runs, ..Search::new(train, test, family, options) };
+    let over_long = |judged: &Judged| {
+        let (h, theta) = (&judged.fit.hypothesis, &judged.fit.theta);
+        let starts = fit_nuisance(&long.train, h, theta, &[]);
+        fit(&long.train, h, theta, &starts.nuisance)
+    };
+    let base = over_long(&decided.base);
+    let sets = decided.found.pool.iter().filter(|j| !j.additions().is_empty());
+    let known: Vec<Judged> = sets.map(|j| long.judge(over_long(j))).filter(Judged::is_finite).collect();
+    let longer = match decide(&mut long, base, &known, false, progress) {
+        Some(found) if labels(found.best.additions()) != labels(decided.best.additions()) => found.best,
+        _ => return decided,
+    };
+    let starts = fit_nuisance(&short.train, &longer.fit.hypothesis, &longer.fit.theta, &[]);
+    let mut best = short.refit(&starts, longer.additions(), &[]);
+    best.heldout_ll = Some(short.heldout(&best).ll);
+    if !forecasts_clearly_better(&short, &best, &decided.best) {
+        return decided;
+    }
+    let Decided { mut found, base, .. } = decided;
+    found.pool.push(best.clone());
+    settle(&short, found, base, best, false, progress)
+}
+
+/// Whether a set runs clearly better than another through the stretches that either part of the data holds out, each over windows of its
+/// best length, and forecasts the parts of recordings that are held out no worse.
+fn forecasts_clearly_better(search: &Search<'_>, set: &Judged, other: &Judged) -> bool {
+    let runs = search.lengths(set).zip(search.lengths(other));
+    let error = |judged: &Judged| {
+        let longer = search.over_longer_windows(judged);
+        first_rmse(&search.test, &longer.as_ref().map_or(judged, |(longer, _)| longer).fit)
+    };
+    runs.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY)
+        && error(set) <= NO_WORSE * error(other)
+}
