@@ -169,6 +169,15 @@ fn one_trajectory_in_another_unit_is_refused() {
 }
 
 #[test]
+fn one_trajectory_that_goes_far_is_in_no_other_unit() {
+    // As an angle that winds round and round beside others that swing: it bends and scatters as they do.
+    let wind =
+        |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
+    assert_eq!(found(&positions(wind), &Expected::default()), []);
+    assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &Expected::default()), []);
+}
+
+#[test]
 fn sentinel_values_are_refused_as_outliers() {
     let data = positions(|all| all.iter_mut().for_each(|(_, columns)| columns[1][17] = 9999.0));
     let text = refusal(data, &BALL, Check::SentinelValue);

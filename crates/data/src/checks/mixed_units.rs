@@ -1,4 +1,7 @@
 //! A few trajectories in another unit than the rest.
+//!
+//! A unit scales everything: how far a trajectory goes, how it bends, how it scatters. What goes far alone, as a pendulum that winds
+//! round and round, bends and scatters as the others do.
 
 use super::measured::Series;
 use super::{Expected, Finding};
@@ -8,6 +11,8 @@ use crate::statistics::median;
 /// How many times the range of all values of the others a trajectory's own span must be. Centimetres are a factor of 100,
 /// of which starts and offsets that differ take up to 5; in the measured sets the largest is 1.1.
 const FACTOR: f64 = 10.0;
+/// How many times those of the others the second differences of a trajectory in another unit are at least.
+const BENDS: f64 = 3.0;
 /// Largest share of the trajectories that can be the exception.
 const EXCEPTION: f64 = 1.0 / 3.0;
 /// Fewest trajectories that are a rule.
@@ -27,6 +32,9 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     for (place, &(_, j)) in spans.iter().enumerate() {
         if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0])
         {
+            if only_goes_far(data, series, spans.split_at(place)) {
+                return None;
+            }
             let first = spans[place..].iter().map(|s| s.1).min()?;
             let typical = |part: &[(f64, usize)]| median(&mut part.iter().map(|s| s.0).collect::<Vec<_>>());
             let span = series.span(&data.trajectories()[first])?;
@@ -46,4 +54,21 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
         }
     }
     None
+}
+
+/// Whether trajectories span more than the others and bend alike: by the typical second difference of either part. Where the others'
+/// do not bend at all nothing is said.
+fn only_goes_far(
+    data: &Dataset,
+    series: Series<'_>,
+    (others, wide): (&[(f64, usize)], &[(f64, usize)]),
+) -> bool {
+    let bend = |part: &[(f64, usize)]| {
+        let each = part.iter().filter_map(|(_, j)| {
+            let (_, values) = series.samples(&data.trajectories()[*j]);
+            median(&mut values.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).abs()).collect::<Vec<_>>())
+        });
+        median(&mut each.collect::<Vec<_>>())
+    };
+    bend(wide).zip(bend(others)).is_some_and(|(wide, others)| others > 0.0 && wide < BENDS * others)
 }
