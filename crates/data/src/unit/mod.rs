@@ -68,9 +68,10 @@ impl Unit {
         let base = bases(dimensions);
         let mut best: Option<Vec<(Symbol, i32)>> = None;
         for symbol in NAMED {
-            for power in [1, -1, 2, -2, 3, -3] {
-                let Some(part) = symbol.dimensions().power(f64::from(power)) else { continue };
-                let mut factors = vec![(symbol, power * TWELFTHS)];
+            // Whole powers, and roots as laws of flow have them.
+            for power in [1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 0.5, -0.5] {
+                let Some(part) = symbol.dimensions().power(power) else { continue };
+                let mut factors = vec![(symbol, (power * f64::from(TWELFTHS)) as i32)];
                 factors.extend(bases(dimensions / part));
                 let shorter = best.as_ref().is_none_or(|best| length(&factors) < length(best));
                 if factors.len() < base.len() && shorter {
@@ -119,6 +120,8 @@ mod tests {
             ("m/s^2", "m/s^2"),
             ("V/(m s)", "V/(m s)"),
             ("1/(V^2 s^2)", "1/(V^2 s^2)"),
+            ("V^0.5/s", "V^0.5/s"),
+            ("m^0.5/s", "m^0.5/s"),
         ] {
             let unit = Unit::of_text(text).expect("a unit");
             let computed = Unit::of_dimensions(unit.dimensions()).expect("few symbols");
