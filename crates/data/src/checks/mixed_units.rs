@@ -32,7 +32,8 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     for (place, &(_, j)) in spans.iter().enumerate() {
         if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0])
         {
-            if only_goes_far(data, series, spans.split_at(place)) {
+            let (others, wide) = spans.split_at(place);
+            if only_goes_far(data, series, others, wide) {
                 return None;
             }
             let first = spans[place..].iter().map(|s| s.1).min()?;
@@ -58,11 +59,7 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
 
 /// Whether trajectories span more than the others and bend alike: by the typical second difference of either part. Where the others'
 /// do not bend at all nothing is said.
-fn only_goes_far(
-    data: &Dataset,
-    series: Series<'_>,
-    (others, wide): (&[(f64, usize)], &[(f64, usize)]),
-) -> bool {
+fn only_goes_far(data: &Dataset, series: Series<'_>, others: &[(f64, usize)], wide: &[(f64, usize)]) -> bool {
     let bend = |part: &[(f64, usize)]| {
         let each = part.iter().filter_map(|(_, j)| {
             let (_, values) = series.samples(&data.trajectories()[*j]);
