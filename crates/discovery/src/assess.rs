@@ -44,8 +44,7 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    let search = Search::new(train, test, Family::Described, options);
+    let search = Search::on(&prepared, Family::Described, options);
     let base = calibrate(&search.train);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds

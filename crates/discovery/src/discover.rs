@@ -52,8 +52,7 @@ pub fn discover(
         Some(_) => {
             progress(Progress::Calibration);
             let family = Family::Described;
-            let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-            let search = Search::new(train, test, family, options);
+            let search = Search::on(&prepared, family, options);
             (unsearched(&search, calibrate(&search.train)), family)
         }
         None => answer(&prepared, options, None, progress)?,
@@ -64,22 +63,20 @@ pub fn discover(
     }
     let goes_on = doubt.is_none() && !decided.was_cut && family == Family::Described;
     let has_recordings = !prepared.data.recordings.is_empty();
-    if has_recordings && goes_on && !decided.tests.ok() && leaves_something(&prepared, &decided) {
+    if has_recordings && goes_on && leaves_something(&prepared, &decided) {
         progress(Progress::LongWindows);
         decided = over_long_windows(&prepared, decided, family, options, progress);
     }
-    if has_grammar(&prepared) && goes_on && !decided.tests.ok() && leaves_something(&prepared, &decided) {
-        // Only what the tests see, and what is more than the noise, is worth a formula.
+    if has_grammar(&prepared) && goes_on && leaves_something(&prepared, &decided) {
         if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {
             (decided, family) = (wider, Family::Grammar);
         }
     }
-    let is_open = doubt.is_none() && !decided.was_cut && !decided.tests.ok();
+    let is_open = doubt.is_none() && !decided.was_cut;
     if has_grammar(&prepared) && is_open && leaves_something(&prepared, &decided) {
         decided = beyond_formulas(&prepared, decided, family, options, progress);
     }
-    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    let search = Search::new(train, test, family, options);
+    let search = Search::on(&prepared, family, options);
     let Prepared { data: measured, noise, .. } = &prepared;
     // How many windows of the search each window of the final fits joins: of the calibrated model and of the best.
     let mut joined = [None; 2];

@@ -23,9 +23,12 @@ pub(crate) fn has_grammar(prepared: &Prepared) -> bool {
     prepared.data.system.library().iter().any(|effect| effect.grammar.is_some())
 }
 
-/// Whether what the library leaves is more than the noise: a tenth of it, in one channel at least. Tests of thousands of samples
-/// see less than that, and a formula for it takes minutes and improves no forecast.
+/// Whether tests see what the library leaves, and it is more than the noise: a tenth of it, in one channel at least. Tests of
+/// thousands of samples see less than that, and a formula for it takes minutes and improves no forecast.
 pub(crate) fn leaves_something(prepared: &Prepared, decided: &Decided) -> bool {
+    if decided.tests.ok() {
+        return false;
+    }
     let left = misfit(&prepared.sample(&prepared.train), &decided.best.fit);
     left.iter().zip(&prepared.noise.sd).any(|(left, sd)| *left > BEYOND_NOISE * sd)
 }
@@ -39,13 +42,12 @@ pub(crate) fn beyond_the_library(
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Formulas);
-    let sample = prepared.sample(&prepared.train);
-    let mut search = Search::new(sample, prepared.sample(&prepared.test), Family::Grammar, options);
+    let mut search = Search::on(prepared, Family::Grammar, options);
     let (base, before) = (&decided.base, &decided.best);
     let known: Vec<Judged> = (!before.additions().is_empty()).then(|| before.clone()).into_iter().collect();
     let mut found = decide(&mut search, base.fit.clone(), &known, false, progress)?;
     let after = &found.best;
-    let [left, was] = [after, before].map(|j| misfit(&sample, &j.fit));
+    let [left, was] = [after, before].map(|j| misfit(&search.train, &j.fit));
     let squares = left.iter().zip(&was).map(|(a, b)| (a / b).powi(2)).sum::<f64>() / was.len().max(1) as f64;
     let runs_worse = after.free_run.zip(before.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
     let lengths = || search.lengths(before).zip(search.lengths(after));
@@ -77,8 +79,7 @@ pub(crate) fn answer(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<(Decided, Family), DiscoveryError> {
     let family = if options.library { Family::Described } else { Family::Grammar };
-    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    let mut search = Search::new(train, test, family, options);
+    let mut search = Search::on(prepared, family, options);
     let (base, known) = match from {
         None => {
             progress(Progress::Calibration);

@@ -6,11 +6,11 @@
 use crate::addition::labels;
 use crate::candidates::Family;
 use crate::decide::{Decided, decide, settle};
-use crate::fit::{ChosenRecords, fit, fit_nuisance};
+use crate::fit::{ChosenRecords, fit_nuisance};
 use crate::forecast::first_rmse;
 use crate::free_runs::NO_WORSE;
 use crate::judged::Judged;
-use crate::longer::{joined_windows, ratio_at_best};
+use crate::longer::{fit_anew, joined_windows, ratio_at_best};
 use crate::part::is_long;
 use crate::prepare::Prepared;
 use crate::search::Search;
@@ -28,22 +28,17 @@ pub(crate) fn over_long_windows(
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
-    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    if is_long(&train) {
+    if is_long(&prepared.sample(&prepared.train)) {
         return decided;
     }
-    let short = Search::new(train, test, family, options);
-    let Some((_, joined)) = short.over_longer_windows(&decided.best) else { return decided };
-    let [of_train, of_test] = [train, test].map(|sample| joined_windows(&sample, joined));
-    let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, correlation: train.correlation };
-    let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, correlation: test.correlation };
+    let short = Search::on(prepared, family, options);
+    let Some((before, joined)) = short.over_longer_windows(&decided.best) else { return decided };
+    let [of_train, of_test] = [&short.train, &short.test].map(|sample| joined_windows(sample, joined));
+    let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, ..short.train };
+    let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, ..short.test };
     let free_runs = short.free_runs.clone();
     let mut long = Search { free_runs, ..Search::new(train, test, family, options) };
-    let over_long = |judged: &Judged| {
-        let (h, theta) = (&judged.fit.hypothesis, &judged.fit.theta);
-        let starts = fit_nuisance(&long.train, h, theta, &[]);
-        fit(&long.train, h, theta, &starts.nuisance)
-    };
+    let over_long = |judged: &Judged| fit_anew(&long.train, &judged.fit);
     let base = over_long(&decided.base);
     let sets = decided.found.pool.iter().filter(|j| !j.additions().is_empty());
     let known: Vec<Judged> = sets.map(|j| long.judge(over_long(j))).filter(Judged::is_finite).collect();
@@ -54,7 +49,7 @@ pub(crate) fn over_long_windows(
     let starts = fit_nuisance(&short.train, &longer.fit.hypothesis, &longer.fit.theta, &[]);
     let mut best = short.refit(&starts, longer.additions(), &[]);
     best.heldout_ll = Some(short.heldout(&best).ll);
-    if !forecasts_clearly_better(&short, &best, &decided.best) {
+    if !forecasts_clearly_better(&short, &best, [&decided.best, &before]) {
         return decided;
     }
     let Decided { mut found, base, .. } = decided;
@@ -62,14 +57,14 @@ pub(crate) fn over_long_windows(
     settle(&short, found, base, best, false, progress)
 }
 
-/// Whether a set runs clearly better than another through the stretches that either part of the data holds out, each over windows of its
-/// best length, and forecasts the parts of recordings that are held out no worse.
-fn forecasts_clearly_better(search: &Search<'_>, set: &Judged, other: &Judged) -> bool {
+/// Whether a set runs clearly better than another, of which the second form is that over windows of its best length, through the
+/// stretches that either part of the data holds out, and forecasts the parts of recordings that are held out no worse.
+fn forecasts_clearly_better(search: &Search<'_>, set: &Judged, [other, other_longer]: [&Judged; 2]) -> bool {
     let runs = search.lengths(set).zip(search.lengths(other));
-    let error = |judged: &Judged| {
-        let longer = search.over_longer_windows(judged);
-        first_rmse(&search.test, &longer.as_ref().map_or(judged, |(longer, _)| longer).fit)
-    };
-    runs.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY)
-        && error(set) <= NO_WORSE * error(other)
+    runs.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY) && {
+        let longer = search.over_longer_windows(set);
+        let set = longer.as_ref().map_or(set, |(longer, _)| longer);
+        let [set, other] = [set, other_longer].map(|judged| first_rmse(&search.test, &judged.fit));
+        set <= NO_WORSE * other
+    }
 }

@@ -11,7 +11,7 @@ use crate::record::{Measured, Record};
 use augsim_physics::system::Window;
 
 /// A fit over windows that join so many of the search's, with the errors of its free runs in each held-out stretch.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Length {
     pub joined: usize,
     pub fit: Fit,
@@ -94,9 +94,14 @@ fn lengths(data: &Measured) -> Vec<usize> {
 pub(crate) fn fit_joined(sample: &ChosenRecords<'_>, from: &Fit, joined: usize) -> Fit {
     let (long, everything) = joined_windows(sample, joined);
     let long = ChosenRecords { data: &long, chosen: &everything, correlation: sample.correlation };
-    let starts = fit_nuisance(&long, &from.hypothesis, &from.theta, &[]);
-    let found = fit(&long, &from.hypothesis, &from.theta, &starts.nuisance);
+    let found = fit_anew(&long, from);
     fit_nuisance(sample, &found.hypothesis, &found.theta, &from.nuisance)
+}
+
+/// The fit `from` of other windows, from starts that are found anew at its parameters.
+pub(crate) fn fit_anew(sample: &ChosenRecords<'_>, from: &Fit) -> Fit {
+    let starts = fit_nuisance(sample, &from.hypothesis, &from.theta, &[]);
+    fit(sample, &from.hypothesis, &from.theta, &starts.nuisance)
 }
 
 /// The recordings of a sample in windows of which each joins so many of the search, and the numbers of all these records: samples

@@ -11,6 +11,7 @@ use crate::free_runs::FreeRuns;
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
 use crate::longer::{Length, best_length, lengthened};
+use crate::prepare::Prepared;
 use crate::score::{heterogeneity, scores};
 use crate::scored::Score;
 use crate::statistics::{chi2_quantile, chi2_tail};
@@ -96,6 +97,11 @@ impl<'a> Search<'a> {
         let tests = library.iter().map(points).sum();
         let (free_runs, clock) = (FreeRuns::new(&test), Clock::new(options));
         Self { train, test, library, family, tests, scatter: true, free_runs, clock }
+    }
+
+    /// The search on the training part of prepared data, judged on their held-out part.
+    pub fn on(prepared: &'a Prepared, family: Family, options: &Options) -> Self {
+        Self::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family, options)
     }
 
     pub fn system(&self) -> &dyn System {

@@ -19,8 +19,7 @@ pub(crate) fn beyond_formulas(
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     progress(Progress::Unlisted);
-    let [train, test] = [&prepared.train, &prepared.test].map(|chosen| prepared.sample(chosen));
-    let mut search = Search::new(train, test, family, options);
+    let mut search = Search::on(prepared, family, options);
     // Effects and formulas had their turn.
     let library = std::mem::take(&mut search.library);
     let Some(wider) = widen(&search, &decided.base, &decided.best) else { return decided };
