@@ -175,6 +175,14 @@ fn one_trajectory_that_goes_far_is_in_no_other_unit() {
         |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
     assert_eq!(found(&positions(wind), &Expected::default()), []);
     assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &Expected::default()), []);
+    // Nor does it hide one that is.
+    let both = positions(|all| {
+        wind(all);
+        scale(&mut all[7..8], &[0], 100.0);
+    });
+    let findings = found(&both, &Expected::default());
+    let [Finding::MixedUnits { trajectory, alike, .. }] = &findings[..] else { panic!("{findings:?}") };
+    assert_eq!((trajectory.as_str(), *alike), ("7", 1));
 }
 
 #[test]

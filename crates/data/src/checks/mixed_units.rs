@@ -32,11 +32,9 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     for (place, &(_, j)) in spans.iter().enumerate() {
         if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0])
         {
-            let (others, wide) = spans.split_at(place);
-            if only_goes_far(data, series, others, wide) {
-                return None;
-            }
-            let first = spans[place..].iter().map(|s| s.1).min()?;
+            let others = &spans[..place];
+            let wide = that_bend_more(data, series, others, &spans[place..]);
+            let first = wide.iter().map(|s| s.1).min()?;
             let typical = |part: &[(f64, usize)]| median(&mut part.iter().map(|s| s.0).collect::<Vec<_>>());
             let span = series.span(&data.trajectories()[first])?;
             return Some(Finding::MixedUnits {
@@ -45,9 +43,9 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
                 unit: series.unit(),
                 span,
                 others_span: range[1] - range[0],
-                factor: typical(&spans[place..])? / typical(&spans[..place])?.max(f64::MIN_POSITIVE),
+                factor: typical(&wide)? / typical(others)?.max(f64::MIN_POSITIVE),
                 others: place,
-                alike: spans.len() - place,
+                alike: wide.len(),
             });
         }
         for v in series.samples(&data.trajectories()[j]).1 {
@@ -57,15 +55,20 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     None
 }
 
-/// Whether trajectories span more than the others and bend alike: by the typical second difference of either part. Where the others'
-/// do not bend at all nothing is said.
-fn only_goes_far(data: &Dataset, series: Series<'_>, others: &[(f64, usize)], wide: &[(f64, usize)]) -> bool {
-    let bend = |part: &[(f64, usize)]| {
-        let each = part.iter().filter_map(|(_, j)| {
-            let (_, values) = series.samples(&data.trajectories()[*j]);
-            median(&mut values.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).abs()).collect::<Vec<_>>())
-        });
-        median(&mut each.collect::<Vec<_>>())
+/// Those of the trajectories `wide` that bend more than the others as well, by their typical second difference: all, where the
+/// others' do not bend at all and nothing is said.
+fn that_bend_more(
+    data: &Dataset,
+    series: Series<'_>,
+    others: &[(f64, usize)],
+    wide: &[(f64, usize)],
+) -> Vec<(f64, usize)> {
+    let bend = |j: usize| {
+        let (_, values) = series.samples(&data.trajectories()[j]);
+        median(&mut values.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).abs()).collect::<Vec<_>>())
     };
-    bend(wide).zip(bend(others)).is_some_and(|(wide, others)| others > 0.0 && wide < BENDS * others)
+    let typical = median(&mut others.iter().filter_map(|o| bend(o.1)).collect::<Vec<_>>());
+    let typical = typical.filter(|bend| *bend > 0.0);
+    let alike = |j: usize| bend(j).zip(typical).is_some_and(|(bend, typical)| bend < BENDS * typical);
+    wide.iter().filter(|w| !alike(w.1)).copied().collect()
 }

@@ -10,7 +10,8 @@ const LARGEST_EXPONENT: f64 = 9.0;
 impl Unit {
     /// Unit of `text`, in the form that [`Unit::symbol`] prints: symbols side by side are multiplied, `^` gives an
     /// exponent (whole or a root, such as 0.5), at most one `/` is there, and a divisor of several symbols stands
-    /// in parentheses. `1` and the empty text are a pure number. `None` for anything else.
+    /// in parentheses. Products may also be written `N*m` or `N·m`, powers `m²`. `1` and the empty text are a pure
+    /// number. `None` for anything else.
     ///
     /// ```
     /// use augsim_data::Unit;
@@ -20,6 +21,7 @@ impl Unit {
     /// assert!(Unit::of_text("furlong").is_none());
     /// ```
     pub fn of_text(text: &str) -> Option<Unit> {
+        let text = text.replace(['*', '·', '⋅'], " ").replace('²', "^2").replace('³', "^3");
         let (numerator, divisor) = match text.trim().split_once('/') {
             Some((numerator, divisor)) => (numerator.trim(), Some(divisor.trim())),
             None => (text.trim(), None),
@@ -67,6 +69,12 @@ mod tests {
         for text in ["", "m", "m/s^2", "N m", "N s/m", "1/s", "rad/(V s^2)", "kg m^2", "V^0.5/s", "Ohm"] {
             assert_eq!(Unit::of_text(text).map(Unit::symbol).as_deref(), Some(text), "{text}");
         }
+        for (text, same) in
+            [("N*m", "N m"), ("kg·m²", "kg m^2"), ("rad/(V*s²)", "rad/(V s^2)"), ("m³/s", "m^3/s")]
+        {
+            assert_eq!(Unit::of_text(text), Unit::of_text(same), "{text}");
+            assert!(Unit::of_text(text).is_some(), "{text}");
+        }
         assert_eq!(Unit::of_text("1"), Some(Unit::DIMENSIONLESS));
         assert_eq!(Unit::of_text("m^0.5").unwrap().dimensions().power(2.0), Some(Unit::METRE.dimensions()));
     }
@@ -76,6 +84,8 @@ mod tests {
         for text in [
             "mm",
             "N/m s",
+            "N/m*s",
+            "m**2",
             "m/",
             "/s",
             "m/s/s",
