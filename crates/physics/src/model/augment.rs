@@ -1,6 +1,6 @@
 //! Models with what was found in them.
 
-use super::{EffectBlock, Model, ModelError, ModelFile, Parameter, Per, PushModel};
+use super::{EffectBlock, Model, ModelFile, Parameter, Per, PushModel};
 use crate::ball::Axes;
 use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::push;
@@ -9,6 +9,7 @@ use crate::system::{
     System,
 };
 use augsim_data::checks::Expected;
+use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -159,7 +160,8 @@ impl ModelFile {
             ModelFile::Ball(model) => (&model.file, model.to_toml()),
             ModelFile::Push(model) => (&model.file, model.to_toml()),
         };
-        let not = |source: Option<Box<ModelError>>| NotReadable { model: file.clone(), source };
+        let not =
+            |source: Option<Box<dyn StdError + Send + Sync>>| NotReadable { model: file.clone(), source };
         match ModelFile::parse(&text, file) {
             Ok(back) if back == *self => Ok(text),
             Ok(_) => Err(not(None)),

@@ -1,8 +1,8 @@
 //! A model file as the loop sees it: what it declares, and what it becomes with what was found.
 
 use super::{Law, Objection, ScatterPer, System};
-use crate::model::ModelError;
 use augsim_data::checks::Expected;
+use std::error::Error as StdError;
 use std::fmt::Debug;
 use std::sync::Arc;
 use thiserror::Error;
@@ -59,7 +59,7 @@ pub struct NotReadable {
     /// The model.
     pub model: String,
     /// Why it is refused, if it is.
-    pub source: Option<Box<ModelError>>,
+    pub source: Option<Box<dyn StdError + Send + Sync>>,
 }
 
 /// A model file of any system, read and checked.

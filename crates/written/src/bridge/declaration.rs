@@ -7,6 +7,7 @@ use augsim_data::checks::Expected;
 use augsim_physics::system::{
     Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, Record, System,
 };
+use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -24,6 +25,17 @@ enum Lacking {
         "the data have no column `{column}`, {what} of the model; rename one, or take it out of the model"
     )]
     Column { column: String, what: &'static str },
+}
+
+/// How a text differs from the model that was written into it.
+#[derive(Debug, Error)]
+enum Difference {
+    #[error("a parameter that was fitted has no place in it")]
+    Place,
+    #[error("{written} effects become {read}")]
+    Additions { written: usize, read: usize },
+    #[error("{name} = {written} becomes {read}")]
+    Value { name: String, written: f64, read: f64 },
 }
 
 impl MeasuredModel {
@@ -44,7 +56,7 @@ impl MeasuredModel {
         &self.model
     }
 
-    fn written(&self, found: &Augmentation) -> Option<String> {
+    fn written(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
         let system = &self.system;
         let laws: Vec<Law> = found
             .additions
@@ -54,36 +66,46 @@ impl MeasuredModel {
         let mut model = self.model.clone();
         let mut places: Vec<usize> = (0..model.parameters.len()).collect();
         for law in &laws {
-            places.extend(system.add(&mut model, law).ok()?.into_iter().map(|(_, place)| place));
+            places.extend(system.add(&mut model, law)?.into_iter().map(|(_, place)| place));
         }
-        let mut put = |place: usize, fitted: &Fitted| -> Option<()> {
-            let p: &mut Parameter = model.parameters.get_mut(place)?;
-            match &fitted.values {
-                FittedValues::One(value) => (p.nominal, p.ci95) = (*value, fitted.ci95),
-                FittedValues::ByGroup(groups) => {
-                    let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;
-                    p.nominal = mean.clamp(p.min, p.max);
-                }
+        let added = found.additions.iter().filter_map(|a| match a {
+            Addition::Law(_, values) => Some(values),
+            Addition::Scatter(..) => None,
+        });
+        let added = (self.model.parameters.len()..).zip(added.flatten());
+        for (index, fitted) in found.declared.iter().map(|(index, fitted)| (*index, fitted)).chain(added) {
+            let place = *places.get(index).ok_or(Difference::Place)?;
+            put(model.parameters.get_mut(place).ok_or(Difference::Place)?, fitted);
+        }
+        let text = model.to_toml()?;
+        let again = crate::model::parse(&text, &model.file)?;
+        if again.additions.len() != model.additions.len() {
+            return Err(Difference::Additions {
+                written: model.additions.len(),
+                read: again.additions.len(),
             }
-            Some(())
-        };
-        for (index, fitted) in &found.declared {
-            put(*places.get(*index)?, fitted)?;
+            .into());
         }
-        let mut next = self.model.parameters.len();
-        for addition in &found.additions {
-            if let Addition::Law(_, values) = addition {
-                for fitted in values {
-                    put(*places.get(next)?, fitted)?;
-                    next += 1;
-                }
+        for (one, other) in model.parameters.iter().zip(&again.parameters) {
+            if one.nominal != other.nominal {
+                let (name, [written, read]) = (one.name.clone(), [one, other].map(|p| p.nominal));
+                return Err(Difference::Value { name, written, read }.into());
             }
         }
-        let text = model.to_toml().ok()?;
-        let again = crate::model::parse(&text, &model.file).ok()?;
-        let same = again.nominals() == model.nominals() && again.additions.len() == model.additions.len();
-        same.then_some(text)
+        Ok(text)
     }
+}
+
+/// Puts what was fitted into a parameter. A bound of the fit and the model's own may differ by rounding; the model's holds.
+fn put(p: &mut Parameter, fitted: &Fitted) {
+    let value = match &fitted.values {
+        FittedValues::One(value) => {
+            p.ci95 = fitted.ci95;
+            *value
+        }
+        FittedValues::ByGroup(groups) => groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64,
+    };
+    p.nominal = value.clamp(p.min, p.max);
 }
 
 impl WrittenSystem {
@@ -121,6 +143,6 @@ impl Declaration for MeasuredModel {
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        self.written(found).ok_or_else(|| NotReadable { model: self.model.file.clone(), source: None })
+        self.written(found).map_err(|e| NotReadable { model: self.model.file.clone(), source: Some(e) })
     }
 }
