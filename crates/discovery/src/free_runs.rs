@@ -107,6 +107,9 @@ fn stretches(record: &Record) -> Vec<Range<usize>> {
 
 /// Geometric mean over channels of root mean square errors, infinite where one is no number.
 fn mean_error(sums: &[(f64, f64)]) -> f64 {
+    if sums.iter().any(|(sum, _)| !sum.is_finite()) {
+        return f64::INFINITY;
+    }
     let error =
         |(sum, count): &(f64, f64)| (*count > 0.0).then(|| (sum / count).sqrt().max(f64::MIN_POSITIVE).ln());
     let logs: Vec<f64> = sums.iter().filter_map(error).collect();
@@ -135,4 +138,23 @@ fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Recor
     let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
     record.seen.windows = vec![Window { samples, start }];
     record
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: channels count in proportion, and a run that leaves the numbers is worse than every other.
+    use super::*;
+
+    #[test]
+    fn the_error_is_a_geometric_mean_over_channels() {
+        let error = mean_error(&[(16.0, 4.0), (32.0, 1.0 / 2.0), (0.0, 0.0)]);
+        assert!((error - 4.0).abs() < 1e-12, "{error}");
+    }
+
+    #[test]
+    fn a_run_that_is_not_finite_errs_without_bounds() {
+        for wild in [f64::NAN, f64::INFINITY] {
+            assert_eq!(mean_error(&[(4.0, 4.0), (wild, 4.0)]), f64::INFINITY);
+        }
+    }
 }
