@@ -232,21 +232,22 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
     let additions = best.additions();
     let drawn = drawn(parts, whole);
     let several = additions.len() + usize::from(drawn.is_some()) > 1;
-    let mut out: Vec<FoundEffect> = Vec::new();
-    for (n, a) in additions.iter().enumerate() {
-        if matches!(a, Addition::Table(_)) {
-            continue;
-        }
-        let mut rest = additions.to_vec();
-        rest.remove(n);
-        let without = match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(&rest)) {
+    let is_table = |a: &Addition| matches!(a, Addition::Table(_));
+    let fitted =
+        |set: &[Addition]| match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(set)) {
             Some(j) => j.fit.clone(),
-            None => parts.search.refit(&best.fit, &rest, &[]).fit,
+            None => parts.search.refit(&best.fit, set, &[]).fit,
         };
+    // A table takes the place of any law: what an effect does is told beside the other effects alone.
+    let laws: Vec<Addition> = additions.iter().filter(|a| !is_table(a)).cloned().collect();
+    let beside = if laws.len() < additions.len() { fitted(&laws) } else { best.fit.clone() };
+    let mut out: Vec<FoundEffect> = Vec::new();
+    for (n, a) in additions.iter().enumerate().filter(|(_, a)| !is_table(a)) {
+        let rest: Vec<Addition> = laws.iter().filter(|law| *law != a).cloned().collect();
+        let without = fitted(&rest);
         let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed =
-            (lawful && several).then(|| error(&without) - error(&best.fit)).filter(|x| x.is_finite());
+        let removed = (lawful && several).then(|| error(&without) - error(&beside)).filter(|x| x.is_finite());
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
@@ -255,7 +256,7 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
                 let label = kinds(std::slice::from_ref(a));
                 [folds_that_found(&parts.folds, &label[0]), parts.folds.len()]
             }),
-            share: (2.0 * (best.fit.ll - without.ll) / whole).clamp(0.0, 1.0),
+            share: (2.0 * (beside.ll - without.ll) / whole).clamp(0.0, 1.0),
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
                 let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());

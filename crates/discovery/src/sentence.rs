@@ -43,13 +43,17 @@ pub(crate) fn sentence(
     let error = &parts.error;
     let schema = parts.search.train.data.system.schema();
     let (unit, scale) = schema.decides();
+    let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
+    // Two decimals, or three digits of the smallest where it is less.
+    let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
+    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
     let list = |e: &[&FoundEffect]| {
         let words: Vec<String> = e
             .iter()
             .map(|e| {
                 let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
                 p.extend(e.removed.map(|r| match r > 0.0 {
-                    true => format!("{:.2} {unit} of the error", scale * r),
+                    true => format!("{:.d$} {unit} of the error", scale * r),
                     false => "none of the error".to_owned(),
                 }));
                 let values = p.join(", ");
@@ -71,10 +75,6 @@ pub(crate) fn sentence(
         [] => String::new(),
         small => format!(" Small beside that: {}.", list(small)),
     };
-    let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
-    // Two decimals, or three digits of the smallest where it is less.
-    let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
-    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
     let [before, after, floor] = rows;
     let gain = format!(
         "error on held-out {} {before:.d$} {unit} after calibration, {after:.d$} {unit} with it, noise floor {floor:.d$} {unit}",
