@@ -1,6 +1,7 @@
 //! Formulas where the library ends.
 
 use crate::DiscoveryError;
+use crate::addition::Addition;
 use crate::candidates::Family;
 use crate::decide::{Decided, decide, is_worth_a_table};
 use crate::free_runs::NO_WORSE;
@@ -43,6 +44,14 @@ pub(crate) fn beyond_the_library(
 ) -> Option<Decided> {
     progress(Progress::Formulas);
     let mut search = Search::on(prepared, Family::Grammar, options);
+    // A law that the library named beside others is a formula's rival: what it can describe keeps its name.
+    let sets = decided.found.pool.iter().flat_map(Judged::additions);
+    for law in sets.filter(|a| matches!(a, Addition::Effect(..))) {
+        if !search.library.contains(law) {
+            search.library.push(law.clone());
+            search.tests += 1;
+        }
+    }
     let (base, before) = (&decided.base, &decided.best);
     let known: Vec<Judged> = (!before.additions().is_empty()).then(|| before.clone()).into_iter().collect();
     let mut found = decide(&mut search, base.fit.clone(), &known, false, progress)?;
