@@ -1,5 +1,6 @@
 //! Windows that grow: short ones forgive a wrong parameter, long ones tell small ones.
 
+use crate::lengths::longest_that_forecasts_all;
 use crate::minima::deepest;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
 use crate::steps::{Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
@@ -34,18 +35,20 @@ pub fn calibrate(
     let mut best = problem.fit(&nominal, &shots, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
     best = deepest(&mut problem, &shots, best);
     let mut stages = vec![stage(&problem, &best)];
+    let mut scales = vec![problem.sd.clone()];
+    let mut fits = vec![best];
     let mut stopped = None;
     loop {
+        let best = &fits[fits.len() - 1];
         shots = doubled(&best.shots);
         let last = stages.last().map_or(0.0, |stage| stage.window_s);
         if shots.len() == best.shots.len() || longest_s.is_some_and(|longest| 2.0 * last > longest) {
             break;
         }
-        let before = problem.sd.clone();
         problem.sd.clone_from(&spread);
         let grown = problem.fit(&best.values, &shots, ROUGHLY_SETTLED);
         let Ok(grown) = grown else {
-            (stopped, problem.sd) = (Some("longer windows cannot be simulated"), before);
+            stopped = Some("longer windows cannot be simulated");
             break;
         };
         let next = stage(&problem, &grown);
@@ -55,17 +58,27 @@ pub fn calibrate(
             now / then.max(1e-6 * spread)
         });
         if growth.fold(0.0, f64::max) > LOST {
-            (stopped, problem.sd) = (Some("over longer windows the model does not follow the data"), before);
+            stopped = Some("over longer windows the model does not follow the data");
             break;
         }
         stages.push(next);
-        best = grown;
+        scales.push(problem.sd.clone());
+        fits.push(grown);
     }
+    // Holds are compared over windows of a length that is given.
+    let last = fits.len() - 1;
+    let is_compared = longest_s.is_none() && !problem.free.is_empty();
+    let kept = if is_compared { longest_that_forecasts_all(&problem, &fits, &spread) } else { last };
+    if kept < last {
+        stopped = Some("over longer windows the parameters make up for what the model lacks");
+    }
+    stages.truncate(kept + 1);
+    problem.sd.clone_from(&scales[kept]);
+    let mut best = fits.swap_remove(kept);
     // The lengths on the way were fitted roughly; the one that counts is fitted to its end.
     if let Ok(fit) = problem.fit(&best.values, &best.shots, SETTLED) {
         best = fit;
-        stages.pop();
-        stages.push(stage(&problem, &best));
+        stages[kept] = stage(&problem, &best);
     }
     Ok(outcome(&problem, best, stages, stopped))
 }

@@ -3,6 +3,7 @@
 mod along;
 mod growth;
 mod kalman;
+mod lengths;
 mod minima;
 mod normal;
 mod outcome;

@@ -79,6 +79,25 @@ fn a_pendulum_declared_wrong_is_calibrated_and_forecast() {
 }
 
 #[test]
+fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    augsim(&["model", "new", "pendulum"], d);
+    augsim(
+        &["simulate", "pendulum.toml", "--start", "theta_rad=1.5", "--duration-s", "60", "--out", "train.csv"],
+        d,
+    );
+    edit(&d.join("pendulum.toml"), "nominal = 0.05, min = 0.0, max = 10.0", "nominal = 0.0, frozen = true");
+    edit(&d.join("pendulum.toml"), "nominal = 0.153", "nominal = 0.2");
+    let answer = json(&["fit", "pendulum.toml", "train.csv", "--out", "fit", "--json"], d);
+    // Over the whole minute a pendulum without friction would need a longer arm to stay in step.
+    let length_m = answer["parameters"][1]["value"].as_f64().expect("a number");
+    assert!((length_m / 0.153 - 1.0).abs() < 0.01, "{length_m} m");
+    let stopped = answer["stopped"].as_str().expect("a reason");
+    assert!(stopped.contains("make up for what the model lacks"), "{stopped}");
+}
+
+#[test]
 fn a_forecast_sees_nothing_behind_its_burn_in() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();

@@ -67,10 +67,12 @@ pub fn discover(
         progress(Progress::LongWindows);
         decided = over_long_windows(&prepared, decided, family, options, progress);
     }
-    if has_grammar(&prepared) && goes_on && leaves_something(&prepared, &decided) {
-        if let Some(wider) = beyond_the_library(&prepared, &decided, options, progress) {
-            (decided, family) = (wider, Family::Grammar);
-        }
+    if has_grammar(&prepared)
+        && goes_on
+        && leaves_something(&prepared, &decided)
+        && let Some(wider) = beyond_the_library(&prepared, &decided, options, progress)
+    {
+        (decided, family) = (wider, Family::Grammar);
     }
     let is_open = doubt.is_none() && !decided.was_cut;
     if has_grammar(&prepared) && is_open && leaves_something(&prepared, &decided) {
