@@ -1,6 +1,6 @@
 //! Which length of windows parameters are taken from.
 //!
-//! What a model lacks, or noise of its motion, adds up along a window. Parameters of long windows make up for it and miss short
+//! Laws that a model lacks, and noise of its motion, add up along a window. Parameters of long windows make up for them and miss short
 //! stretches; those of short windows are put off by noise of the sensor and drift from long ones. Every length is a forecast that
 //! somebody may ask for: parameters are taken from the windows whose parameters forecast all of them best.
 

@@ -84,7 +84,16 @@ fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
     let d = dir.path();
     augsim(&["model", "new", "pendulum"], d);
     augsim(
-        &["simulate", "pendulum.toml", "--start", "theta_rad=1.5", "--duration-s", "60", "--out", "train.csv"],
+        &[
+            "simulate",
+            "pendulum.toml",
+            "--start",
+            "theta_rad=1.5",
+            "--duration-s",
+            "60",
+            "--out",
+            "train.csv",
+        ],
         d,
     );
     edit(&d.join("pendulum.toml"), "nominal = 0.05, min = 0.0, max = 10.0", "nominal = 0.0, frozen = true");

@@ -44,7 +44,7 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let search = Search::on(&prepared, Family::Described, options);
+    let search = Search::on(&prepared, Family::Described);
     let base = calibrate(&search.train);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds

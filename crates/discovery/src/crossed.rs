@@ -69,7 +69,8 @@ pub(crate) fn crossed(prepared: &Prepared, family: Family, options: &Options) ->
         .map(|fold| {
             let rest: Vec<usize> = (0..data.records.len()).filter(|j| !fold.contains(j)).collect();
             let (train, test) = split(data, &rest, options);
-            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test), family, options);
+            let clock = &prepared.clock;
+            let mut search = Search::new(prepared.sample(&train), prepared.sample(&test), family, clock);
             let base = calibrate(&search.train);
             let decided = decide(&mut search, base, &[], false, &mut |_| {})?;
             // What was decided is fitted to all that the fold leaves.

@@ -35,8 +35,6 @@ pub(crate) struct Decided {
     pub severe: bool,
     /// Parameters that are drawn anew for each record.
     pub scattered: Option<Scattered>,
-    /// The time was over before everything was tried.
-    pub was_cut: bool,
 }
 
 /// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
@@ -125,8 +123,7 @@ pub(crate) fn settle(
             verdict = if named(&best) { Verdict::PartlyExplained } else { Verdict::Unknown };
         }
     }
-    let was_cut = search.clock.was_cut();
-    Decided { found, base, best, tests, verdict, severe, scattered, was_cut }
+    Decided { found, base, best, tests, verdict, severe, scattered }
 }
 
 /// The hypothesis with the additions that survive where records scatter, if it is confirmed. What only chance speaks for is

@@ -52,33 +52,33 @@ pub fn discover(
         Some(_) => {
             progress(Progress::Calibration);
             let family = Family::Described;
-            let search = Search::on(&prepared, family, options);
+            let search = Search::on(&prepared, family);
             (unsearched(&search, calibrate(&search.train)), family)
         }
         None => answer(&prepared, options, None, progress)?,
     };
-    if doubt.is_none() && !decided.was_cut && prepared.quieter(&decided.best.fit) {
+    if doubt.is_none() && !prepared.clock.was_cut() && prepared.quieter(&decided.best.fit) {
         // What was noise beside the declared model may be structure beside the augmented one: the search goes on from there.
         (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
     }
-    let goes_on = doubt.is_none() && !decided.was_cut && family == Family::Described;
+    let goes_on = doubt.is_none() && !prepared.clock.was_cut() && family == Family::Described;
     let has_recordings = !prepared.data.recordings.is_empty();
     if has_recordings && goes_on && leaves_something(&prepared, &decided) {
         progress(Progress::LongWindows);
-        decided = over_long_windows(&prepared, decided, family, options, progress);
+        decided = over_long_windows(&prepared, decided, family, progress);
     }
     if has_grammar(&prepared)
         && goes_on
         && leaves_something(&prepared, &decided)
-        && let Some(wider) = beyond_the_library(&prepared, &decided, options, progress)
+        && let Some(wider) = beyond_the_library(&prepared, &decided, progress)
     {
         (decided, family) = (wider, Family::Grammar);
     }
-    let is_open = doubt.is_none() && !decided.was_cut;
+    let is_open = doubt.is_none() && !prepared.clock.was_cut();
     if has_grammar(&prepared) && is_open && leaves_something(&prepared, &decided) {
-        decided = beyond_formulas(&prepared, decided, family, options, progress);
+        decided = beyond_formulas(&prepared, decided, family, progress);
     }
-    let search = Search::on(&prepared, family, options);
+    let search = Search::on(&prepared, family);
     let Prepared { data: measured, noise, .. } = &prepared;
     // How many windows of the search each window of the final fits joins: of the calibrated model and of the best.
     let mut joined = [None; 2];
@@ -87,7 +87,7 @@ pub fn discover(
             (*judged, *joined) = (better, Some(length));
         }
     }
-    let was_cut = decided.was_cut;
+    let was_cut = prepared.clock.was_cut();
 
     progress(Progress::Errors);
     let (schema, seed) = (measured.system.schema(), options.seed);
@@ -130,7 +130,7 @@ pub fn discover(
         if doubt.is_some() {
             let plain = unsearched(&search, decided.base.fit.clone());
             decided.found.pool.retain(|j| j.additions().is_empty());
-            decided = Decided { found: decided.found, was_cut, ..plain };
+            decided = Decided { found: decided.found, ..plain };
             limit = forecast_limit(measured, &decided.best.fit);
             lists = on_split(&decided, limit);
             shown = lists.clone();

@@ -129,7 +129,7 @@ pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let found = Explored { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
     let tests = adequacy(search, &base, &found.tried, None);
     let (verdict, best) = (Verdict::NotThisSystem, base.clone());
-    Decided { found, best, base, tests, verdict, severe: false, scattered: None, was_cut: false }
+    Decided { found, best, base, tests, verdict, severe: false, scattered: None }
 }
 
 #[cfg(test)]

@@ -39,11 +39,10 @@ pub(crate) fn leaves_something(prepared: &Prepared, decided: &Decided) -> bool {
 pub(crate) fn beyond_the_library(
     prepared: &Prepared,
     decided: &Decided,
-    options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Option<Decided> {
     progress(Progress::Formulas);
-    let mut search = Search::on(prepared, Family::Grammar, options);
+    let mut search = Search::on(prepared, Family::Grammar);
     // A law that the library named beside others is a formula's rival: what it can describe keeps its name.
     let sets = decided.found.pool.iter().flat_map(Judged::additions);
     for law in sets.filter(|a| matches!(a, Addition::Effect(..))) {
@@ -88,7 +87,7 @@ pub(crate) fn answer(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<(Decided, Family), DiscoveryError> {
     let family = if options.library { Family::Described } else { Family::Grammar };
-    let mut search = Search::on(prepared, family, options);
+    let mut search = Search::on(prepared, family);
     let (base, known) = match from {
         None => {
             progress(Progress::Calibration);

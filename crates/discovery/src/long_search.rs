@@ -3,6 +3,7 @@
 //! Short windows forgive a slow law: each begins where the data are. Where longer windows make better forecasts, laws are looked
 //! for once more in them, from the sets that the first search came to, and what is found there counts if it runs better.
 
+use crate::Progress;
 use crate::addition::labels;
 use crate::candidates::Family;
 use crate::decide::{Decided, decide, settle};
@@ -14,7 +15,6 @@ use crate::longer::{fit_anew, joined_windows, ratio_at_best};
 use crate::part::is_long;
 use crate::prepare::Prepared;
 use crate::search::Search;
-use crate::{Options, Progress};
 
 /// Ratio of two free runs' errors below which a set of the second search is preferred: it was chosen among many by such runs.
 const CLEARLY: f64 = 0.8;
@@ -25,19 +25,18 @@ pub(crate) fn over_long_windows(
     prepared: &Prepared,
     decided: Decided,
     family: Family,
-    options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     if is_long(&prepared.sample(&prepared.train)) {
         return decided;
     }
-    let short = Search::on(prepared, family, options);
+    let short = Search::on(prepared, family);
     let Some((before, joined)) = short.over_longer_windows(&decided.best) else { return decided };
     let [of_train, of_test] = [&short.train, &short.test].map(|sample| joined_windows(sample, joined));
     let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, ..short.train };
     let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, ..short.test };
     let free_runs = short.free_runs.clone();
-    let mut long = Search { free_runs, ..Search::new(train, test, family, options) };
+    let mut long = Search { free_runs, ..Search::new(train, test, family, &prepared.clock) };
     let over_long = |judged: &Judged| fit_anew(&long.train, &judged.fit);
     let base = over_long(&decided.base);
     let sets = decided.found.pool.iter().filter(|j| !j.additions().is_empty());

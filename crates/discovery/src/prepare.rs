@@ -2,6 +2,7 @@
 
 use crate::blocks::divided;
 use crate::calibrate::calibrate;
+use crate::cut::Clock;
 use crate::deal;
 use crate::fit::{ChosenRecords, Fit};
 use crate::lone;
@@ -28,6 +29,8 @@ pub(crate) struct Prepared {
     pub test: Vec<usize>,
     /// Remarks on the records that the result repeats for its reader, one sentence each.
     pub notes: Vec<String>,
+    /// The time that all searches on these data have together.
+    pub clock: Clock,
 }
 
 impl Prepared {
@@ -115,7 +118,7 @@ pub(crate) fn prepare(
     let (mut train, mut test) = split(&data, &everything, options);
     shorten(&data, &mut train, MOST_SAMPLES);
     shorten(&data, &mut test, MOST_SAMPLES / 2);
-    Ok(Prepared { data, noise, smooth, train, test, notes })
+    Ok(Prepared { data, noise, smooth, train, test, notes, clock: Clock::new(options) })
 }
 
 /// Reads records with events and noise; `fewest` are needed. What the system has against fits to them is asked where they are

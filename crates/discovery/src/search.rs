@@ -1,6 +1,5 @@
 //! The ground of a search: penalties, fits of sets of additions, and their judgement.
 
-use crate::Options;
 use crate::addition::Addition;
 use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
@@ -85,7 +84,7 @@ fn without_aliases(scores: Vec<Score>) -> Vec<Score> {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(train: ChosenRecords<'a>, test: ChosenRecords<'a>, family: Family, options: &Options) -> Self {
+    pub fn new(train: ChosenRecords<'a>, test: ChosenRecords<'a>, family: Family, clock: &Clock) -> Self {
         let library = library(train.data, family);
         let system = &train.data.system;
         let points = |a: &Addition| match a {
@@ -95,13 +94,13 @@ impl<'a> Search<'a> {
             _ => 1,
         };
         let tests = library.iter().map(points).sum();
-        let (free_runs, clock) = (FreeRuns::new(&test), Clock::new(options));
+        let (free_runs, clock) = (FreeRuns::new(&test), clock.clone());
         Self { train, test, library, family, tests, scatter: true, free_runs, clock }
     }
 
     /// The search on the training part of prepared data, judged on their held-out part.
-    pub fn on(prepared: &'a Prepared, family: Family, options: &Options) -> Self {
-        Self::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family, options)
+    pub fn on(prepared: &'a Prepared, family: Family) -> Self {
+        Self::new(prepared.sample(&prepared.train), prepared.sample(&prepared.test), family, &prepared.clock)
     }
 
     pub fn system(&self) -> &dyn System {

@@ -1,11 +1,11 @@
 //! Tables where formulas end.
 
+use crate::Progress;
 use crate::adequacy::adequacy;
 use crate::candidates::Family;
 use crate::decide::{Decided, verdict_on_tables, widen};
 use crate::prepare::{Prepared, misfit};
 use crate::search::Search;
-use crate::{Options, Progress};
 
 /// Ratio of misfits over held-out windows up to which a formula is as good as a table: a law that can be written down comes first.
 const AS_GOOD_AS_A_TABLE: f64 = 1.1;
@@ -15,11 +15,10 @@ pub(crate) fn beyond_formulas(
     prepared: &Prepared,
     decided: Decided,
     family: Family,
-    options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     progress(Progress::Unlisted);
-    let mut search = Search::on(prepared, family, options);
+    let mut search = Search::on(prepared, family);
     // Effects and formulas had their turn.
     let library = std::mem::take(&mut search.library);
     let Some(wider) = widen(&search, &decided.base, &decided.best) else { return decided };
