@@ -98,6 +98,15 @@ pub enum DataError {
         /// Error of the system.
         cause: std::io::Error,
     },
+    /// A folder stands where a file is to be read.
+    #[error(
+        "{}: is a folder, and one file is read; put the recordings into one CSV file with a column `trajectory` that \
+         tells them apart", path.display()
+    )]
+    Folder {
+        /// Folder.
+        path: PathBuf,
+    },
     /// The gzip stream ends before its end mark.
     #[error(
         "{}: line {line}: the gzip stream ends too early; the file was cut off while copying or \

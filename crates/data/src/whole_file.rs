@@ -24,6 +24,7 @@ pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, DataError> {
     match bytes {
         Ok(Some(bytes)) => Ok(bytes),
         Ok(None) => Err(too_large(path)),
+        Err(_) if path.is_dir() => Err(DataError::Folder { path: path.to_owned() }),
         Err(cause) => Err(DataError::Unreadable { path: path.to_owned(), cause }),
     }
 }

@@ -38,6 +38,14 @@ fn gzip(content: &str) -> Vec<u8> {
 const HEADER: &str = "trajectory,t_s,height_m,velocity_m_s\n";
 
 #[test]
+fn a_folder_is_no_file() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let error = read_csv(folder.path(), MissingCells::Refuse).unwrap_err();
+    assert!(matches!(error, DataError::Folder { .. }), "{error}");
+    assert!(error.to_string().contains("put the recordings into one CSV file"), "{error}");
+}
+
+#[test]
 fn a_missing_file_is_unreadable() {
     let path = PathBuf::from("no/such.csv");
     let error = read_csv(&path, MissingCells::Refuse).unwrap_err();

@@ -244,6 +244,11 @@ fn what_was_found_is_written_and_read_back() {
     assert_eq!(kinds, ["quadratic-damping", "table"]);
     let added: Vec<f64> = again.parameters[3..].iter().map(|p| p.nominal).collect();
     assert_eq!(added, [0.3, 0.1, 0.2, 0.3]);
+    // A fit's bound may differ from the file's by rounding.
+    let beyond = Augmentation { declared: vec![(1, one(declared.parameters[1].max.next_up()))], ..found };
+    let text = measured.augmented(&beyond).expect("a text");
+    let again = model::parse(&text, "augmented.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(again.parameters[1].nominal, declared.parameters[1].max);
     let refused =
         measured.open(&|column| column != "angle_rad").expect_err("a column is missing").to_string();
     assert_eq!(

@@ -86,6 +86,9 @@ impl MeasuredModel {
             }
             .into());
         }
+        if again.parameters.len() != model.parameters.len() {
+            return Err(Difference::Place.into());
+        }
         for (one, other) in model.parameters.iter().zip(&again.parameters) {
             if one.nominal != other.nominal {
                 let (name, [written, read]) = (one.name.clone(), [one, other].map(|p| p.nominal));
