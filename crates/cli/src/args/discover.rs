@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub struct Discover {
     /// Model file (TOML): what is declared.
     pub model: PathBuf,
-    /// Measured trajectories (CSV, plain or gzip).
+    /// Measured trajectories: a CSV file, plain or gzip, or a folder of them, one recording each.
     pub data: PathBuf,
     /// Directory for `result.json`, `report.html` and the augmented `model.toml`.
     #[arg(long, default_value = "out/discover")]

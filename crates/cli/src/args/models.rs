@@ -37,7 +37,8 @@ fn templates() -> PossibleValuesParser {
 pub struct Fit {
     /// Model file (TOML) with `scenario = "system"`.
     pub model: PathBuf,
-    /// Measured trajectories (CSV, plain or gzip) with the inputs and outputs of the model.
+    /// Measured trajectories with the inputs and outputs of the model: a CSV file, plain or gzip, or a folder of them, one
+    /// recording each.
     pub data: PathBuf,
     /// Directory for the calibrated `model.toml` and `result.json`.
     #[arg(long, default_value = "out/fit")]

@@ -72,7 +72,7 @@ pub(crate) fn recognise_bytes(
 }
 
 /// Files of a folder that may be recordings, by name.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
+pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let unreadable = |cause| DataError::Unreadable { path: folder.to_owned(), cause };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
@@ -222,7 +222,7 @@ fn parts_without_names(sheet: &Sheet, parts: &[Part]) -> Option<Vec<Part>> {
 }
 
 /// Name of a file without its endings.
-fn stem(path: &Path) -> String {
+pub(crate) fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let cut = ENDINGS.iter().find_map(|e| name.strip_suffix(&format!(".{e}")));
     let clean: String = cut.unwrap_or(&name).chars().filter(|c| !c.is_control()).collect();
