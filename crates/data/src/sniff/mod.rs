@@ -19,8 +19,8 @@ mod text;
 mod unrecognised;
 
 pub(crate) use named::in_long_form;
-pub(crate) use recognised::{files_in, recognise_bytes, stem};
 pub use recognised::{Recognised, recognise};
+pub(crate) use recognised::{files_in, recognise_bytes, stem};
 pub use recording::Recording;
 pub use unrecognised::Unrecognised;
 
