@@ -4,7 +4,7 @@ use crate::lengths::longest_that_forecasts_all;
 use crate::minima::deepest;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
 use crate::steps::{Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
-use crate::windows::{Problem, Shot, doubled};
+use crate::windows::{NEGLIGIBLE, Problem, Shot, doubled};
 use augsim_physics::system::{Record, System};
 use faer::{Mat, Side};
 
@@ -53,10 +53,12 @@ pub fn calibrate(
         };
         let next = stage(&problem, &grown);
         let last = &stages[stages.len() - 1].rms;
-        let growth = next.rms.iter().zip(last).zip(&spread).map(|((now, then), spread)| {
-            // Below a millionth of what the channel does there is nothing to follow.
-            now / then.max(1e-6 * spread)
-        });
+        let growth = next
+            .rms
+            .iter()
+            .zip(last)
+            .zip(&spread)
+            .map(|((now, then), spread)| now / then.max(NEGLIGIBLE * spread));
         if growth.fold(0.0, f64::max) > LOST {
             stopped = Some("over longer windows the model does not follow the data");
             break;

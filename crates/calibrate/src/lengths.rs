@@ -5,7 +5,7 @@
 //! somebody may ask for: parameters are taken from the windows whose parameters forecast all of them best.
 
 use crate::steps::{Fit, ROUGHLY_SETTLED};
-use crate::windows::Problem;
+use crate::windows::{NEGLIGIBLE, Problem};
 
 /// By how much (in ln likelihood) shorter windows have to be better before longer ones are given up.
 const CLEARLY: f64 = 2.0;
@@ -19,7 +19,7 @@ pub(crate) fn longest_that_forecasts_all(problem: &Problem<'_>, fits: &[Fit], sp
         starts_only.sd.copy_from_slice(spread);
         let fit = starts_only.fit(&from.values, &over.shots, ROUGHLY_SETTLED).ok()?;
         let rms = fit.normal.rms(spread.len());
-        let floors = spread.iter().map(|spread| (1e-6 * spread).max(f64::MIN_POSITIVE));
+        let floors = spread.iter().map(|spread| (NEGLIGIBLE * spread).max(f64::MIN_POSITIVE));
         Some(rms.iter().zip(floors).map(|(rms, floor)| rms.max(floor).ln()).sum::<f64>())
     };
     // Lengths over which only some can be run tell nothing of the others.
@@ -62,6 +62,7 @@ mod tests {
         assert_eq!(chosen([[1.0, 1.0, 1.5], [2.0, 2.0, 2.6], [5.0, 4.9, 4.0]]), 1);
         assert_eq!(chosen([[1.0, 1.3, 2.0], [2.0, 2.0, 3.0], [5.0, 4.9, 4.0]]), 0);
     }
+
     #[test]
     fn odds_of_seven_to_one_are_needed_to_give_up_long_windows() {
         assert_eq!(chosen([[1.0, 1.0, 1.04], [1.0; 3], [1.0; 3]]), 2);

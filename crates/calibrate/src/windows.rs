@@ -3,6 +3,9 @@
 use augsim_physics::system::{Begin, Record, Schema, System, spread};
 use std::ops::Range;
 
+/// A misfit below this share of what a channel does is none: there is nothing to follow.
+pub(crate) const NEGLIGIBLE: f64 = 1e-6;
+
 /// A window and its present start.
 #[derive(Clone, Debug)]
 pub(crate) struct Shot {

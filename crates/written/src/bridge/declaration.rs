@@ -99,6 +99,9 @@ impl MeasuredModel {
     }
 }
 
+/// Share of a bound by which a bound of the fit and the model's own may differ: a few roundings.
+const ROUNDING: f64 = 1e-12;
+
 /// Puts what was fitted into a parameter. A bound of the fit and the model's own may differ by rounding; the model's holds.
 fn put(p: &mut Parameter, fitted: &Fitted) {
     let value = match &fitted.values {
@@ -108,7 +111,8 @@ fn put(p: &mut Parameter, fitted: &Fitted) {
         }
         FittedValues::ByGroup(groups) => groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64,
     };
-    p.nominal = value.clamp(p.min, p.max);
+    let within = value.clamp(p.min, p.max);
+    p.nominal = if (value - within).abs() <= ROUNDING * within.abs() { within } else { value };
 }
 
 impl WrittenSystem {
