@@ -1,6 +1,7 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
-//! that is not there, a width that ran into its bound must not hide dry friction, unstable motion is no other system, and an impact
-//! that comes or goes leaves nothing to explain. Rates over many sets are those of `discover_battery systems-single`, ….
+//! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
+//! other system, and an impact that comes or goes leaves nothing to explain. Rates over many sets are those of
+//! `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use augsim_tests::sealed_systems::{Kind, PLANTS, draw, truth};
@@ -32,6 +33,12 @@ fn a_lost_window_buys_no_law_beside_the_two_that_are_missing() {
 #[test]
 fn dry_friction_is_found_although_its_width_first_runs_into_a_bound() {
     let found = answer(Kind::Single, 6_600_020);
+    assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
+}
+
+#[test]
+fn dry_friction_is_not_taken_for_a_law_that_contains_it_because_its_own_fit_was_lost() {
+    let found = answer(Kind::Single, 6_602_032);
     assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
 }
 

@@ -317,7 +317,7 @@ impl Search<'_> {
             // the best set counts as it is fitted from here, even if it was fitted before.
             let are_guessed = self.system().begins_from_first_samples();
             let mut parts: Vec<Judged> = Vec::new();
-            let (mut sets, mut idle): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
+            let (mut sets, mut anew): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
             for i in 0..now.len() {
                 let mut rest = now.clone();
                 let gone = rest.remove(i);
@@ -326,14 +326,15 @@ impl Search<'_> {
                     continue;
                 }
                 if now.len() > 1 && self.free_runs.is_some() && best.is_inert(i) {
-                    idle.push(keep.clone());
+                    anew.push(keep.clone());
                 } else if now.len() > 1 {
                     sets.push(keep.clone());
                 }
-                if let Some(less) = self.contained(&gone) {
-                    let mut set = keep.clone();
-                    set.push((less, vec![]));
-                    sets.push(set);
+                if let Some(less) = self.contained(&gone).filter(|less| !rest.contains(less)) {
+                    // A fit from values of the best set counts even if the set was fitted before, from a worse start.
+                    let start = if are_guessed { values_shared(&best.fit, i, &less) } else { Vec::new() };
+                    let list = if start.is_empty() { &mut sets } else { &mut anew };
+                    list.push([keep.clone(), vec![(less, start)]].concat());
                 }
                 // What would take its place: the best scores at the fit without it.
                 let base = || tried.iter().find(|j| j.additions().is_empty()).cloned();
@@ -382,7 +383,7 @@ impl Search<'_> {
                 fresh
             });
             // A set without what does nothing is fitted from here even if it was fitted before, from a worse start.
-            sets.extend(idle);
+            sets.extend(anew);
             let of_all = |done: f64| {
                 let rounds = (round as f64 + done) / effort.rounds as f64;
                 1000.0 * (MOST_EFFECTS as f64 + rounds) / (MOST_EFFECTS + 1) as f64
@@ -402,6 +403,16 @@ impl Search<'_> {
             }
         }
     }
+}
+
+/// The values in a fit of one of its additions for another whose parameters are among those of the first, by their names; empty
+/// where they are not.
+fn values_shared(fit: &Fit, number: usize, other: &Addition) -> Vec<f64> {
+    let parameters = |a: &Addition| a.listed().map_or_else(Vec::new, |effect| effect.parameters.clone());
+    let (from, to) = (parameters(&fit.hypothesis.additions[number]), parameters(other));
+    let values = &fit.theta[fit.hypothesis.range_of(number)];
+    let value = |name: &str| from.iter().position(|p| p.name == name).and_then(|i| values.get(i)).copied();
+    to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()
 }
 
 /// The foremost of `list` by criterion, those first that are no worse in free runs than their parts among `tried`.

@@ -210,6 +210,22 @@ values = [0.0, 0.1, 0.0]
 }
 
 #[test]
+fn a_kind_that_contains_a_simpler_one_names_that_of_its_own_place() {
+    let simpler = |example: &str, name: &str| {
+        let all = candidates(&with(example, "")).expect("candidates");
+        let found = all.into_iter().find(|c| c.name == name);
+        found.unwrap_or_else(|| panic!("{example} has no {name}")).contains
+    };
+    assert_eq!(simpler("servo", "stribeck").as_deref(), Some("coulomb"));
+    assert_eq!(simpler("cart-pole", "stribeck on v_m_s").as_deref(), Some("coulomb on v_m_s"));
+    assert_eq!(
+        simpler("cart-pole", "hidden-mode on omega_rad_s").as_deref(),
+        Some("linear-damping on omega_rad_s")
+    );
+    assert_eq!(simpler("servo", "quadratic-damping"), None);
+}
+
+#[test]
 fn a_candidate_of_the_users_own_is_tried_first() {
     let block = "[[candidate]]\nkind = \"soft-spring\"\non = \"omega_rad_s\"\nadd = \"-a * theta_rad * exp(-(theta_rad / w)^2)\"\n\
                  a = { min = 0.0, typical = 2.0 }\nw_rad = { grid = [0.1, 0.3] }\nstands_for = \"gravity\"\n";

@@ -176,6 +176,7 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
         source: candidate.source.clone(),
         stands_for: candidate.stands_for.clone(),
         excludes: candidate.excludes.clone(),
+        contains: candidate.contains.clone(),
         amounts: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()
     }

@@ -28,6 +28,8 @@ pub struct Candidate {
     pub stands_for: Vec<String>,
     /// Kinds that describe the same thing.
     pub excludes: Vec<String>,
+    /// Simpler kind that it turns into where inner parameters go to their bounds.
+    pub contains: Option<String>,
     /// Origin of the law.
     pub source: String,
     pub(super) states: Vec<DraftState>,
@@ -125,6 +127,7 @@ fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> 
             .collect(),
         stands_for: row.stands_for.clone(),
         excludes: row.excludes.clone(),
+        contains: row.contains.clone(),
         source: row.source.clone(),
         states: row.states.iter().map(of_state).collect(),
         changes,
@@ -175,13 +178,20 @@ fn has_sum(text: &str) -> bool {
 /// Gives candidates of the same kind names of their own, by their places.
 pub(super) fn name_apart(all: &mut [Candidate]) {
     let kinds: Vec<String> = all.iter().map(|c| c.kind.clone()).collect();
-    for candidate in all {
+    for candidate in &mut *all {
         if kinds.iter().filter(|kind| **kind == candidate.kind).count() > 1 {
             candidate.name = format!("{} on {}", candidate.kind, candidate.on);
             if let Some(with) = &candidate.with {
                 candidate.name = format!("{} with {with}", candidate.name);
             }
         }
+    }
+    let place = |c: &Candidate| (c.on.clone(), c.with.clone());
+    let named: Vec<_> = all.iter().map(|c| (c.kind.clone(), place(c), c.name.clone())).collect();
+    for candidate in all {
+        let here = place(candidate);
+        let simpler = |kind: &String| named.iter().find(|(other, there, _)| other == kind && *there == here);
+        candidate.contains = candidate.contains.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
     }
 }
 

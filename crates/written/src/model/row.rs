@@ -30,6 +30,8 @@ pub struct Row {
     pub stands_for: Vec<String>,
     /// Kinds that describe the same thing.
     pub excludes: Vec<String>,
+    /// Simpler kind that it turns into where inner parameters go to their bounds.
+    pub contains: Option<String>,
     /// Origin of the law.
     pub source: String,
     /// File and line of the block.
@@ -62,8 +64,19 @@ pub struct RowParameter {
 }
 
 /// Keys of a block that are no parameters.
-const KEYS: [&str; 10] =
-    ["kind", "on", "add", "factor", "replace", "add_other", "states", "stands_for", "excludes", "source"];
+const KEYS: [&str; 11] = [
+    "kind",
+    "on",
+    "add",
+    "factor",
+    "replace",
+    "add_other",
+    "states",
+    "stands_for",
+    "excludes",
+    "contains",
+    "source",
+];
 
 /// Reads a text of nothing but `[[candidate]]` blocks.
 pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
@@ -122,6 +135,7 @@ impl Row {
                 parameters.push(RowParameter::read(name, &entry)?);
             }
         }
+        let contains = item.at("contains").map(|c| c.text("a kind in quotes").map(shown)).transpose()?;
         let source = item.at("source").map(|s| s.text("a text in quotes").map(shown)).transpose()?;
         Ok(Row {
             kind,
@@ -133,6 +147,7 @@ impl Row {
             parameters,
             stands_for: words("stands_for")?,
             excludes: words("excludes")?,
+            contains,
             source: source.unwrap_or_default(),
             place: (item.reader.file.to_owned(), item.line),
         })
