@@ -3,6 +3,7 @@
 use crate::addition::{Addition, Tabulated};
 use crate::answer::AnswerParts;
 use crate::result::Unexplained;
+use crate::sentence::three_digits;
 
 /// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
 fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
@@ -15,10 +16,13 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
     let mut shapes: Vec<Shape<'_>> = vec![
         (name.to_string(), Box::new(|v| v)),
         (format!("{name}²"), Box::new(|v| v * v)),
-        (format!("1/{name}"), Box::new(|v| if v.abs() > 1e-3 { 1.0 / v } else { f64::NAN })),
         (format!("sqrt|{name}|"), Box::new(|v: f64| v.abs().sqrt())),
         (format!("|{name}|"), Box::new(|v: f64| v.abs())),
     ];
+    // A pole among the values is no law.
+    if table.first * table.last > 0.0 {
+        shapes.push((format!("1/{name}"), Box::new(|v| 1.0 / v)));
+    }
     for i in 0..n - 1 {
         let edge = 0.5 * (x[i] + x[i + 1]);
         shapes.push((format!("step({name} > {edge:.3})"), Box::new(move |v| f64::from(u8::from(v > edge)))));
@@ -39,10 +43,9 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
         let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
         let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
         if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
-            best = Some((
-                misfit,
-                format!("{} {} {offset:+.4} {slope:+.4} {label}", law.target.quantity.name, "+="),
-            ));
+            let (target, sign) = (&law.target.quantity.name, if slope < 0.0 { '-' } else { '+' });
+            let [offset, slope] = [offset, slope.abs()].map(three_digits);
+            best = Some((misfit, format!("{target} += {offset} {sign} {slope} * {label}")));
         }
     }
     best.map_or_else(String::new, |b| b.1)

@@ -33,6 +33,27 @@ fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
     [large, small]
 }
 
+/// Decimals up to which errors are told with the same number of them; beyond, each has three digits of its own.
+const MOST_DECIMALS: usize = 6;
+
+/// An error with so many decimals, or with three digits where these would be too many to read.
+fn told(error: f64, decimals: usize) -> String {
+    if decimals <= MOST_DECIMALS { format!("{error:.decimals$}") } else { three_digits(error) }
+}
+
+/// A number with three digits, with a power of ten where it is small or large.
+pub(crate) fn three_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor();
+    if (-3.0..6.0).contains(&exponent) {
+        format!("{value:.*}", (2.0 - exponent).max(0.0) as usize)
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
 /// The answer in one sentence, and a second one for what is small.
 pub(crate) fn sentence(
     parts: &AnswerParts<'_>,
@@ -46,14 +67,14 @@ pub(crate) fn sentence(
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
     // Two decimals, or three digits of the smallest where it is less.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
-    let d = if least < 0.1 { (2.0 - least.log10().floor()).min(12.0) as usize } else { 2 };
+    let d = if least < 0.1 { (2.0 - least.log10().floor()) as usize } else { 2 };
     let list = |e: &[&FoundEffect]| {
         let words: Vec<String> = e
             .iter()
             .map(|e| {
                 let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
                 p.extend(e.removed.map(|r| match r > 0.0 {
-                    true => format!("{:.d$} {unit} of the error", scale * r),
+                    true => format!("{} {unit} of the error", told(scale * r, d)),
                     false => "none of the error".to_owned(),
                 }));
                 let values = p.join(", ");
@@ -75,9 +96,9 @@ pub(crate) fn sentence(
         [] => String::new(),
         small => format!(" Small beside that: {}.", list(small)),
     };
-    let [before, after, floor] = rows;
+    let [before, after, floor] = rows.map(|error| told(error, d));
     let gain = format!(
-        "error on held-out {} {before:.d$} {unit} after calibration, {after:.d$} {unit} with it, noise floor {floor:.d$} {unit}",
+        "error on held-out {} {before} {unit} after calibration, {after} {unit} with it, noise floor {floor} {unit}",
         schema.record[1]
     );
     let law = unexplained.as_ref().map_or_else(
@@ -125,6 +146,15 @@ mod tests {
     fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
         effects.sort_by(by_error_removed);
         by_size(&effects, reduction).map(|list| list.iter().map(|e| e.kind.clone()).collect())
+    }
+
+    #[test]
+    fn errors_are_told_in_decimals_that_can_be_read() {
+        assert_eq!([told(0.0123, 4), told(0.5, 2)], ["0.0123", "0.50"]);
+        assert_eq!(
+            [told(8.425407e-3, 9), told(2.58e-7, 9), told(0.9996, 9), told(0.0, 9)],
+            ["0.00843", "2.58e-7", "1.000", "0"]
+        );
     }
 
     #[test]

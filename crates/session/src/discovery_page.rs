@@ -132,8 +132,8 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
         anatomy: anatomy(d),
         laws: of.pictures.laws.clone(),
         examples: if of.pictures.examples.is_empty() { examples(d) } else { of.pictures.examples.clone() },
-        examples_note: if of.pictures.examples.is_empty() { "" } else { "The beginning of the data, which fits have seen windows of: each model runs on from its first 20 samples, \
-                        calibrated (before) and with what was added (after)." }
+        examples_note: if of.pictures.examples.is_empty() { "" } else { "Data that fits have seen windows of, as far as the picture shows every turn: each model runs on from the first \
+                        20 samples, calibrated (before) and with what was added (after)." }
             .to_owned(),
         candidates: candidates(d)
             .into_iter()
@@ -166,7 +166,8 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
         unexplained: d.unexplained.as_ref().map(|u| page::Unexplained {
             r#where: u.place.clone(),
             against: u.against.clone(),
-            term: format!("{}: {}", u.target, u.term),
+            target: u.target.clone(),
+            term: u.term.clone(),
         }),
         next_experiment: Some(d.next_experiment.clone()).filter(|t| !t.is_empty()),
         model_toml: d.model_toml.clone(),

@@ -102,10 +102,12 @@ pub(super) fn open_questions(report: &DiscoveryReport) -> Vec<Block> {
         let mut text = format!(
             "A residual remains that no effect in the library explains. It lives {}, and depends on {}.",
             match u.r#where.as_str() {
-                "flight" => "in flight",
-                "impact" => "at impacts",
-                "sensor" => "in what the sensor reports",
-                other => other,
+                "flight" => "in flight".to_owned(),
+                "impact" => "at impacts".to_owned(),
+                "sensor" => "in what the sensor reports".to_owned(),
+                "rate" => format!("in the rate of {}", u.target),
+                "output" => format!("in the output {}", u.target),
+                other => other.to_owned(),
             },
             u.against
         );

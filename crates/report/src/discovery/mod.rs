@@ -410,8 +410,10 @@ pub struct NoiseFinding {
 /// A residual that no effect in the library explains.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
-    /// Where it lives, e.g. `at impacts`.
+    /// Where it lives, e.g. `impact` or `rate`.
     pub r#where: String,
+    /// Quantity that the residual adds to, e.g. `v_m_s`.
+    pub target: String,
     /// The quantity that it depends on, e.g. `impact speed`.
     pub against: String,
     /// The sparse-regression term that removes most of it, e.g. `0.031·v²`; may be empty.

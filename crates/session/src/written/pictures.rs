@@ -11,9 +11,13 @@ use augsim_report::discovery::{Example, LawCurve};
 use augsim_written::library::curves;
 use augsim_written::{Model, WrittenSystem};
 
-/// Samples of a record that are shown, and those that the runs start from.
+/// Points of a curve that are drawn, and samples that the runs start from.
 const SHOWN: usize = 600;
 const BURN_IN: usize = 20;
+/// Share of what an output does that straight lines between the points drawn may miss.
+const MISSED: f64 = 0.02;
+/// Samples of the windows that sizes are taken from, all over the records.
+const WINDOW: usize = 400;
 /// Records that are shown.
 const RECORDS: usize = 2;
 
@@ -50,23 +54,30 @@ fn drawn(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<
     let mut list: Vec<Record> = records::records(data, declared, false)?;
     list.truncate(RECORDS);
     let laws = laws(&augmented, &list)?;
-    for record in &mut list {
-        record.times.truncate(SHOWN);
-        record.values.iter_mut().for_each(|v| v.truncate(SHOWN));
-    }
-    let before = free_runs(&calibrated, &list, BURN_IN)?;
-    let after =
-        if augmented.additions.is_empty() { Vec::new() } else { free_runs(&augmented, &list, BURN_IN)? };
+    let (before, after) = match runs(&calibrated, &augmented, &list) {
+        Ok(runs) => runs,
+        Err(_) => {
+            // What cannot be run to the end may be shown at its beginning.
+            for record in &mut list {
+                record.times.truncate(SHOWN);
+                record.values.iter_mut().for_each(|v| v.truncate(SHOWN));
+            }
+            runs(&calibrated, &augmented, &list)?
+        }
+    };
     let mut examples = Vec::new();
     for (index, (record, before)) in list.iter().zip(&before).enumerate() {
+        let both = before.foretold.iter().chain(after.get(index).into_iter().flat_map(|run| &run.foretold));
+        let stride = stride(&both.map(Vec::as_slice).collect::<Vec<_>>());
+        let thinned = |values: &[f64]| values.iter().copied().step_by(stride).take(SHOWN).collect::<Vec<_>>();
         for (output, column) in declared.outputs.iter().enumerate() {
-            let of = |run: &FreeRun| run.foretold[output].clone();
+            let of = |run: &FreeRun| thinned(&run.foretold[output]);
             examples.push(Example {
                 trajectory: format!("trajectory {}", record.id),
                 channel: column.name.clone(),
                 unit: super::unit_text(column.unit).trim().to_owned(),
-                t_s: before.times.clone(),
-                measured: before.measured[output].clone(),
+                t_s: thinned(&before.times),
+                measured: thinned(&before.measured[output]),
                 before: of(before),
                 after: after.get(index).map_or_else(Vec::new, of),
                 ..Example::default()
@@ -76,11 +87,49 @@ fn drawn(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<
     Ok(Pictures { examples, laws })
 }
 
+/// Free runs of the calibrated and of the augmented model; none of one without additions.
+fn runs(
+    calibrated: &Model,
+    augmented: &Model,
+    list: &[Record],
+) -> anyhow::Result<(Vec<FreeRun>, Vec<FreeRun>)> {
+    let is_same = augmented.additions.is_empty();
+    let after = if is_same { Vec::new() } else { free_runs(augmented, list, BURN_IN)? };
+    Ok((free_runs(calibrated, list, BURN_IN)?, after))
+}
+
+/// The largest distance, in samples, of points that straight lines between them show all these series by, but no larger than as
+/// many points as are drawn need to reach the end.
+fn stride(outputs: &[&[f64]]) -> usize {
+    let samples = outputs.first().map_or(0, |values| values.len());
+    let shows = |stride: &usize| outputs.iter().all(|values| is_shown(values, *stride));
+    let needed = samples.div_ceil(SHOWN).max(1);
+    (1..=needed).rev().find(shows).unwrap_or(1)
+}
+
+/// Whether straight lines between points so many samples apart show a series, as far as that many points reach.
+fn is_shown(values: &[f64], stride: usize) -> bool {
+    let reached = &values[..values.len().min(SHOWN * stride)];
+    let mean = reached.iter().sum::<f64>() / reached.len().max(1) as f64;
+    let (mut missed, mut moved) = (0.0, 0.0);
+    for piece in reached.windows(stride + 1).step_by(stride) {
+        for (k, value) in piece.iter().enumerate() {
+            let line = piece[0] + (piece[stride] - piece[0]) * k as f64 / stride as f64;
+            missed += (value - line).powi(2);
+            moved += (value - mean).powi(2);
+        }
+    }
+    missed <= MISSED * MISSED * moved
+}
+
 fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<LawCurve>> {
     if augmented.additions.is_empty() {
         return Ok(Vec::new());
     }
-    let system = WrittenSystem::declared_only(augmented)?;
+    let steps: Vec<f64> = list.iter().flat_map(|r| r.times.windows(2).map(|t| t[1] - t[0])).collect();
+    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    let window_s = Some(WINDOW as f64 * step).filter(|seconds| *seconds > 0.0);
+    let system = WrittenSystem::declared_only(augmented)?.with_windows(window_s);
     let windows = prepared(&system, list)?;
     let scales = system.tuned(&windows)?.scales(&windows);
     let shown = curves(augmented, &scales).into_iter().map(|curve| LawCurve {
@@ -93,4 +142,30 @@ fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<LawCurve>> {
         y: curve.y,
     });
     Ok(shown.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: points are drawn as far apart as straight lines between them show the motion, and no farther than they have to be.
+    use super::*;
+
+    fn wave(samples: usize, period: f64) -> Vec<f64> {
+        (0..samples).map(|k| (std::f64::consts::TAU * k as f64 / period).sin()).collect()
+    }
+
+    #[test]
+    fn a_slow_motion_is_drawn_to_its_end_and_a_fast_one_as_far_as_it_shows() {
+        assert_eq!(stride(&[&wave(500, 100.0)]), 1, "all of it fits");
+        assert_eq!(stride(&[&wave(24_000, 5_000.0)]), 40, "to the end");
+        let fast = stride(&[&wave(24_000, 40.0)]);
+        assert!((2..8).contains(&fast), "{fast} samples apart");
+        assert_eq!(stride(&[&wave(24_000, 5_000.0), &wave(24_000, 40.0)]), fast, "all outputs");
+    }
+
+    #[test]
+    fn what_leaves_the_numbers_is_shown_at_its_beginning() {
+        let mut values = wave(24_000, 5_000.0);
+        values[2_000..].fill(f64::NAN);
+        assert!(stride(&[&values]) <= 3);
+    }
 }
