@@ -331,7 +331,6 @@ impl Search<'_> {
                     sets.push(keep.clone());
                 }
                 if let Some(less) = self.contained(&gone).filter(|less| !rest.contains(less)) {
-                    // A fit from values of the best set counts even if the set was fitted before, from a worse start.
                     let start = if are_guessed { values_shared(&best.fit, i, &less) } else { Vec::new() };
                     let list = if start.is_empty() { &mut sets } else { &mut anew };
                     list.push([keep.clone(), vec![(less, start)]].concat());
@@ -382,7 +381,7 @@ impl Search<'_> {
                 seen.push(key);
                 fresh
             });
-            // A set without what does nothing is fitted from here even if it was fitted before, from a worse start.
+            // Sets without what does nothing, and with simpler laws, are fitted from here even if they were before, from a worse start.
             sets.extend(anew);
             let of_all = |done: f64| {
                 let rounds = (round as f64 + done) / effort.rounds as f64;
