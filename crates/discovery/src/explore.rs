@@ -407,8 +407,10 @@ impl Search<'_> {
 /// The values in a fit of one of its additions for another whose parameters are among those of the first, by their names; empty
 /// where they are not.
 fn values_shared(fit: &Fit, number: usize, other: &Addition) -> Vec<f64> {
-    let parameters = |a: &Addition| a.listed().map_or_else(Vec::new, |effect| effect.parameters.clone());
-    let (from, to) = (parameters(&fit.hypothesis.additions[number]), parameters(other));
+    let listed = fit.hypothesis.additions[number].listed().zip(other.listed());
+    let Some((from, to)) = listed.map(|(from, to)| (&from.parameters, &to.parameters)) else {
+        return Vec::new();
+    };
     let values = &fit.theta[fit.hypothesis.range_of(number)];
     let value = |name: &str| from.iter().position(|p| p.name == name).and_then(|i| values.get(i)).copied();
     to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()

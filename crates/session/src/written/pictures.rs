@@ -6,7 +6,7 @@ use super::records;
 use crate::{DataFrom, Subject};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
-use augsim_physics::system::Record;
+use augsim_physics::system::{Record, typical_step};
 use augsim_report::discovery::{Example, LawCurve};
 use augsim_written::library::curves;
 use augsim_written::{Model, WrittenSystem};
@@ -126,9 +126,7 @@ fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<LawCurve>> {
     if augmented.additions.is_empty() {
         return Ok(Vec::new());
     }
-    let steps: Vec<f64> = list.iter().flat_map(|r| r.times.windows(2).map(|t| t[1] - t[0])).collect();
-    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
-    let window_s = Some(WINDOW as f64 * step).filter(|seconds| *seconds > 0.0);
+    let window_s = list.first().map(|record| WINDOW as f64 * typical_step(&record.times));
     let system = WrittenSystem::declared_only(augmented)?.with_windows(window_s);
     let windows = prepared(&system, list)?;
     let scales = system.tuned(&windows)?.scales(&windows);
