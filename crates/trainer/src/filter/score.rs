@@ -38,6 +38,8 @@ pub struct FilteredScore {
     pub common: Vec<f64>,
     /// Fair continuous ranked probability score over the rest.
     pub crps: Vec<f64>,
+    /// Median over trajectories of its mean over the rest.
+    pub crps_of_most: Vec<f64>,
     /// Share of true values in the central 50 % band, over samples whose 90 % band is wide; absent for a point forecast.
     pub coverage50: Option<f64>,
     /// Share in the central 90 % band.
@@ -141,6 +143,9 @@ impl FilteredScore {
         };
         let (rows, common) = (sum(&|t| t.rows), sum(&|t| t.common_rows));
         let over = |total: Vec<f64>, by: f64| total.into_iter().map(|v| v / by).collect::<Vec<_>>();
+        let middles = |f: &dyn Fn(&Tally, usize) -> f64| -> Vec<f64> {
+            measures.clone().map(|k| middle(tallies.iter().map(|t| f(t, k) / t.rows))).collect()
+        };
         let whole = over(each(&|t, k| t.errors[k] / t.all_rows), n);
         let spread = each(&|t, k| (t.errors[k] / t.all_rows - whole[k]).powi(2));
         let share = |level: usize| {
@@ -155,9 +160,8 @@ impl FilteredScore {
             whole,
             whole_percent: 100.0 * sum(&|t| t.errors[0] / t.size_all) / n,
             rest: over(each(&|t, k| t.errors[k]), rows),
-            rest_of_most: (measures.clone())
-                .map(|k| middle(tallies.iter().map(|t| t.errors[k] / t.rows)))
-                .collect(),
+            rest_of_most: middles(&|t, k| t.errors[k]),
+            crps_of_most: middles(&|t, k| t.crps[k]),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.size_rest),
             rest_mean_of_10: over(each(&|t, k| t.of_ten[k]), rows),
             common: over(each(&|t, k| t.common[k]), common),
