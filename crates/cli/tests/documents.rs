@@ -58,6 +58,15 @@ fn row(page: &mut String, cells: [String; 5]) {
     let _ = writeln!(page, "| {} |", cells.join(" | "));
 }
 
+/// The section on effects of recordings, which are in no registry.
+const OF_RECORDINGS: &str = "
+## Of recordings, whatever the system
+
+`frame-clock`: time stamps jitter about the frames of one clock. `discover` puts the samples on the frames where the motion between
+neighbouring samples is then smoother by five standard errors, and says so beside the noise (`noise.frame_s`, the time from one frame
+to the next; `noise.jitter_s`). `data convert --frame-clock` does the same for measured sets.
+";
+
 const COLUMNS: [&str; 5] = ["kind", "formula", "parameters", "could look the same", "source"];
 
 fn heading(page: &mut String, title: &str, columns: [&str; 5]) {
@@ -117,6 +126,7 @@ fn the_page_of_effects_is_that_of_the_registries() {
     let library: toml::Table = toml::from_str(&library).expect("TOML");
     let rows = library["candidate"].as_array().expect("rows");
     rows.iter().for_each(|entry| candidate(&mut page, entry.as_table().expect("a table")));
+    page.push_str(OF_RECORDINGS);
     current("effects.md", &page, str::to_owned);
 }
 

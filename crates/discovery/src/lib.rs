@@ -35,6 +35,7 @@ mod forecast;
 mod foretell;
 mod foretold;
 mod formulas;
+mod framed;
 mod free_runs;
 mod grammar;
 mod grown;

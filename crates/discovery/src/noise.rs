@@ -7,8 +7,11 @@
 use crate::linear::Square;
 use crate::record::{Measured, Record};
 use crate::statistics::{chi2_tail, median};
+use augsim_data::FrameClock;
 use rayon::prelude::*;
 
+/// Kind of the finding that time stamps scatter.
+const JITTER: &str = "timing-jitter";
 /// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
 const ENOUGH: f64 = 16.0;
 /// Residuals beyond this many standard deviations are masked.
@@ -36,6 +39,8 @@ pub(crate) struct Noise {
     pub correlation: f64,
     /// Standard deviation of the time stamps, s.
     pub jitter_s: f64,
+    /// From one frame to the next, s, where samples were put on the frames that their stamps jitter about.
+    pub frame_s: Option<f64>,
     /// Findings by kind.
     pub findings: Vec<&'static str>,
     /// Masked samples.
@@ -45,6 +50,14 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
+    /// Tells of the clock whose frames the samples were put on.
+    pub fn put_on_frames(&mut self, FrameClock { period_s, jitter_s }: FrameClock) {
+        (self.frame_s, self.jitter_s) = (Some(period_s), jitter_s);
+        if !self.findings.contains(&JITTER) {
+            self.findings.push(JITTER);
+        }
+    }
+
     /// Share of the variance that fits use which is white: the least that residuals can have, at most 1.
     pub fn white_share(&self) -> f64 {
         let shares = self.white.iter().zip(&self.sd).map(|(white, sd)| (white / sd).powi(2));
@@ -322,7 +335,7 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     }
     let jitter_s = growth * smallest;
     if growth > 0.0 {
-        findings.push("timing-jitter");
+        findings.push(JITTER);
     }
     let expected = 1e-4 * total_samples as f64;
     if outliers as f64 > expected + 3.0 * expected.sqrt().max(0.5) {
@@ -337,7 +350,7 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
             r.weight.iter_mut().flatten().for_each(|w| *w /= ratio);
         }
     }
-    Noise { white: sd.clone(), sd, correlation: rho, jitter_s, findings, outliers, freedom }
+    Noise { white: sd.clone(), sd, correlation: rho, jitter_s, frame_s: None, findings, outliers, freedom }
 }
 
 /// Whether a further parameter of the noise pays, by the reduction of -2 ln of the restricted likelihood that it brings.

@@ -356,6 +356,7 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
             by_channel: noise.white.clone(),
             correlation: estimated(noise.correlation),
             jitter_s: estimated(noise.jitter_s),
+            frame_s: noise.frame_s,
             outliers: (!data.is_idealised()).then_some(noise.outliers),
             findings: noise.findings.iter().map(|f| f.to_string()).collect(),
         },

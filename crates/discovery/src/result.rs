@@ -124,6 +124,10 @@ pub struct NoiseFound {
     /// Standard deviation of the time stamps, s; absent where it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jitter_s: Option<f64>,
+    /// From one frame to the next, s: the samples were put on the frames that their time stamps jitter about; absent where they
+    /// stayed at the stamps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame_s: Option<f64>,
     /// Samples that were masked as outliers; absent where none are sought.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<usize>,

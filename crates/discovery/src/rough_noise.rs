@@ -79,5 +79,5 @@ pub(crate) fn between_neighbours(data: &mut Measured) -> Noise {
     }
     let samples: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
     let freedom = samples as f64;
-    Noise { sd, white, correlation: 0.0, jitter_s: 0.0, findings, outliers: 0, freedom }
+    Noise { sd, white, correlation: 0.0, jitter_s: 0.0, frame_s: None, findings, outliers: 0, freedom }
 }

@@ -359,7 +359,11 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
             n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
         }
         "timing-jitter" => {
-            n.jitter_s.map_or(String::new(), |s| format!("time stamps scatter by {:.2} ms", 1e3 * s))
+            let scatter = n.jitter_s.map(|s| format!("time stamps scatter by {:.2} ms", 1e3 * s));
+            let frames = n
+                .frame_s
+                .map(|s| format!(" about frames of {:.3} ms, on which the samples were put", 1e3 * s));
+            scatter.unwrap_or_default() + &frames.unwrap_or_default()
         }
         "outliers" => n
             .outliers
