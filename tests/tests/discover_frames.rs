@@ -4,9 +4,11 @@
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::Model;
+use augsim_session::{DataFrom, Subject, Wanted};
 use augsim_tests::sealed::{Scene, Truth, seal};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
+use std::fmt::Write;
 
 const NOISE_M: f64 = 0.001;
 const JITTER_S: f64 = 0.001;
@@ -77,4 +79,51 @@ fn samples_taken_at_uneven_times_stay() {
     let data = Dataset::from_names(&["height_m"], drops).expect("data");
     assert!(augsim_data::FrameClock::of(&data).is_some(), "the stamps would tell frames");
     assert_eq!(answer(&model, &data).noise.frame_s, None);
+}
+
+const PENDULUM: &str = "scenario = \"system\"\nname = \"pendulum\"\n\
+    [states]\ntheta_rad = { start = \"angle_rad\" }\nomega_rad_s = { start = \"slope(angle_rad)\" }\n\
+    [parameters]\nlength_m = { nominal = 0.15, min = 0.05, max = 1.0 }\n\
+    damping_per_s = { nominal = 0.1, min = 0.0, max = 10.0 }\n\
+    [rates]\ntheta_rad = \"omega_rad_s\"\n\
+    omega_rad_s = \"-9.81 / length_m * sin(theta_rad) - damping_per_s * omega_rad_s\"\n\
+    [outputs]\nangle_rad = { value = \"theta_rad\", sd = \"estimate\" }\n";
+
+/// Swings of a pendulum of 0.153 m with a damping of 0.05 /s: 120 Hz, stamps in whole milliseconds, 1 mrad of noise.
+fn swings() -> String {
+    let mut rng = random_stream(5, "swings", 0);
+    let mut csv = "trajectory,t_s,angle_rad\n".to_owned();
+    let rate = |[theta, omega]: [f64; 2]| [omega, -9.81 / 0.153 * theta.sin() - 0.05 * omega];
+    let to = |[a, b]: [f64; 2], [c, d]: [f64; 2], h: f64| [a + h * c, b + h * d];
+    for swing in 1..=4 {
+        let (mut at, h) = ([0.4 + 0.4 * f64::from(swing), 0.0], 1.0 / 1200.0);
+        for sample in 0..480 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let stamp = f64::from(sample) / 120.0;
+            writeln!(csv, "{swing},{stamp:.3},{:.6}", at[0] + 1e-3 * noise).expect("a string");
+            for _ in 0..10 {
+                let a = rate(at);
+                let b = rate(to(at, a, h / 2.0));
+                let c = rate(to(at, b, h / 2.0));
+                let d = rate(to(at, c, h));
+                at = [0, 1].map(|i| at[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+            }
+        }
+    }
+    csv
+}
+
+#[test]
+fn stamps_in_whole_milliseconds_do_not_blur_a_system_of_equations() {
+    let model = augsim_written::model::parse(PENDULUM, "model.toml").unwrap_or_else(|e| panic!("{e}"));
+    let data = DataFrom::Table { name: "swings.csv".into(), csv: swings().into_bytes().into() };
+    let subject = Subject::Written(Box::new(model));
+    let found =
+        augsim_session::discover(&subject, &data, &Wanted::default(), &mut |_| {}).expect("an answer");
+    assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+    let frame_s = found.noise.frame_s.expect("frames");
+    assert!((frame_s - 1.0 / 120.0).abs() < 1e-6, "frames of {frame_s} s");
+    assert!((found.noise.sd / 1e-3 - 1.0).abs() < 0.1, "noise of {} rad", found.noise.sd);
+    let length = &found.calibrated["length_m"];
+    assert!(length.ci95[0] <= 0.153 && 0.153 <= length.ci95[1], "{length}");
 }
