@@ -96,15 +96,7 @@ fn measured_drops() -> Option<Discovery> {
 /// A set by name, and its answer.
 type Set = (&'static str, fn(&str) -> Option<Discovery>);
 
-const DROPS: Scene = Scene {
-    plane: false,
-    at_rest: true,
-    trajectories: 30,
-    rate_hz: 100.0,
-    noise_m: 0.002,
-    restitution: 0.75,
-    irregular: false,
-};
+const DROPS: Scene = Scene::DROPS;
 const THROWS: Scene = Scene { plane: true, at_rest: false, ..DROPS };
 
 fn truth(effects: &[Kind]) -> Truth {

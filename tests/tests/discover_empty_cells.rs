@@ -14,17 +14,8 @@ use augsim_tests::sealed::{Scene, Truth, seal};
 
 /// A small set of drops with nothing to find; its model.
 fn drops() -> (Dataset, Model) {
-    let scene = Scene {
-        plane: false,
-        at_rest: true,
-        trajectories: 30,
-        rate_hz: 100.0,
-        noise_m: 0.002,
-        restitution: 0.75,
-        irregular: false,
-    };
     let truth = Truth { declared_ratio: 1.0, ..Truth::default() };
-    let sealed = seal(&scene, truth, &mut random_stream(1, "drops", 0)).expect("well formed");
+    let sealed = seal(&Scene::DROPS, truth, &mut random_stream(1, "drops", 0)).expect("well formed");
     (sealed.data, Model::parse(&sealed.model, "sealed.toml").expect("well formed"))
 }
 

@@ -15,15 +15,7 @@ const JITTER_S: f64 = 0.001;
 
 /// Drops with nothing to find, taken at 100 Hz.
 fn drops() -> (Dataset, Model) {
-    let scene = Scene {
-        plane: false,
-        at_rest: true,
-        trajectories: 24,
-        rate_hz: 100.0,
-        noise_m: NOISE_M,
-        restitution: 0.75,
-        irregular: false,
-    };
+    let scene = Scene { trajectories: 24, noise_m: NOISE_M, ..Scene::DROPS };
     let truth = Truth { declared_ratio: 1.0, ..Truth::default() };
     let sealed = seal(&scene, truth, &mut random_stream(5, "frames", 0)).expect("well formed");
     (sealed.data, Model::parse(&sealed.model, "sealed.toml").expect("well formed"))

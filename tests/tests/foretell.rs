@@ -13,15 +13,7 @@ use augsim_tests::sealed::{Kind, Scene, Truth, seal};
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 
 const OPTIONS: ForetellOptions = ForetellOptions { seed: 3, draws: 200, only: None };
-const SCENE: Scene = Scene {
-    plane: false,
-    at_rest: true,
-    trajectories: 24,
-    rate_hz: 100.0,
-    noise_m: 0.002,
-    restitution: 0.75,
-    irregular: false,
-};
+const SCENE: Scene = Scene { trajectories: 24, ..Scene::DROPS };
 
 /// A discovery, its data, and a second set of the same truth.
 fn twice(name: &str, scene: Scene, effects: &[Kind]) -> (Discovery, Dataset, Dataset) {

@@ -21,15 +21,7 @@ fn answer(model: &Model, data: &Dataset) -> Result<Discovery, String> {
 }
 
 fn throws() -> Dataset {
-    let scene = Scene {
-        plane: true,
-        at_rest: false,
-        trajectories: 16,
-        rate_hz: 60.0,
-        noise_m: 0.002,
-        restitution: 0.75,
-        irregular: false,
-    };
+    let scene = Scene { plane: true, at_rest: false, trajectories: 16, rate_hz: 60.0, ..Scene::DROPS };
     let truth = Truth { effects: vec![Kind::QuadraticDrag(0.06)], declared_ratio: 1.0, ..Truth::default() };
     seal(&scene, truth, &mut random_stream(16, "own recordings", 0)).expect("well formed").data
 }

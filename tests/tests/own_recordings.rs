@@ -21,15 +21,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
 
 /// Twelve throws with drag; columns x_m and z_m alone.
 fn throws() -> Dataset {
-    let scene = Scene {
-        plane: true,
-        at_rest: false,
-        trajectories: 12,
-        rate_hz: 60.0,
-        noise_m: 0.002,
-        restitution: 0.75,
-        irregular: false,
-    };
+    let scene = Scene { plane: true, at_rest: false, trajectories: 12, rate_hz: 60.0, ..Scene::DROPS };
     let truth = Truth { effects: vec![Kind::QuadraticDrag(0.08)], declared_ratio: 1.0, ..Truth::default() };
     seal(&scene, truth, &mut random_stream(17, "own recordings", 0)).expect("well formed").data
 }

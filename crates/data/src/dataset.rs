@@ -103,6 +103,15 @@ impl Dataset {
         self
     }
 
+    /// The same columns with other trajectories, from the same place and with the same notes.
+    ///
+    /// # Errors
+    /// The errors of [`Dataset::new`].
+    pub(crate) fn with_trajectories(&self, trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
+        let other = Self::with_origin(self.columns.clone(), trajectories, self.origin.clone())?;
+        Ok(other.with_notes(self.notes.clone()))
+    }
+
     /// Index of the column `name` for [`Trajectory::column`].
     ///
     /// # Errors

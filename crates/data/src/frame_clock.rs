@@ -68,8 +68,7 @@ impl FrameClock {
             let values = t.values().iter().map(|v| new.iter().map(|&k| v[k]).collect()).collect();
             t.with_samples(times, values)
         };
-        let all = data.trajectories().iter().map(steady).collect::<Result<_, _>>()?;
-        Dataset::new(data.columns().to_vec(), all)
+        data.with_trajectories(data.trajectories().iter().map(steady).collect::<Result<_, _>>()?)
     }
 }
 
@@ -130,8 +129,10 @@ mod tests {
     fn stamps_in_whole_milliseconds_go_to_their_frames_and_lost_frames_stay_lost() {
         let taken: Vec<i32> = (0..120).filter(|k| ![7, 8, 40].contains(k)).collect();
         let data = of(taken.iter().map(|k| (6.927 * f64::from(*k)).round() / 1e3).collect());
+        let data = data.with_path("flights.csv").with_notes(vec!["a note".to_owned()]);
         let clock = FrameClock::of(&data).expect("a clock");
         let steady = clock.steady(&data).expect("data");
+        assert_eq!((steady.origin(), steady.notes()), (data.origin(), data.notes()));
         for (k, t) in taken.iter().zip(steady.trajectories()[0].time_s()) {
             assert!((t - 6.927e-3 * f64::from(*k)).abs() < 2e-4, "frame {k}: {t}");
         }

@@ -13,7 +13,6 @@ use crate::examples::examples;
 use crate::explore::place_of;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
-use crate::framed::framed;
 use crate::judged::Judged;
 use crate::long_search::over_long_windows;
 use crate::longer::fit_joined;
@@ -47,19 +46,7 @@ pub fn discover(
     progress(Progress::Noise);
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
-    let (data, clock) = match framed(model, &data)? {
-        Some((steady, clock)) => (steady, Some(clock)),
-        None => (data, None),
-    };
     let mut prepared = prepare(model, &data, options)?;
-    if let Some(clock) = clock {
-        prepared.notes.push(format!(
-            "time stamps jitter by {:.2} ms about frames of {:.3} ms, on which the samples were put",
-            1e3 * clock.jitter_s,
-            1e3 * clock.period_s
-        ));
-        prepared.noise.put_on_frames(clock);
-    }
     let mut doubt = before_search(&prepared);
     let (mut decided, mut family) = match &doubt {
         Some(_) => {

@@ -4,8 +4,9 @@
 //! which the samples were taken, and more noise is left at any others.
 
 use crate::DiscoveryError;
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::rough_noise::rough_noise;
+use crate::statistics::median;
 use augsim_data::{Dataset, FrameClock};
 use augsim_physics::system::Declaration;
 
@@ -51,11 +52,7 @@ pub(crate) fn framed(
 fn is_even(data: &Dataset, some: &[usize]) -> bool {
     let times = || some.iter().map(|&i| data.trajectories()[i].time_s());
     let mut steps: Vec<f64> = times().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
-    if steps.is_empty() {
-        return true;
-    }
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = median(&mut steps);
     steps.iter().all(|step| (step / median - (step / median).round()).abs() < NO_JITTER)
 }
 
@@ -75,7 +72,7 @@ fn is_quieter(at_stamps: &Measured, on_frames: &Measured) -> bool {
 fn fall(at_stamps: &Measured, on_frames: &Measured, c: usize) -> Option<[f64; 2]> {
     let mut ratios = Vec::new();
     for (stamps, frames) in at_stamps.records.iter().zip(&on_frames.records) {
-        let stretches = |record: &crate::record::Record| -> Vec<f64> {
+        let stretches = |record: &Record| -> Vec<f64> {
             let (times, values) = (&record.seen.times, &record.seen.values[c]);
             let each = times.chunks(STRETCH).zip(values.chunks(STRETCH));
             each.filter(|(t, _)| 2 * t.len() >= STRETCH).map(|(t, v)| rough_noise(t, v)).collect()

@@ -5,6 +5,7 @@ use crate::calibrate::calibrate;
 use crate::cut::Clock;
 use crate::deal;
 use crate::fit::{ChosenRecords, Fit};
+use crate::framed::framed;
 use crate::lone;
 use crate::noise::{Noise, estimate};
 use crate::pieces;
@@ -113,7 +114,17 @@ pub(crate) fn prepare(
     dataset: &Dataset,
     options: &Options,
 ) -> Result<Prepared, DiscoveryError> {
-    let Readied { data, noise, smooth, notes } = ready(model, dataset, 2, true)?;
+    let framed = framed(model, dataset)?;
+    let steady = framed.as_ref().map_or(dataset, |(steady, _)| steady);
+    let Readied { data, mut noise, smooth, mut notes } = ready(model, steady, 2, true)?;
+    if let Some((_, clock)) = framed {
+        notes.push(format!(
+            "time stamps jitter by {:.2} ms about frames of {:.3} ms, on which the samples were put",
+            1e3 * clock.jitter_s,
+            1e3 * clock.period_s
+        ));
+        noise.put_on_frames(clock);
+    }
     let everything: Vec<usize> = (0..data.records.len()).collect();
     let (mut train, mut test) = split(&data, &everything, options);
     shorten(&data, &mut train, MOST_SAMPLES);

@@ -77,6 +77,19 @@ pub struct Scene {
     pub irregular: bool,
 }
 
+impl Scene {
+    /// Thirty drops along one line.
+    pub const DROPS: Scene = Scene {
+        plane: false,
+        at_rest: true,
+        trajectories: 30,
+        rate_hz: 100.0,
+        noise_m: 0.002,
+        restitution: 0.75,
+        irregular: false,
+    };
+}
+
 impl Kind {
     /// The name in answers.
     pub fn name(&self) -> &'static str {
