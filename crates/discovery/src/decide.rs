@@ -15,12 +15,16 @@ use crate::scattered::{Scattered, scattered, surviving_additions};
 use crate::search::Search;
 use crate::supported::supported;
 use crate::unlisted::unlisted;
+use augsim_physics::system::ScatterPer;
 
 /// By how much a table must lower the criterion before the library's answer is given up.
 const MARGIN: f64 = 10.0;
 
 /// Ratio of forecast errors (of either part) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
+
+/// Share of the variance of a scatter from which on it is one of the records.
+const MOST_OF_IT: f64 = 0.5;
 
 /// The answer of one split.
 pub(crate) struct Decided {
@@ -58,7 +62,7 @@ pub(crate) fn decide(
         && forecast_of(search, &best) > 0.95 * forecast_of(search, &base)
     {
         // Chance can be made to explain anything: where it forecasts no better, laws of the mean alone have to be tried.
-        search.scatter = false;
+        search.ways = &[];
         let other = search.run(base.fit.clone(), &[], progress);
         let lawful = confirmed(search, &other, &base);
         // On the held-out part as well: laws that follow the draws of the training part forecast no others.
@@ -70,6 +74,15 @@ pub(crate) fn decide(
         }
     }
 
+    if !search.clock.is_over() && is_shared_by_records(&best) {
+        search.ways = &[ScatterPer::Record];
+        let other = search.run(base.fit.clone(), &[], progress);
+        let shared = confirmed(search, &other, &base);
+        if shared.fit.hypothesis.scatter.is_some() {
+            (found, best) = (other, shared);
+        }
+    }
+
     best = supported(search, &mut found, &base, best);
     if let Some(surviving) = surviving_additions(search, &best) {
         best = without_chance(search, &mut found, &base, &best, &surviving);
@@ -77,6 +90,14 @@ pub(crate) fn decide(
     let base =
         if best.additions().is_empty() { base } else { as_calibrated(search, &found, &calibrated, base) };
     Some(settle(search, found, base, best, tables, progress))
+}
+
+/// Whether what was added as a scatter from event to event is for the most part one from record to record. The likelihood takes
+/// the former also where the events of a record differ by a little that no law explains (an engine's steps).
+fn is_shared_by_records(best: &Judged) -> bool {
+    let per_event = |a: &Addition| matches!(a, Addition::Scatter(s) if s.per == ScatterPer::Event);
+    let shared = best.fit.spread.shared.filter(|_| best.additions().iter().any(per_event));
+    shared.is_some_and(|[share, error]| share - 2.0 * error > MOST_OF_IT)
 }
 
 /// The declared model as it was calibrated, which additions are shown against. Fitted from the best set's place its cost may be less,

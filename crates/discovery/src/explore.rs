@@ -116,7 +116,7 @@ impl Search<'_> {
             library: self.library.clone(),
             family: self.family,
             tests: self.tests,
-            scatter: self.scatter,
+            ways: self.ways,
             free_runs: None,
             clock: self.clock.clone(),
         };
@@ -231,7 +231,7 @@ impl Search<'_> {
             let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
             moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
         }
-        if self.scatter && best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
+        if best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
             moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
         }
         for addition in self.library.iter().filter(|_| best && strong > 9.0) {

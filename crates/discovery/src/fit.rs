@@ -7,6 +7,7 @@ use crate::follow::{Follower, Settled, assembled_at, followed, nuisance_step, se
 use crate::grown::grown;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
+use crate::offsets::{Spread, scatter_bounds, spread_of};
 use crate::record::Excerpt;
 use augsim_physics::system::{Event, Scatter};
 use std::collections::BTreeMap;
@@ -24,8 +25,6 @@ const SMALL_IDEALISED: (f64, f64) = (0.05, 1e-5);
 /// Weight below which a record is followed so badly that its start is in doubt.
 const LOST: f64 = 0.2;
 
-/// Least standard deviation of a scatter, in units of its typical size: at 0 it could not grow.
-const LEAST_SCATTER: f64 = 5e-4;
 /// Most steps of the scatter, and the relative step below which it stands still.
 const MOST_SCATTER_STEPS: usize = 12;
 const SCATTER_TOLERANCE: f64 = 0.01;
@@ -50,8 +49,8 @@ pub(crate) struct Fit {
     /// By how much the cost would fall, in the quadratic approximation, if everything moved once more: what the corners of the
     /// cost promise and no step keeps.
     pub promise: f64,
-    /// How many draws of the scatter the offsets amount to: those that the data hardly see count less.
-    pub draws: f64,
+    /// Spread of the offsets of the events' parameter.
+    pub spread: Spread,
     /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
 }
@@ -190,7 +189,8 @@ fn fit_with(
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
-        let change = (scatter_sd(&h, &lanes, &state, scatter.sd).0 / scatter.sd).ln();
+        let spread = spread_of(&h, &lanes, &state.normals, &state.nuisance, scatter.sd);
+        let change = (spread.sd / scatter.sd).ln();
         changes.push(change);
         let (least, most) = scatter_bounds(&h);
         let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(least, most);
@@ -210,11 +210,12 @@ fn fit_with(
         ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
-    let draws = h.scatter.map_or(0.0, |s| scatter_sd(&h, &lanes, &state, s.sd).1);
+    let spread_at = |s: Scatter| spread_of(&h, &lanes, &state.normals, &state.nuisance, s.sd);
+    let spread = h.scatter.map(spread_at).unwrap_or_default();
     let clusters = clusters(&sample.of_records(), &lanes, &state.normals);
     Fit {
         hypothesis: h,
-        draws,
+        spread,
         theta: state.theta,
         nuisance: state.nuisance,
         cost: state.q,
@@ -237,34 +238,6 @@ fn extrapolated(changes: &[f64]) -> f64 {
         }
         _ => changes.last().copied().unwrap_or(0.0),
     }
-}
-
-/// MacKay's fixed point for the standard deviation of the offsets (Neural Computation 4:415, 1992), and to how many draws
-/// the offsets amount: the information on ln sd, halved.
-fn scatter_sd(h: &Hypothesis, lanes: &[Lanes], state: &State, sd: f64) -> (f64, f64) {
-    let (mut sum, mut freedom, mut draws) = (0.0, 0.0, 0.0);
-    for ((l, normal), n) in lanes.iter().zip(&state.normals).zip(&state.nuisance) {
-        let tail: Vec<usize> = (l.common()..normal.h.n).collect();
-        let c = normal.h.sub(&tail).cholesky().inverse();
-        let first = l.fixed_nuisances();
-        for (i, x) in n.iter().enumerate().skip(first).take(l.offsets) {
-            // A trajectory that the model does not follow says nothing about its scatter.
-            let weight = normal.weight.min(1.0);
-            let seen = 1.0 - c.at(i, i) / (sd * sd);
-            sum += weight * x * x;
-            freedom += weight * seen;
-            draws += weight * seen * seen;
-        }
-    }
-    let (least, most) = scatter_bounds(h);
-    ((sum / freedom.max(1e-6)).sqrt().clamp(least, most), draws)
-}
-
-/// Bounds of the standard deviation of the scatter, in the unit of the parameter that scatters.
-fn scatter_bounds(h: &Hypothesis) -> (f64, f64) {
-    let event = h.system.schema().event.as_ref();
-    let sd = event.and_then(|e| e.scatter.parameters.first());
-    sd.map_or((0.0, f64::INFINITY), |p| (LEAST_SCATTER * p.typical, p.max))
 }
 
 fn minimise(

@@ -41,7 +41,7 @@ impl Fit {
     /// interval misses low ones.
     pub fn scatter_ci95(&self) -> Option<[f64; 2]> {
         let sd = self.hypothesis.scatter?.sd;
-        let factor = (1.96 / (2.0 * self.draws.max(1.0)).sqrt()).exp();
+        let factor = (1.96 / (2.0 * self.spread.draws.max(1.0)).sqrt()).exp();
         Some([sd / factor, sd * factor])
     }
 

@@ -50,6 +50,7 @@ mod long_search;
 mod longer;
 mod noise;
 mod noise_cause;
+mod offsets;
 mod options;
 mod outliers;
 mod pairs;

@@ -47,6 +47,9 @@ pub(crate) fn resolution(sample: &ChosenRecords<'_>) -> f64 {
     each.sum()
 }
 
+/// A draw of the events' parameter may belong to an event or to a record.
+const BOTH_WAYS: &[ScatterPer] = &[ScatterPer::Event, ScatterPer::Record];
+
 /// A search: its two samples, its library, and how many tests that amounts to.
 pub(crate) struct Search<'a> {
     pub train: ChosenRecords<'a>,
@@ -56,8 +59,8 @@ pub(crate) struct Search<'a> {
     pub family: Family,
     /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
     pub tests: usize,
-    /// Whether the parameter of the events may scatter.
-    pub scatter: bool,
+    /// What a draw of the events' parameter may belong to.
+    pub ways: &'static [ScatterPer],
     /// Free runs over the held-out part.
     pub free_runs: Option<FreeRuns>,
     /// The time that is left.
@@ -95,7 +98,7 @@ impl<'a> Search<'a> {
         };
         let tests = library.iter().map(points).sum();
         let (free_runs, clock) = (FreeRuns::new(&test), clock.clone());
-        Self { train, test, library, family, tests, scatter: true, free_runs, clock }
+        Self { train, test, library, family, tests, ways: BOTH_WAYS, free_runs, clock }
     }
 
     /// The search on the training part of prepared data, judged on their held-out part.
@@ -266,10 +269,9 @@ impl<'a> Search<'a> {
         event.and_then(|e| e.scatter.parameters.first()).map_or(f64::INFINITY, |p| p.max)
     }
 
-    /// The two ways in which the events' parameter may scatter; none for a system without events.
+    /// The ways in which the events' parameter may scatter; none for a system without events.
     pub fn scatters(&self) -> impl Iterator<Item = Addition> + '_ {
-        let ways = [ScatterPer::Event, ScatterPer::Record];
-        ways.into_iter().filter_map(|per| Addition::scatter(self.system(), per))
+        self.ways.iter().filter_map(|&per| Addition::scatter(self.system(), per))
     }
 
     /// Whether the parameter of the events differs from record to record by more than noise.
