@@ -25,7 +25,7 @@ fn found(data: &Dataset) -> Discovery {
     discover(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// What a draw belongs to in the answer, and its standard deviation with the 95 % interval.
+/// The answer's scatter: whether it is per impact or per trajectory, its standard deviation and the 95 % interval of that.
 fn scatter(found: &Discovery) -> (&str, f64, [f64; 2]) {
     let effect = found.effects.iter().find(|e| e.kind == "restitution-scatter").expect(&found.sentence);
     let sd = &effect.parameters["sd"];

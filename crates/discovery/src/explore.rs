@@ -231,7 +231,8 @@ impl Search<'_> {
             let scanned = scan(&self.train, fit, &self.library).into_iter().filter(|s| s.gain > least);
             moves.extend(scanned.take(MOST_SCANNED).map(|s| vec![(s.addition, s.start)]));
         }
-        if best && fit.hypothesis.scatter.is_none() && self.events_vary(fit, 1e-3) {
+        let may_scatter = best && !self.ways.is_empty() && fit.hypothesis.scatter.is_none();
+        if may_scatter && self.events_vary(fit, 1e-3) {
             moves.extend(self.scatters().map(|scatter| vec![(scatter, vec![])]));
         }
         for addition in self.library.iter().filter(|_| best && strong > 9.0) {

@@ -25,7 +25,7 @@ pub(crate) struct Spread {
 /// Fewest records with two events that tell what they share.
 const FEWEST: usize = 5;
 
-/// What the offsets of one record say: sums over its events and over pairs of them.
+/// Sums over the offsets of one record and over pairs of them.
 #[derive(Clone, Copy)]
 struct OfRecord {
     squares: f64,
@@ -63,7 +63,7 @@ pub(crate) fn spread_of(
     nuisance: &[Vec<f64>],
     sd: f64,
 ) -> Spread {
-    let (mut draws, mut records) = (0.0, Vec::new());
+    let (mut sum, mut freedom, mut draws, mut records) = (0.0, 0.0, 0.0, Vec::new());
     for ((l, normal), n) in lanes.iter().zip(normals).zip(nuisance) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
         let c = normal.h.sub(&tail).cholesky().inverse();
@@ -73,13 +73,15 @@ pub(crate) fn spread_of(
         let offsets: Vec<(f64, f64)> = (first..first + l.offsets)
             .filter_map(|i| Some((*n.get(i)?, 1.0 - c.at(i, i) / (sd * sd))))
             .collect();
-        draws += offsets.iter().map(|(_, seen)| weight * seen * seen).sum::<f64>();
+        for (x, seen) in &offsets {
+            sum += weight * x * x;
+            freedom += weight * seen;
+            draws += weight * seen * seen;
+        }
         records.push(OfRecord::new(&offsets, weight));
     }
     let (least, most) = scatter_bounds(h);
-    let [squares, seen] =
-        [records.iter().map(|r| r.squares).sum(), records.iter().map(|r| r.seen).sum::<f64>()];
-    let sd = f64::sqrt(squares / seen.max(1e-6)).clamp(least, most);
+    let sd = f64::sqrt(sum / f64::max(freedom, 1e-6)).clamp(least, most);
     Spread { sd, draws, shared: shared(&records) }
 }
 

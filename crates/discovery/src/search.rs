@@ -59,7 +59,7 @@ pub(crate) struct Search<'a> {
     pub family: Family,
     /// How many tests the library amounts to: an effect with a width or a threshold is tested at several.
     pub tests: usize,
-    /// What a draw of the events' parameter may belong to.
+    /// Whether a draw of the events' parameter may belong to an event, to a record, or to either; empty where it is constant.
     pub ways: &'static [ScatterPer],
     /// Free runs over the held-out part.
     pub free_runs: Option<FreeRuns>,
