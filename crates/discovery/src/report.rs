@@ -14,7 +14,7 @@ use crate::hypothesis::Hypothesis;
 use crate::judged::{Judged, is_as_good};
 use crate::remainder::unexplained;
 use crate::result::*;
-use crate::sentence::{by_error_removed, sentence};
+use crate::sentence::{order, sentence};
 use augsim_physics::model::Per;
 use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
@@ -273,7 +273,7 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
         out.iter_mut().for_each(|e| e.share *= 1.0 - share);
         out.push(effect);
     }
-    out.sort_by(by_error_removed);
+    order(&mut out, parts.error.calibrated.rmse - parts.error.augmented.rmse);
     out
 }
 

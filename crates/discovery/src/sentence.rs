@@ -2,29 +2,37 @@
 
 use crate::answer::AnswerParts;
 use crate::result::{FoundEffect, Unexplained, Verdict};
-use std::cmp::Ordering;
 
 /// Share of the gain in likelihood, or of the error removed, below which an effect is small: it is named in a sentence of its
 /// own.
 const SMALL: f64 = 0.03;
 
-/// Order of effects: by the error that they remove; then those that change no forecast (a scatter) and the only one there is,
-/// by their shares; last what no held-out forecast confirms.
-pub(crate) fn by_error_removed(a: &FoundEffect, b: &FoundEffect) -> Ordering {
+/// Error below which an effect of those that together removed `reduction` of it has removed next to none.
+fn little(reduction: f64) -> f64 {
+    (SMALL * reduction).max(0.0)
+}
+
+/// Puts effects that together removed `reduction` of the error in order: by the error that each removes; then those that change no
+/// forecast (a scatter) and the only one there is; last those without which the forecast is as good, because the others make up
+/// for them or because no held-out forecast confirms them. The last two by their shares of the gain in likelihood.
+pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
+    let little = little(reduction);
     let place = |e: &FoundEffect| match e.removed {
-        Some(removed) if removed > 0.0 => 0,
+        Some(removed) if removed > little => 0,
         None => 1,
         Some(_) => 2,
     };
-    let removed = |e: &FoundEffect| e.removed.filter(|r| *r > 0.0).unwrap_or(0.0);
-    let by_size = removed(b).total_cmp(&removed(a)).then(b.share.total_cmp(&a.share));
-    place(a).cmp(&place(b)).then(by_size)
+    let removed = |e: &FoundEffect| e.removed.filter(|r| *r > little).unwrap_or(0.0);
+    effects.sort_by(|a, b| {
+        let by_size = removed(b).total_cmp(&removed(a)).then(b.share.total_cmp(&a.share));
+        place(a).cmp(&place(b)).then(by_size)
+    });
 }
 
 /// The effects that lead the sentence and the small ones, of those that together removed `reduction` of the error. The first is
 /// never small. What no forecast confirms is small whatever its share.
 fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
-    let little = (SMALL * reduction).max(0.0);
+    let little = little(reduction);
     let is_small = |e: &FoundEffect| e.share < SMALL || e.removed.is_some_and(|r| r <= little);
     let (mut large, mut small) = (Vec::new(), Vec::new());
     for (place, effect) in effects.iter().enumerate() {
@@ -75,7 +83,7 @@ pub(crate) fn sentence(
                 let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
                 p.extend(e.removed.map(|r| match r > 0.0 {
                     true => format!("{} {unit} of the error", told(scale * r, d)),
-                    false => "none of the error".to_owned(),
+                    false => "none of the error by itself".to_owned(),
                 }));
                 let values = p.join(", ");
                 match &e.formula {
@@ -144,7 +152,7 @@ mod tests {
     }
 
     fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
-        effects.sort_by(by_error_removed);
+        order(&mut effects, reduction);
         by_size(&effects, reduction).map(|list| list.iter().map(|e| e.kind.clone()).collect())
     }
 
@@ -183,6 +191,14 @@ mod tests {
         let none = vec![effect("a", 0.2, Some(-1e-4)), effect("b", 0.7, Some(0.0))];
         assert_eq!(named(none, -1e-4), [vec!["b"], vec!["a"]]);
     }
+
+    #[test]
+    fn where_each_alone_removes_next_to_nothing_the_likelihood_decides() {
+        // Marbles on paper: the others make up for each law that is left out.
+        let effects = vec![effect("slight", 0.03, Some(5e-5)), effect("law", 1.0, Some(-5e-4))];
+        assert_eq!(named(effects, 2e-3), [vec!["law"], vec!["slight"]]);
+    }
+
     #[test]
     fn three_per_cent_of_the_gain_or_of_the_error_is_small() {
         let shares =
