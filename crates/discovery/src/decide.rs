@@ -20,7 +20,7 @@ use augsim_physics::system::ScatterPer;
 /// By how much a table must lower the criterion before the library's answer is given up.
 const MARGIN: f64 = 10.0;
 
-/// Ratio of forecast errors (of either part) at which laws without scatter are taken for better than laws with it.
+/// Ratio of forecast errors (of both parts together) at which laws without scatter are taken for better than laws with it.
 const LAWFUL: f64 = 0.8;
 
 /// Share of the variance of a scatter from which on it is one of the records.
@@ -65,11 +65,14 @@ pub(crate) fn decide(
         search.ways = &[];
         let other = search.run(base.fit.clone(), &[], progress);
         let lawful = confirmed(search, &other, &base);
-        // On the held-out part as well: laws that follow the draws of the training part forecast no others.
+        // Laws that follow the draws of the training part forecast no others: the held-out part has its say, but a few of its records
+        // with large errors do not decide alone.
         let forecasts = |sample: &ChosenRecords<'_>| {
-            forecast::first_rmse(sample, &lawful.fit) < LAWFUL * forecast::first_rmse(sample, &best.fit)
+            [&lawful, &best]
+                .map(|j| forecast::first_rmse(sample, &j.fit).powi(2) * sample.chosen.len() as f64)
         };
-        if forecasts(&search.train) && forecasts(&search.test) {
+        let [trained, held] = [&search.train, &search.test].map(forecasts);
+        if trained[0] + held[0] < LAWFUL.powi(2) * (trained[1] + held[1]) && held[0] < held[1] {
             (found, best) = (other, lawful);
         }
     }
