@@ -86,9 +86,10 @@ pub(crate) fn sentence(
                     false => "none of the error by itself".to_owned(),
                 }));
                 let values = p.join(", ");
+                let per = e.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));
                 match &e.formula {
-                    None if values.is_empty() => e.kind.clone(),
-                    None => format!("{} ({values})", e.kind),
+                    None if values.is_empty() => format!("{}{per}", e.kind),
+                    None => format!("{}{per} ({values})", e.kind),
                     Some(f) => {
                         let [low, high] = f.range;
                         let of = format!("{} from {low:.3} to {high:.3} {}", f.of, f.unit);
