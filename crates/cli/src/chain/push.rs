@@ -72,9 +72,11 @@ mod tests {
     #[test]
     fn the_whole_chain_is_in_one_table_and_goes_on_from_what_is_there() {
         let dir = tempfile::tempdir().expect("a temporary directory");
-        let plan = Sizes { train: 16, test: 5, ..Sizes::quick() };
+        // Twenty pushes that show the inertia plainly (7.8 mm of error after calibration, 1.0 mm with it): of sixteen others the
+        // answer hung on the rounding of the processor's sine.
+        let plan = Sizes { train: 20, test: 5, ..Sizes::quick() };
         let run = |resume: bool| {
-            let runs = Runs { out: dir.path(), iterations: 3, seed: 2, resume };
+            let runs = Runs { out: dir.path(), iterations: 3, seed: 11, resume };
             let done = chain(&plan, runs, &Output::new(false, true, false)).expect("it runs");
             done.expect("nobody stopped it")
         };
