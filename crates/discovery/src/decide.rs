@@ -167,6 +167,18 @@ fn without_chance(
     if is_confirmed(&less, base) { less } else { base.clone() }
 }
 
+/// The answer with some of its additions alone.
+pub(crate) fn with_only(
+    search: &Search<'_>,
+    decided: Decided,
+    additions: &[Addition],
+    progress: &mut dyn FnMut(Progress),
+) -> Decided {
+    let Decided { mut found, base, best, .. } = decided;
+    let best = place_of(search, &mut found, &best, additions);
+    settle(search, found, base, best, true, progress)
+}
+
 /// Whether so large a fall of the criterion is worth giving up the library's answer for a table or a formula.
 pub(crate) fn is_worth_a_table(fall: f64) -> bool {
     fall > MARGIN

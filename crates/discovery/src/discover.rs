@@ -6,11 +6,10 @@ use crate::calibrate::calibrate;
 use crate::candidates::Family;
 use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
-use crate::decide::{Decided, heldout_gain, settle};
+use crate::decide::{Decided, heldout_gain, with_only};
 use crate::doubt::{after_search, before_search, unsearched};
 use crate::error_table::Lists;
 use crate::examples::examples;
-use crate::explore::place_of;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
 use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
 use crate::judged::Judged;
@@ -108,14 +107,34 @@ pub fn discover(
         if let Some(crossed) = crossed(&prepared, family, options) {
             let stable = crossed.stable(decided.best.additions());
             if measured.is_idealised() && stable.len() < decided.best.additions().len() {
-                let Decided { mut found, base, best, .. } = decided;
-                let best = place_of(&search, &mut found, &best, &stable);
-                decided = settle(&search, found, base, best, true, progress);
+                decided = with_only(&search, decided, &stable, progress);
                 joined[1] = None;
                 shown = on_split(&decided, limit);
             }
             (lists, folds) = (crossed.lists, crossed.found);
         }
+    }
+    let everything: Vec<usize> = (0..measured.records.len()).collect();
+    let all = prepared.sample(&everything);
+    let full = |j: &Judged, joined: Option<usize>| {
+        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, search.heldout(j))]);
+        let Fit { hypothesis, theta, .. } = &j.fit;
+        match joined {
+            Some(joined) => fit_joined(&all, &fit_nuisance(&all, hypothesis, theta, &nuisance), joined),
+            None => fit(&all, hypothesis, theta, &nuisance),
+        }
+    };
+    let mut last = full(&decided.best, joined[1]);
+    let moved = last.moved();
+    if !moved.is_empty() && moved.len() < decided.best.additions().len() {
+        // What all of the data leave at its null is no finding, though a part of them took it for one.
+        decided = with_only(&search, decided, &moved, progress);
+        joined[1] = None;
+        shown = on_split(&decided, limit);
+        if folds.is_empty() {
+            lists = shown.clone();
+        }
+        last = full(&decided.best, None);
     }
     let tables = |lists: &Lists, folds: usize, gain: f64| {
         let folds = (folds > 0).then_some(folds);
@@ -137,6 +156,7 @@ pub fn discover(
             (error, errors) = tables(&lists, 0, 0.0);
             folds = Vec::new();
             joined[1] = joined[0];
+            last = full(&decided.best, joined[1]);
         }
     }
     let Decided { found, base, best, tests, verdict, severe, scattered, .. } = decided;
@@ -149,19 +169,8 @@ pub fn discover(
             }
         }
     }
-    let everything: Vec<usize> = (0..measured.records.len()).collect();
-    let all = prepared.sample(&everything);
-    let full = |j: &Judged, joined: Option<usize>| {
-        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, search.heldout(j))]);
-        let Fit { hypothesis, theta, .. } = &j.fit;
-        match joined {
-            Some(joined) => fit_joined(&all, &fit_nuisance(&all, hypothesis, theta, &nuisance), joined),
-            None => fit(&all, hypothesis, theta, &nuisance),
-        }
-    };
-    let calibrated = full(&base, joined[0]);
     let is_same = best.additions().is_empty() && best.fit.theta == base.fit.theta && joined[0] == joined[1];
-    let last = if is_same { calibrated.clone() } else { full(&best, joined[1]) };
+    let calibrated = if is_same { last.clone() } else { full(&base, joined[0]) };
     let residual_anatomy = anatomy(&all, &calibrated, &last);
     let out = if limit.is_finite() {
         let parts = [[&base.fit, &best.fit], [&base, &best].map(|j| search.heldout(j))];

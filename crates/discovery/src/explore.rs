@@ -326,7 +326,7 @@ impl Search<'_> {
                 if rest.iter().any(|a| a.acts_through(&gone)) {
                     continue;
                 }
-                if now.len() > 1 && self.free_runs.is_some() && best.is_inert(i) {
+                if now.len() > 1 && self.free_runs.is_some() && best.fit.is_inert(i) {
                     anew.push(keep.clone());
                 } else if now.len() > 1 {
                     sets.push(keep.clone());

@@ -6,7 +6,11 @@ use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::fit::Fit;
 use crate::linear::Square;
 use crate::statistics::chi2_quantile;
+use augsim_physics::system::EffectParameter;
 use std::ops::Range;
+
+/// Share of its usual size below which an amount is none.
+const STILL: f64 = 1e-6;
 
 impl Fit {
     /// Covariance of theta: the larger of the inverse information and the sandwich over records.
@@ -69,6 +73,22 @@ impl Fit {
         let mut near: Vec<(usize, f64)> = distances.filter(|(_, d)| d.is_nan() || *d <= 1.0).collect();
         near.sort_by(|a, b| a.1.total_cmp(&b.1));
         near.into_iter().map(|(number, _)| number).collect()
+    }
+
+    /// Whether the addition of that number does nothing: it has amounts, and all of them are at their nulls. An effect without
+    /// amounts (`inertia`) is there or not, and does something wherever it is.
+    pub fn is_inert(&self, number: usize) -> bool {
+        let Some(effect) = self.hypothesis.additions[number].listed() else { return false };
+        let values = &self.theta[self.hypothesis.range_of(number)];
+        let amounts = effect.parameters.iter().take(effect.amounts.unwrap_or(usize::MAX));
+        let still = |(p, value): (&EffectParameter, &f64)| (value - p.null).abs() <= STILL * p.typical.abs();
+        !values.is_empty() && values.len() == effect.parameters.len() && amounts.zip(values).all(still)
+    }
+
+    /// The additions that do something.
+    pub fn moved(&self) -> Vec<Addition> {
+        let additions = self.hypothesis.additions.iter().enumerate();
+        additions.filter(|(number, _)| !self.is_inert(*number)).map(|(_, a)| a.clone()).collect()
     }
 
     /// Wald's statistic of an addition, in the quantile that chance exceeds with a probability of 5 %; `None` where the data say

@@ -5,13 +5,10 @@ use crate::drawn::{Estimated, Shared};
 use crate::fit::Fit;
 use crate::longer::Length;
 use crate::scored::Score;
-use augsim_physics::system::EffectParameter;
 use std::sync::{Arc, OnceLock};
 
 /// Odds of 100:1 in total criterion, below which an alternative is as good.
 const AMBIGUOUS_TOTAL: f64 = 9.2;
-/// Share of its usual size below which an amount is none.
-const STILL: f64 = 1e-6;
 
 /// Whether an alternative that is so far `behind` in the criterion, or in twice the ln likelihood of the held-out part, is as
 /// good; `unit` is the size of one unit of the gain.
@@ -63,16 +60,6 @@ impl Judged {
     pub fn is_finite(&self) -> bool {
         let intervals = || self.fit.ci95().iter().flatten().all(|v| v.is_finite());
         self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
-    }
-
-    /// Whether the addition of that number does nothing: all of its amounts are at their nulls.
-    pub fn is_inert(&self, number: usize) -> bool {
-        let h = &self.fit.hypothesis;
-        let Some(effect) = h.additions[number].listed() else { return false };
-        let values = &self.fit.theta[h.range_of(number)];
-        let amounts = effect.parameters.iter().take(effect.amounts.unwrap_or(usize::MAX));
-        let still = |(p, value): (&EffectParameter, &f64)| (value - p.null).abs() <= STILL * p.typical.abs();
-        values.len() == effect.parameters.len() && amounts.zip(values).all(still)
     }
 
     pub fn additions(&self) -> &[Addition] {
