@@ -5,6 +5,7 @@ mod addition;
 mod adequacy;
 mod anatomy;
 mod answer;
+mod arc;
 mod assess;
 mod blocks;
 mod calibrate;

@@ -66,7 +66,7 @@ impl<'a> Featuriser<'a> {
 pub(crate) fn width(settings: &Settings, state: usize) -> usize {
     match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.reads.width(settings),
-        (None, Correction::Step) => steps::width(settings.recipe, state),
+        (None, Correction::Step) => steps::width(settings.recipe, &settings.engine, state),
         (None, Correction::Rates) => settings.engine.rates().map_or(0, rates::width),
         (None, Correction::Rollout) => features::width(settings.recipe),
     }

@@ -95,7 +95,8 @@ impl Settings {
         let (initial, halvings, net) = match (correction, recipe) {
             (Correction::Step, Recipe::Neural | Recipe::Hybrid) => (1e-3, 4, net(16, 2, 4, 1e-6)),
             (Correction::Step, Recipe::HybridStandardised) => (3e-3, 8, net(16, 2, 4, 1e-6)),
-            (Correction::Step | Correction::Rates, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
+            (Correction::Step, _) => (3e-3, 8, net(32, 1, 2, 1e-3)),
+            (Correction::Rates, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
             (Correction::Rollout, _) if plus => (3e-3, 8, net(32, 1, 4, 1e-3)),
             // Hybrid-std among them is refused by `check`.
             (Correction::Rollout, _) => (1e-3, 10, net(16, 2, 16, 1e-3)),

@@ -7,6 +7,7 @@ use crate::noise::normals;
 use crate::recipe::Recipe;
 use crate::scales::Scales;
 use crate::settings::Correction;
+use crate::steps::StepReading;
 use crate::{Difference, LatentLaw, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
@@ -52,6 +53,7 @@ struct Stepping {
     law: LatentLaw,
     tape: Tape<f32>,
     bound: Bound,
+    reading: StepReading,
     features: Vec<f32>,
     latent: Vec<f32>,
 }
@@ -99,6 +101,7 @@ impl Stepper {
                     law,
                     tape: Tape::new(),
                     bound: Bound::default(),
+                    reading: StepReading::default(),
                 }))
             }
         };
@@ -163,7 +166,8 @@ impl Stepper {
             }
             Kind::Stepwise(s) => {
                 self.engine.step(&self.state, &[], &[], &mut self.physics);
-                s.correct(&self.state, &self.physics, &self.scales, &mut self.mean, &mut self.sd)?;
+                let states = [&self.state[..], &self.physics];
+                s.correct((&self.engine, &self.scales), states, &mut self.mean, &mut self.sd)?;
             }
         }
         Ok(Next { mean: &self.mean, sd: &self.sd })
@@ -203,13 +207,12 @@ impl Remembering {
 impl Stepping {
     fn correct(
         &mut self,
-        now: &[f64],
-        next: &[f64],
-        scales: &Scales,
+        (engine, scales): (&Engine, &Scales),
+        [now, next]: [&[f64]; 2],
         mean: &mut [f64],
         sd: &mut [f64],
     ) -> Result<(), TrainerError> {
-        scales.write_features(now, next, &mut self.features);
+        self.reading.write((engine, scales), [now, next], [&[], &[]], &mut self.features);
         self.tape.reset();
         self.params.bind_frozen(&mut self.tape, &mut self.bound)?;
         let u = self.tape.constant(&[1, self.features.len(), 1], &self.features)?;

@@ -9,6 +9,9 @@ use crate::sequences::{Sequence, Sequences};
 /// How fast the compressed features grow: about a thousandth of the states' spread stays visible.
 const FINE: f64 = 500.0;
 
+/// Features of a state column.
+const FEATURES: usize = 5;
+
 /// Size of the smallest physics step that corrections are measured against, in units of the root mean
 /// square step: at an apex or at rest the physics hardly moves, but may still be wrong.
 const QUIET: f64 = 0.05;
@@ -90,7 +93,34 @@ impl Scales {
                 (self.state_features(j, now[j]), self.state_features(j, next[j]));
             let moved = ((next[j] - now[j]) / self.step[j]) as f32;
             let features = [now_wide, next_wide, now_fine, next_fine, moved];
-            out[5 * j..5 * (j + 1)].copy_from_slice(&features);
+            out[FEATURES * j..FEATURES * (j + 1)].copy_from_slice(&features);
+        }
+    }
+}
+
+/// Writes what Hybrid+ reads of single steps.
+#[derive(Debug, Default)]
+pub(crate) struct StepReading {
+    changes: Vec<f64>,
+}
+
+impl StepReading {
+    /// Writes features of the step from `now` to `next` to `row`, and behind them the engine's [`Engine::own_changes`] `[P, S]` in
+    /// units of corrections.
+    pub(crate) fn write(
+        &mut self,
+        (engine, scales): (&Engine, &Scales),
+        [now, next]: [&[f64]; 2],
+        [from, to]: [&[f64]; 2],
+        row: &mut [f32],
+    ) {
+        let s = now.len();
+        let (features, own) = row.split_at_mut(FEATURES * s);
+        scales.write_features(now, next, features);
+        self.changes.resize(own.len(), 0.0);
+        engine.own_changes(now, from, to, &mut self.changes);
+        for (i, (slot, change)) in own.iter_mut().zip(&self.changes).enumerate() {
+            *slot = (change / scales.unit(i % s, now, next)) as f32;
         }
     }
 }
@@ -103,12 +133,12 @@ pub(crate) fn asinh(x: f64) -> f64 {
 }
 
 /// Width of a condition row.
-pub(crate) fn width(recipe: Recipe, state: usize) -> usize {
+pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     match recipe {
         Recipe::Neural => state,
         Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-        // As many as `write_features` gives; classes of the league have widths of their own.
-        _ => 5 * state,
+        // As many as `StepReading` writes; classes of the league have widths of their own.
+        _ => (FEATURES + engine.own_parameters()) * state,
     }
 }
 
@@ -126,12 +156,12 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
         }
         // Classes of the league prepare their own.
         _ => {
-            let (rows, u_width) = (q.time - 1, width(recipe, s));
+            let (rows, u_width) = (q.time - 1, width(recipe, engine, s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
-            let mut next = vec![0.0; s];
+            let (mut next, mut reading) = (vec![0.0; s], StepReading::default());
             for (t, u) in u.chunks_exact_mut(u_width).enumerate() {
                 engine.step(q.state(t), q.action(t), q.action(t + 1), &mut next);
-                scales.write_features(q.state(t), &next, u);
+                reading.write((engine, scales), [q.state(t), &next], [q.action(t), q.action(t + 1)], u);
                 let after = q.state(t + 1);
                 x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.unit(j, q.state(t), &next)) as f32));
             }

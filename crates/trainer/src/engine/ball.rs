@@ -3,7 +3,9 @@
 use super::error::EngineError;
 use super::motion::Motion;
 use augsim_data::checks::Expected;
-use augsim_physics::ball::{Axes, Covariates, FLOOR, Offsets, Run, State, Throw, World, simulate};
+use augsim_physics::ball::{
+    Axes, Covariates, FLOOR, GRAVITY, Offsets, RESTITUTION, Run, State, Throw, World, simulate,
+};
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
@@ -11,6 +13,11 @@ use augsim_physics::model::{EffectBlock, Model};
 const CONTACT_KIND: &str = "contact-duration";
 /// Kind of a floor that is not at height 0 of the data.
 const OFFSET_KIND: &str = "height-offset";
+
+/// Likely spread of restitutions from trajectory to trajectory: the unit in which a net moves them.
+pub(super) const RESTITUTION_SPREAD: f64 = 0.1;
+/// Step of the differences by the restitution.
+const RESTITUTION_STEP: f64 = 0.01;
 
 /// State columns of a ball that moves up and down.
 pub(super) const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
@@ -71,8 +78,18 @@ impl ModelBall {
 }
 
 impl ModelBall {
+    /// Whether a step from a state may reach the ground: twice as far as it falls freely, so that no law of flight matters.
+    fn may_bounce(&self, state: &[f64]) -> bool {
+        let axes = self.axes.indices();
+        let Some(up) = axes.iter().position(|&a| a == UP) else { return true };
+        let (_, parameters) = &self.step;
+        let height = state[up] - self.ground_m - parameters[FLOOR];
+        let falls = self.step_s * (0.5 * parameters[GRAVITY] * self.step_s - state[axes.len() + up]);
+        height < 2.0 * falls
+    }
+
     /// Positions and velocities at `times` from a state at time zero, as rows of states.
-    fn run(&self, (world, parameters): &(World, Vec<f64>), state: &[f64], times: &[f64]) -> Vec<f64> {
+    fn run(&self, (world, parameters): (&World, &[f64]), state: &[f64], times: &[f64]) -> Vec<f64> {
         let axes = self.axes.indices();
         let mut start = State::at_rest(0.0);
         for (i, &axis) in axes.iter().enumerate() {
@@ -127,12 +144,34 @@ impl Motion for ModelBall {
     }
 
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
-        next.copy_from_slice(&self.run(&self.step, state, &[self.step_s]));
+        let (world, parameters) = &self.step;
+        next.copy_from_slice(&self.run((world, parameters), state, &[self.step_s]));
+    }
+
+    fn own_parameters(&self) -> usize {
+        1
+    }
+
+    fn own_changes(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
+        if !self.may_bounce(state) {
+            changes.fill(0.0);
+            return;
+        }
+        let (world, parameters) = &self.step;
+        let [above, below] = [1.0, -1.0].map(|side| {
+            let mut moved = parameters.clone();
+            moved[RESTITUTION] += side * RESTITUTION_STEP;
+            self.run((world, &moved), state, &[self.step_s])
+        });
+        for ((change, above), below) in changes.iter_mut().zip(above).zip(below) {
+            *change = RESTITUTION_SPREAD * (above - below) / (2.0 * RESTITUTION_STEP);
+        }
     }
 
     fn rollout(&self, start: &[f64], _: &[f64], time: usize) -> Vec<f64> {
         let times: Vec<f64> = (0..time).map(|t| t as f64 * self.step_s).collect();
-        let mut out = self.run(&self.whole, start, &times);
+        let (world, parameters) = &self.whole;
+        let mut out = self.run((world, parameters), start, &times);
         // The start is what was measured, also where that is below the ground.
         out[..start.len()].copy_from_slice(start);
         out
@@ -193,4 +232,57 @@ fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
         },
     };
     what.map(|what| (block.kind.as_str(), what))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what a restitution changes in a step is linear in it, to first order, and nothing away from the ground.
+    use super::*;
+    use augsim_physics::ball::bullet::BulletBall;
+
+    /// Difference of the step from `state` where the restitution is its unit more.
+    fn moved(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
+        let [mut less, mut more] = [[0.0; 2]; 2];
+        step(0.5, &mut less);
+        step(0.5 + RESTITUTION_SPREAD, &mut more);
+        [more[0] - less[0], more[1] - less[1]]
+    }
+
+    #[test]
+    fn both_balls_know_what_their_restitution_changes() {
+        let step_s = 1.0 / 60.0;
+        let text = |restitution: f64| {
+            format!(
+                "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = {{ nominal = 9.81, frozen = true }}\nrestitution = \
+                 {restitution}\n"
+            )
+        };
+        let exact = |restitution: f64| {
+            let model = Model::parse(&text(restitution), "model.toml").unwrap();
+            ModelBall::new(&model, Axes::Vertical, step_s).unwrap()
+        };
+        let bullet = |restitution: f64| BulletBall { restitution, ..BulletBall::default() };
+        // In the air, about to touch, a little below the ground, at rest on it.
+        for state in [[2.0, -3.0], [0.05, -6.0], [-0.02, -8.0], [0.0, 0.0]] {
+            let by_bullet = moved(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
+            let by_model = moved(&|e, next| exact(e).step(&state, &[], &[], next));
+            let (mut told_bullet, mut told_model) = ([0.0; 2], [0.0; 2]);
+            bullet(0.5).own_changes(&state, &[], &[], &mut told_bullet);
+            exact(0.5).own_changes(&state, &[], &[], &mut told_model);
+            for j in 0..2 {
+                assert!(
+                    (told_bullet[j] - by_bullet[j]).abs() < 1e-12,
+                    "{state:?}: {told_bullet:?} {by_bullet:?}"
+                );
+                // Gravity acts on the way up for a time that does not hang on the restitution: linear as well.
+                assert!((told_model[j] - by_model[j]).abs() < 1e-9, "{state:?}: {told_model:?} {by_model:?}");
+            }
+            let is_in_the_air = state[0] > 1.0;
+            assert_eq!(
+                told_model == [0.0; 2],
+                is_in_the_air || state == [0.0; 2],
+                "{state:?}: {told_model:?}"
+            );
+        }
+    }
 }

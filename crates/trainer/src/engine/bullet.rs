@@ -1,6 +1,6 @@
 //! PyBullet's stepping scheme as the nets use it.
 
-use super::ball::COLUMNS;
+use super::ball::{COLUMNS, RESTITUTION_SPREAD};
 use super::motion::Motion;
 use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
@@ -26,5 +26,20 @@ impl Motion for BulletBall {
         let mut s = BulletState { centre_m: state[0] + self.radius_m, velocity_m_s: state[1] };
         BulletBall::step(self, &mut s);
         (next[0], next[1]) = (s.centre_m - self.radius_m, s.velocity_m_s);
+    }
+
+    fn own_parameters(&self) -> usize {
+        1
+    }
+
+    fn own_changes(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
+        // A step is linear in the restitution from 0 to 1.
+        let [bounced, stopped] = [1.0, 0.0].map(|restitution| {
+            let mut s = BulletState { centre_m: state[0] + self.radius_m, velocity_m_s: state[1] };
+            self.step_with(restitution, &mut s);
+            s
+        });
+        changes[0] = RESTITUTION_SPREAD * (bounced.centre_m - stopped.centre_m);
+        changes[1] = RESTITUTION_SPREAD * (bounced.velocity_m_s - stopped.velocity_m_s);
     }
 }

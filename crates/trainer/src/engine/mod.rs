@@ -119,6 +119,17 @@ impl Engine {
         self.motion().step(state, from, to, next);
     }
 
+    /// Number P of the parameters that [`own_changes`](Self::own_changes) knows.
+    pub(crate) fn own_parameters(&self) -> usize {
+        self.motion().own_parameters()
+    }
+
+    /// Changes `[P, S]` of the state that [`step`](Self::step) gives, to first order, where a parameter that is likely to be a
+    /// trajectory's own moves by its likely spread.
+    pub(crate) fn own_changes(&self, state: &[f64], from: &[f64], to: &[f64], changes: &mut [f64]) {
+        self.motion().own_changes(state, from, to, changes);
+    }
+
     /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
     pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         self.motion().rollout(start, actions, time)

@@ -33,6 +33,15 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
     /// The state one step after `state`, while the actions go from `from` to `to`.
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 
+    /// Number P of the parameters that [`own_changes`](Self::own_changes) knows.
+    fn own_parameters(&self) -> usize {
+        0
+    }
+
+    /// Changes `[P, S]` of the state that [`step`](Self::step) gives, to first order, where a parameter that is likely to be a
+    /// trajectory's own (a restitution) moves by its likely spread.
+    fn own_changes(&self, _state: &[f64], _from: &[f64], _to: &[f64], _changes: &mut [f64]) {}
+
     /// States `[time, S]` from `start`, which is the first of them, under `actions [time, A]`.
     fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         let (s, a) = (start.len(), self.action_columns().len());

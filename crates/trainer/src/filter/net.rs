@@ -7,6 +7,7 @@ use crate::latent::LatentLaw;
 use crate::nets::{Net, StepRunner, Stepwise};
 use crate::scales::Scales;
 use crate::settings::Correction;
+use crate::steps::StepReading;
 use crate::{NetModel, TrainerError};
 use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
@@ -28,6 +29,7 @@ pub struct NetLaw<'m> {
     runners: Vec<StepRunner>,
     white: Vec<f64>,
     next: Vec<f64>,
+    reading: StepReading,
     features: Vec<f32>,
 }
 
@@ -53,6 +55,7 @@ impl<'m> NetLaw<'m> {
             runners: Vec::new(),
             white: vec![0.0; net.sizes().latent],
             next: vec![0.0; net.sizes().state],
+            reading: StepReading::default(),
             features: vec![0.0; net.sizes().condition],
         })
     }
@@ -104,7 +107,7 @@ impl StepLaw for NetLaw<'_> {
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];
             self.engine.step(now, from, to, &mut self.next);
-            self.scales.write_features(now, &self.next, &mut self.features);
+            self.reading.write((self.engine, self.scales), [now, &self.next], [from, to], &mut self.features);
             for (slot, v) in features[lane..].iter_mut().step_by(lanes).zip(&self.features) {
                 *slot = *v;
             }

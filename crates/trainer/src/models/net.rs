@@ -14,7 +14,7 @@ use crate::rates::forecast::{Hybrid, forecast};
 use crate::recipe::Recipe;
 use crate::sequences::Sequence;
 use crate::settings::Correction;
-use crate::steps::conditions;
+use crate::steps::{StepReading, conditions};
 use crate::training::{TrainingState, net_of};
 use crate::violations::BallLimits;
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
@@ -174,7 +174,7 @@ impl NetModel {
         let mut now: Vec<f64> = start.repeat(samples);
         let mut next = now.clone();
         let mut moved = vec![0.0; s];
-        let mut row = vec![0.0_f32; sizes.condition];
+        let (mut row, mut reading) = (vec![0.0_f32; sizes.condition], StepReading::default());
         let mut u = vec![0.0_f32; sizes.condition * samples];
         for t in 0..time {
             for sample in 0..samples {
@@ -188,7 +188,7 @@ impl NetModel {
             for sample in 0..samples {
                 let (from, to) = (&now[sample * s..][..s], &mut next[sample * s..][..s]);
                 engine.step(from, action(t), action(t + 1), to);
-                scales.write_features(from, to, &mut row);
+                reading.write((engine, scales), [from, to], [action(t), action(t + 1)], &mut row);
                 for (slot, v) in u[sample..].iter_mut().step_by(samples).zip(&row) {
                     *slot = *v;
                 }

@@ -44,7 +44,9 @@ impl Net {
         let rollouts = settings.correction == Correction::Rollout;
         if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
-            let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor };
+            let own =
+                if settings.correction == Correction::Step { settings.engine.own_parameters() } else { 0 };
+            let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor, own };
             return Net::Stepwise(match rollouts {
                 true => Stepwise::with_memory(params, sizes),
                 false => Stepwise::new(params, sizes),

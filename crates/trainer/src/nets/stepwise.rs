@@ -10,11 +10,14 @@
 //! estimation, Ghosh et al. 2020), because the divergence of one latent hardly weighs against the
 //! likelihood of hundreds of steps.
 //!
+//! Where the engine tells how a step changes with parameters that are likely to be a trajectory's own (d_p f_p, a restitution's),
+//! w also moves these: the mean has sum over p of (A w + b)_p d_p f_p besides, so that the product of a drop's restitution and the
+//! speed of an impact is the physics' and not the perceptron's. The encoder reads the regression of the corrections on d_p f_p.
+//!
 //! Loss: k KL(q(w | trajectory) || N(0, I)) - sum over t of v_t ln P(s_{t+1} | s_t, w), less constants, where
 //! v_t is the predicted variance, held constant (beta-NLL with beta = 1, Seitzer et al. 2022). With v_t = 1 the
 //! net learns to call an impact unpredictable and stops learning it (and never uses w): measured on the
 //! ball, 53 % error instead of 19 %.
-
 //!
 //! With a memory (pushing) a GRU reads the features first, and what is corrected is the physics' whole roll-out
 //! instead of one step: measured poses are too noisy to start a step from, and an object that coasts has a velocity
@@ -29,6 +32,12 @@ const KL_WEIGHT: f64 = 0.01;
 /// The same with a memory. What a push shows at its start the latent must not carry: with 0.01 the forecasts' errors
 /// are a seventh larger (2,000 pushes: 1.5 against 1.3 mm).
 const KL_WEIGHT_MEMORY: f64 = 0.3;
+/// The same where the latent moves parameters of the physics: the noise of its posterior counts as a decoder's error, and with
+/// 0.01 that alone is 0.01 m/s at an impact.
+const KL_WEIGHT_OWN: f64 = 0.001;
+
+/// Sum of squared changes below which a trajectory tells nothing of an own parameter: a ball that never touches the ground.
+const NO_CHANGE: f64 = 1e-6;
 
 /// Extents of a [`Stepwise`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +52,8 @@ pub struct StepwiseSizes {
     pub hidden: usize,
     /// Added to learned standard deviations, in units of the correction's scale.
     pub sd_floor: f64,
+    /// Parameters P of the physics that the latent moves; the last P S features are the changes of a step by them.
+    pub own: usize,
 }
 
 /// The net: an encoder that weighs the steps of a trajectory by what they tell (attention pooling over a
@@ -56,6 +67,8 @@ pub struct Stepwise {
     encoder_head: GaussianHead,
     step: Mlp,
     step_head: GaussianHead,
+    /// From the latent to parameters of the physics.
+    own: Option<Linear>,
 }
 
 impl Stepwise {
@@ -81,9 +94,10 @@ impl Stepwise {
             memory,
             encoder: Mlp::new(params, "enc.step", &[s.state + read, s.hidden, s.hidden]),
             encoder_weight: Linear::new(params, "enc.weight", s.hidden, 1),
-            encoder_head: GaussianHead::new(params, "enc", s.hidden, s.latent, 1e-4),
+            encoder_head: GaussianHead::new(params, "enc", s.hidden + s.own, s.latent, 1e-4),
             step: Mlp::new(params, "step", &[read + s.latent, s.hidden, s.hidden]),
             step_head: GaussianHead::new(params, "step", s.hidden, s.state, s.sd_floor),
+            own: (s.own > 0).then(|| Linear::new(params, "own", s.latent, s.own)),
         }
     }
 
@@ -92,13 +106,17 @@ impl Stepwise {
         self.sizes
     }
 
-    /// The correction of a step: layers, and the head behind them.
-    pub(super) fn decoder(&self) -> (&Mlp, GaussianHead) {
-        (&self.step, self.step_head)
+    /// The correction of a step: layers, the head behind them, and the layer that moves parameters of the physics.
+    pub(super) fn decoder(&self) -> (&Mlp, GaussianHead, Option<Linear>) {
+        (&self.step, self.step_head, self.own)
     }
 
     fn kl_weight(&self) -> f64 {
-        if self.memory.is_some() { KL_WEIGHT_MEMORY } else { KL_WEIGHT }
+        match (&self.memory, &self.own) {
+            (Some(_), _) => KL_WEIGHT_MEMORY,
+            (None, Some(_)) => KL_WEIGHT_OWN,
+            (None, None) => KL_WEIGHT,
+        }
     }
 
     /// Loss of a tile whose x are corrections and whose u are features.
@@ -170,8 +188,33 @@ impl Stepwise {
         let weighted = tape.mul(h, weight)?;
         let total = tape.sum(weighted, 0)?;
         let norm = tape.sum(weight, 0)?;
-        let mean = tape.div(total, norm)?;
-        self.encoder_head.forward(tape, p, mean)
+        let mut pooled = tape.div(total, norm)?;
+        for i in 0..self.sizes.own {
+            let shift = self.regress(tape, x, u, i)?;
+            pooled = tape.concat(&[pooled, shift], 1)?;
+        }
+        self.encoder_head.forward(tape, p, pooled)
+    }
+
+    /// The shift `[1, 1, lanes]` of own parameter `i` that accounts for most of the corrections `x [time, S, lanes]`: their regression
+    /// on the changes that it makes.
+    fn regress<T: Scalar>(&self, tape: &mut Tape<T>, x: Var, u: Var, i: usize) -> Result<Var, TensorError> {
+        let changes = self.changes(tape, u, i)?;
+        let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
+            let product = tape.mul(a, b)?;
+            let over_time = tape.sum(product, 0)?;
+            tape.sum(over_time, 1)
+        };
+        let (along, square) = (sum(changes, x)?, sum(changes, changes)?);
+        let square = tape.shift(square, NO_CHANGE)?;
+        tape.div(along, square)
+    }
+
+    /// The changes `[time, S, lanes]` of steps by own parameter `i`, among what is read, `u`.
+    fn changes<T: Scalar>(&self, tape: &mut Tape<T>, u: Var, i: usize) -> Result<Var, TensorError> {
+        let StepwiseSizes { state, condition, own, .. } = self.sizes;
+        let first = condition - (own - i) * state;
+        tape.slice(u, 1, first, first + state)
     }
 
     /// Distribution of the correction `[time, S, lanes]` for what is read, `u [time, U, lanes]`, and latents
@@ -187,10 +230,33 @@ impl Stepwise {
         w: Var,
     ) -> Result<Gaussian, TensorError> {
         let (time, lanes) = (tape.shape(u).dims()[0], tape.shape(w).dims()[2]);
+        let moved = self.move_parameters(tape, p, u, w)?;
         let everywhere = augsim_tensor::Shape::new(&[time, self.sizes.latent, lanes])?;
         let w = tape.broadcast_to(w, everywhere)?;
         let input = tape.concat(&[u, w], 1)?;
         let h = self.step.forward(tape, p, input)?;
-        self.step_head.forward(tape, p, h)
+        let step = self.step_head.forward(tape, p, h)?;
+        let mean = moved.map_or(Ok(step.mean), |moved| tape.add(step.mean, moved))?;
+        Ok(Gaussian { mean, sd: step.sd })
+    }
+
+    /// The correction `[time, S, lanes]` that moving parameters of the physics makes.
+    fn move_parameters<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        u: Var,
+        w: Var,
+    ) -> Result<Option<Var>, TensorError> {
+        let Some(own) = &self.own else { return Ok(None) };
+        let shifts = own.forward(tape, p, w)?;
+        let mut total = None;
+        for i in 0..self.sizes.own {
+            let changes = self.changes(tape, u, i)?;
+            let shift = tape.slice(shifts, 1, i, i + 1)?;
+            let moved = tape.mul(changes, shift)?;
+            total = Some(total.map_or(Ok(moved), |total| tape.add(total, moved))?);
+        }
+        Ok(total)
     }
 }
