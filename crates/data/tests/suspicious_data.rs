@@ -175,6 +175,11 @@ fn one_trajectory_that_goes_far_is_in_no_other_unit() {
         |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
     assert_eq!(found(&positions(wind), &Expected::default()), []);
     assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &Expected::default()), []);
+    // Faster and faster it bends more than the others, but goes further by far more than that.
+    let faster = |all: &mut Vec<Rows>| {
+        all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 2.0 * k as f64 + 2e-2 * (k * k) as f64);
+    };
+    assert_eq!(found(&positions(faster), &Expected::default()), []);
     // Nor does it hide one that is.
     let both = positions(|all| {
         wind(all);

@@ -1,7 +1,7 @@
 //! A few trajectories in another unit than the rest.
 //!
-//! A unit scales everything: how far a trajectory goes, how it bends, how it scatters. What goes far alone, as a pendulum that winds
-//! round and round, bends and scatters as the others do.
+//! A unit scales everything alike: how far a trajectory goes, how it bends, how it scatters. What goes far alone, as a pendulum that
+//! winds round and round, bends and scatters as the others do, or little more.
 
 use super::measured::Series;
 use super::{Expected, Finding};
@@ -13,6 +13,8 @@ use crate::statistics::median;
 const FACTOR: f64 = 10.0;
 /// How many times those of the others the second differences of a trajectory in another unit are at least.
 const BENDS: f64 = 3.0;
+/// How many times less a trajectory in another unit may bend than it goes further, both in those of the others.
+const UNEVEN: f64 = 10.0;
 /// Largest share of the trajectories that can be the exception.
 const EXCEPTION: f64 = 1.0 / 3.0;
 /// Fewest trajectories that are a rule.
@@ -69,6 +71,11 @@ fn that_bend_more(
     };
     let typical = median(&mut others.iter().filter_map(|o| bend(o.1)).collect::<Vec<_>>());
     let typical = typical.filter(|bend| *bend > 0.0);
-    let alike = |j: usize| bend(j).zip(typical).is_some_and(|(bend, typical)| bend < BENDS * typical);
-    wide.iter().filter(|w| !alike(w.1)).copied().collect()
+    let span = median(&mut others.iter().map(|o| o.0).collect::<Vec<_>>()).filter(|span| *span > 0.0);
+    let alike = |&(wide, j): &(f64, usize)| {
+        let further = span.map_or(0.0, |span| wide / span);
+        let least = BENDS.max(further / UNEVEN);
+        bend(j).zip(typical).is_some_and(|(bend, typical)| bend < least * typical)
+    };
+    wide.iter().filter(|w| !alike(w)).copied().collect()
 }
