@@ -190,24 +190,12 @@ impl Stepwise {
         let norm = tape.sum(weight, 0)?;
         let mut pooled = tape.div(total, norm)?;
         for i in 0..self.sizes.own {
-            let shift = self.regress(tape, x, u, i)?;
+            let changes = self.changes(tape, u, i)?;
+            let changes = mask.map_or(Ok(changes), |mask| tape.mul(changes, mask))?;
+            let shift = regression(tape, x, changes)?;
             pooled = tape.concat(&[pooled, shift], 1)?;
         }
         self.encoder_head.forward(tape, p, pooled)
-    }
-
-    /// The shift `[1, 1, lanes]` of own parameter `i` that accounts for most of the corrections `x [time, S, lanes]`: their regression
-    /// on the changes that it makes.
-    fn regress<T: Scalar>(&self, tape: &mut Tape<T>, x: Var, u: Var, i: usize) -> Result<Var, TensorError> {
-        let changes = self.changes(tape, u, i)?;
-        let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
-            let product = tape.mul(a, b)?;
-            let over_time = tape.sum(product, 0)?;
-            tape.sum(over_time, 1)
-        };
-        let (along, square) = (sum(changes, x)?, sum(changes, changes)?);
-        let square = tape.shift(square, NO_CHANGE)?;
-        tape.div(along, square)
     }
 
     /// The changes `[time, S, lanes]` of steps by own parameter `i`, among what is read, `u`.
@@ -259,4 +247,17 @@ impl Stepwise {
         }
         Ok(total)
     }
+}
+
+/// The shift `[1, 1, lanes]` of a parameter that accounts for most of the corrections `x [time, S, lanes]`: their regression on the
+/// changes that it makes.
+fn regression<T: Scalar>(tape: &mut Tape<T>, x: Var, changes: Var) -> Result<Var, TensorError> {
+    let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
+        let product = tape.mul(a, b)?;
+        let over_time = tape.sum(product, 0)?;
+        tape.sum(over_time, 1)
+    };
+    let (along, square) = (sum(changes, x)?, sum(changes, changes)?);
+    let square = tape.shift(square, NO_CHANGE)?;
+    tape.div(along, square)
 }
