@@ -258,6 +258,24 @@ fn what_was_found_is_written_and_read_back() {
 }
 
 #[test]
+fn steps_suit_a_record_that_begins_at_rest() {
+    let steps = |at_rest: i32| {
+        let declared = system("servo", 1);
+        let times: Vec<f64> = (0..at_rest + 300).map(|k| 0.05 * f64::from(k)).collect();
+        let driven = |k: i32| if k < 0 { 0.0 } else { (0.3 * f64::from(k)).sin() };
+        let command = (0..at_rest + 300).map(|k| driven(k - at_rest)).collect();
+        let angle = (0..at_rest + 300).map(|k| 5.0 * driven(k - at_rest)).collect();
+        let inputs = vec![Stream { times: times.clone(), values: vec![command] }];
+        let mut record =
+            Record { id: "1".into(), times, values: vec![angle], inputs: inputs.into(), ..Record::default() };
+        declared.prepare(&mut record, &[]).expect("a record");
+        declared.tuned(&[record]).expect("steps are found").options().substeps
+    };
+    assert!(steps(0) > 1, "the motor is faster than the samples");
+    assert_eq!(steps(600), steps(0));
+}
+
+#[test]
 fn a_tuned_system_and_its_measured_model_are_one() {
     let declared = system("servo", 4);
     let mut record = record(&declared);

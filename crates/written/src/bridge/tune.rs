@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 /// Windows that steps and widths are chosen on, spread over the records.
 const LOOKED_AT: usize = 64;
-/// Samples of a window that are looked at.
+/// Samples of a window that are looked at where there are so many windows; of fewer windows more, as many samples in all. A
+/// record that is one window may begin at rest, which tells neither steps nor widths.
 const SAMPLES: usize = 400;
 /// Steps are judged against this share of what an output does where its noise is not declared.
 const USUAL_NOISE: f64 = 0.01;
@@ -81,9 +82,11 @@ impl WrittenSystem {
         let stride = total.div_ceil(LOOKED_AT).max(1);
         let parameters: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
         let all = records.iter().flat_map(|r| r.windows.iter().map(move |w| (r, w)));
+        let looked_at = total.div_ceil(stride).max(1);
+        let most = LOOKED_AT * SAMPLES / looked_at;
         let scene = |(record, window): (&Record, &augsim_physics::system::Window)| {
             let samples = window.samples.clone();
-            let end = samples.end.min(samples.start + SAMPLES);
+            let end = samples.end.min(samples.start + most);
             let window_samples = samples.start..end;
             let task = Task {
                 parameters: &parameters,
