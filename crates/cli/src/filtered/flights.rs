@@ -18,7 +18,7 @@ use augsim_physics::system::{Seed, System};
 use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, View, of_built_in};
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, OwnLaws, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+    FilterSettings, FilteredScore, OwnLaws, PrefixForecaster, Sensor, StartLaw, Widened, evaluate_filtered,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -38,10 +38,11 @@ const SPIN_SD: f64 = 600.0;
 /// The height of the table is known to so much, m: the set says where a centre reads when the ball touches it.
 const FLOOR_SD: f64 = 0.004;
 /// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
-/// evidence of more than there is.
-const FACTORS: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0];
-/// Least share of training values that the 90 % bands must hold, mean over the prefixes. More costs the median: a model that is
-/// told to doubt its readings forgets the spin.
+/// evidence of more than there is. A model that is told to doubt its readings more than that forgets the spin.
+const NOISE: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
+/// Factors of the samples' distances from their median that are tried, until the 90 % bands hold so much of the training flights:
+/// one in ten of these ends at the net or at an edge, which no band should be made for.
+const SPREAD: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
 const HELD: f64 = 0.8;
 /// Height of the ball below which it may touch the table, m.
 const NEAR_TABLE_M: f64 = 0.08;
@@ -58,9 +59,11 @@ struct ResultFile {
     /// Frames of the camera, s, and the jitter of the stamps about them, s.
     frame_s: f64,
     jitter_s: f64,
-    /// Noise of the positions, m, and the factor of it at which the bands of training flights hold.
+    /// Noise of the positions, m, and the factor of it at which training flights are forecast best.
     noise_m: Vec<f64>,
     noise_factor: f64,
+    /// Factor of the spread behind each prefix at which the bands of training flights hold.
+    spread_factors: Vec<f64>,
     /// Mean and standard deviation from flight to flight of each number that is a flight's own.
     own: BTreeMap<String, [f64; 2]>,
     rows: Vec<Row>,
@@ -129,7 +132,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         data.trajectories().iter().map(of).collect()
     };
     of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
-    let factor = honest(&of_train, &laws, &seen_of(&train), seed, output)?;
+    let believed = believed(&of_train, &laws, &seen_of(&train), seed, output)?;
     let in_flight = before_the_rebound(&test)?;
     // Rows seen of each flight, those of the parts before the rebound included.
     let lengths = seen_of(&test);
@@ -144,8 +147,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
             let OfSystem { mut filter, data, sensor, start } = opened(text, data)?;
             if let Some(laws) = laws {
                 filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
-                let sensor = believed(laws, factor)?;
-                return scored(&filter, &data, (&sensor, &start), (&lengths, seed));
+                let widened = Widened::new(&filter, &believed.spread);
+                return scored(&widened, &data, (&believed.sensor, &start), (&lengths, seed));
             }
             scored(&filter, &data, (&sensor, &start), (&lengths, seed))
         };
@@ -174,7 +177,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         frame_s: clock.period_s,
         jitter_s: clock.jitter_s,
         noise_m: laws.noise().to_vec(),
-        noise_factor: factor,
+        noise_factor: believed.noise,
+        spread_factors: believed.spread,
         own: named(&laws, &own)?,
         rows,
         seed,
@@ -186,32 +190,54 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// The least factor of the noise at which the bands of training flights hold what they say.
-fn honest(
+/// What training flights say of a model's honesty.
+struct Believed {
+    /// Factor of the noise, and the sensor with it.
+    noise: f64,
+    sensor: Sensor,
+    /// Factor of the spread behind each prefix.
+    spread: Vec<f64>,
+}
+
+/// The factor of the noise at which training flights have the least continuous ranked probability score, geometric mean over the
+/// prefixes, and with it the least factors of the spread at which their bands hold what they say.
+fn believed(
     train: &OfSystem,
     laws: &OwnLaws,
     lengths: &[Vec<usize>],
     seed: u64,
     output: &Output,
-) -> anyhow::Result<f64> {
-    for factor in FACTORS {
-        let known = (&believed(laws, factor)?, &train.start);
-        let scores = scored(&train.filter, &train.data, known, (lengths, seed))?;
-        let held = scores.iter().filter_map(|s| s.coverage90).sum::<f64>() / scores.len() as f64;
-        output.detail(format!(
-            "noise times {factor}: 90 % bands of training flights hold {:.1} %",
-            100.0 * held
-        ));
-        if held >= HELD {
-            return Ok(factor);
+) -> anyhow::Result<Believed> {
+    let sensor = |noise: f64| Sensor::new(laws.noise().iter().map(|sd| Some(noise * sd)).collect());
+    let mut best = (f64::INFINITY, NOISE[0]);
+    for noise in NOISE {
+        let scores = scored(&train.filter, &train.data, (&sensor(noise)?, &train.start), (lengths, seed))?;
+        let crps = scores.iter().map(|s| s.crps_of_most[0].ln()).sum::<f64>() / scores.len() as f64;
+        output.detail(format!("noise times {noise}: CRPS of training flights {:.2} mm", 1e3 * crps.exp()));
+        if crps < best.0 {
+            best = (crps, noise);
         }
     }
-    Ok(FACTORS[FACTORS.len() - 1])
-}
-
-/// The sensor whose readings count as if their noise were so many times what it is.
-fn believed(laws: &OwnLaws, factor: f64) -> anyhow::Result<Sensor> {
-    Ok(Sensor::new(laws.noise().iter().map(|sd| Some(factor * sd)).collect())?)
+    let (noise, sensor) = (best.1, sensor(best.1)?);
+    let mut spread: Vec<Option<f64>> = vec![None; SECONDS.len()];
+    for factor in SPREAD {
+        let factors = [factor; SECONDS.len()];
+        let widened = Widened::new(&train.filter, &factors);
+        let scores = scored(&widened, &train.data, (&sensor, &train.start), (lengths, seed))?;
+        for (found, score) in spread.iter_mut().zip(&scores) {
+            if score.coverage90.is_none_or(|held| held >= HELD) {
+                found.get_or_insert(factor);
+            }
+        }
+        if spread.iter().all(Option::is_some) {
+            break;
+        }
+    }
+    let widest = SPREAD[SPREAD.len() - 1];
+    let spread: Vec<f64> = spread.into_iter().map(|factor| factor.unwrap_or(widest)).collect();
+    output
+        .detail(format!("spread times {spread:?} behind {SECONDS:?} s: 90 % bands of training flights hold"));
+    Ok(Believed { noise, sensor, spread })
 }
 
 fn scored(

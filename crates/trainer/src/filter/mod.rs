@@ -29,6 +29,7 @@ mod sensor;
 mod started;
 mod system;
 mod weights;
+mod widened;
 
 pub use behind::{FilterSettings, Prefix, PrefixForecaster};
 pub use conditioned::Conditioned;
@@ -43,6 +44,7 @@ pub use restitution::RestitutionLaw;
 pub use score::FilteredScore;
 pub use sensor::{Sensor, StartLaw};
 pub use system::SystemFilter;
+pub use widened::Widened;
 
 use crate::TrainerError;
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -1,0 +1,83 @@
+//! Bands made as wide as they have to be: samples moved away from their median.
+//!
+//! What a model leaves of a trajectory is not independent from row to row, so that its posterior is too narrow. To believe the sensor
+//! less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
+
+use super::behind::{FilterSettings, Prefix, PrefixForecaster};
+use crate::{Samples, TrainerError};
+
+/// Forecasts of another model with another spread.
+#[derive(Clone, Copy)]
+pub struct Widened<'a> {
+    model: &'a dyn PrefixForecaster,
+    /// Factor of the spread behind the first prefix, the second and so on.
+    factors: &'a [f64],
+}
+
+impl<'a> Widened<'a> {
+    /// The forecasts of `model`; those behind the i-th prefix have `factors[i]` times their distance from the median of the samples,
+    /// 1 beyond the end of the list.
+    pub fn new(model: &'a dyn PrefixForecaster, factors: &'a [f64]) -> Self {
+        Widened { model, factors }
+    }
+}
+
+impl PrefixForecaster for Widened<'_> {
+    fn forecasts(
+        &self,
+        prefix: Prefix<'_>,
+        lengths: &[usize],
+        settings: FilterSettings,
+    ) -> Result<Vec<Samples>, TrainerError> {
+        let mut all = self.model.forecasts(prefix, lengths, settings)?;
+        for (samples, factor) in all.iter_mut().zip(self.factors) {
+            let mut sorted = vec![0.0; samples.count];
+            for values in samples.values.chunks_exact_mut(samples.count) {
+                sorted.copy_from_slice(values);
+                sorted.sort_unstable_by(f32::total_cmp);
+                let middle = 0.5 * (sorted[(samples.count - 1) / 2] + sorted[samples.count / 2]);
+                values.iter_mut().for_each(|v| *v = middle + *factor as f32 * (*v - middle));
+            }
+        }
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the median stays, distances from it grow by the factor, and a prefix without a factor is as it was.
+    use super::*;
+    use crate::filter::{Sensor, StartLaw};
+
+    /// Samples 0, 1, 3, 4 of one row behind every prefix.
+    struct Four;
+
+    impl PrefixForecaster for Four {
+        fn forecasts(
+            &self,
+            _: Prefix<'_>,
+            lengths: &[usize],
+            _: FilterSettings,
+        ) -> Result<Vec<Samples>, TrainerError> {
+            Ok(vec![Samples { count: 4, values: vec![0.0, 1.0, 3.0, 4.0] }; lengths.len()])
+        }
+    }
+
+    #[test]
+    fn samples_move_away_from_their_median() {
+        let (sensor, start) = (Sensor::known([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let prefix = Prefix {
+            id: "1",
+            rows: &[0.0; 3],
+            sensor: &sensor,
+            start: &start,
+            actions: &[],
+            time: 4,
+            index: 0,
+        };
+        let settings = FilterSettings::new(1, 1);
+        let forecasts = Widened::new(&Four, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
+        let values: Vec<&[f32]> = forecasts.iter().map(|s| &s.values[..]).collect();
+        assert_eq!(values, [[-1.0, 0.5, 3.5, 5.0], [1.0, 1.5, 2.5, 3.0], [0.0, 1.0, 3.0, 4.0]]);
+    }
+}
