@@ -190,7 +190,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// What training flights say of a model's honesty.
+/// Sensor and spread with which forecasts of training flights are honest.
 struct Believed {
     /// Factor of the noise, and the sensor with it.
     noise: f64,

@@ -1,7 +1,7 @@
 //! Bands made as wide as they have to be: samples moved away from their median.
 //!
-//! What a model leaves of a trajectory is not independent from row to row, so that its posterior is too narrow. To believe the sensor
-//! less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
+//! Errors that a model leaves of a trajectory are not independent from row to row, so that its posterior is too narrow. To believe the
+//! sensor less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use crate::{Samples, TrainerError};
