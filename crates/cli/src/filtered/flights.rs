@@ -40,9 +40,10 @@ const FLOOR_SD: f64 = 0.004;
 /// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
 /// evidence of more than there is. A model that is told to doubt its readings more than that forgets the spin.
 const NOISE: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
-/// Factors of the samples' distances from their median that are tried, until the 90 % bands hold so much of the training flights:
-/// one in ten of these ends at the net or at an edge, which no band should be made for.
+/// Factors of the samples' distances from their median that are tried.
 const SPREAD: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
+/// Least share of training values that the 90 % bands must hold: one in ten of these flights ends at the net or at an edge, which no
+/// band should be made for.
 const HELD: f64 = 0.8;
 /// Height of the ball below which it may touch the table, m.
 const NEAR_TABLE_M: f64 = 0.08;

@@ -4,6 +4,7 @@
 //! sensor less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
+use crate::score::quantile;
 use crate::{Samples, TrainerError};
 
 /// Forecasts of another model with another spread.
@@ -35,7 +36,7 @@ impl PrefixForecaster for Widened<'_> {
             for values in samples.values.chunks_exact_mut(samples.count) {
                 sorted.copy_from_slice(values);
                 sorted.sort_unstable_by(f32::total_cmp);
-                let middle = 0.5 * (sorted[(samples.count - 1) / 2] + sorted[samples.count / 2]);
+                let middle = quantile(&sorted, 0.5) as f32;
                 values.iter_mut().for_each(|v| *v = middle + *factor as f32 * (*v - middle));
             }
         }
