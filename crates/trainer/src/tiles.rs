@@ -1,12 +1,43 @@
 //! Batch tiles: the unit of parallel work. Tiles are fixed by the batch, not by the threads, and their
 //! gradients are added in tile order, so that a run gives the same bytes on any number of threads.
 
-use crate::nets::{Net, Tile};
+use crate::nets::{Losses, Net, Tile};
 use crate::noise::normals;
 use crate::prepared::Prepared;
 use crate::{TILE, TrainerError};
 use augsim_nn::{Bound, Params};
-use augsim_tensor::Tape;
+use augsim_tensor::{Tape, TensorError};
+
+/// A net that learns from tiles.
+pub(crate) trait Trainable: Sync {
+    /// Rows of noise that a sequence of `time` rows takes, and values per row.
+    fn noise_rows(&self, time: usize) -> (usize, usize);
+
+    /// Loss of a tile, and `scale` times its gradient at the variables of `p`.
+    fn differentiate(
+        &self,
+        tape: &mut Tape<f32>,
+        p: &Bound,
+        tile: Tile<'_, f32>,
+        scale: f64,
+    ) -> Result<Losses<f32>, TensorError>;
+}
+
+impl Trainable for Net {
+    fn noise_rows(&self, time: usize) -> (usize, usize) {
+        Net::noise_rows(self, time)
+    }
+
+    fn differentiate(
+        &self,
+        tape: &mut Tape<f32>,
+        p: &Bound,
+        tile: Tile<'_, f32>,
+        scale: f64,
+    ) -> Result<Losses<f32>, TensorError> {
+        Net::differentiate(self, tape, p, tile, scale)
+    }
+}
 
 /// Sums over the trajectories of one tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -39,7 +70,7 @@ pub(crate) struct Workspace {
 /// Everything that the tiles of an iteration share.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<'a> {
-    pub net: &'a Net,
+    pub net: &'a dyn Trainable,
     pub params: &'a Params<f32>,
     /// The training set.
     pub all: &'a [Prepared],
@@ -88,7 +119,7 @@ impl Workspace {
     }
 
     /// Makes room for a tile, and fills in all but the noise.
-    fn fill(&mut self, net: &Net, all: &[Prepared], items: &[usize], time: usize) {
+    fn fill(&mut self, net: &dyn Trainable, all: &[Prepared], items: &[usize], time: usize) {
         let lanes = items.len();
         let (x_width, u_width) = items.first().map_or((0, 0), |&i| (all[i].x_width, all[i].u_width));
         let (rows, latent) = net.noise_rows(time);

@@ -1,7 +1,8 @@
-//! Measured flights of table-tennis balls: physics as declared, as the loop augments it, and with what differs from flight to
-//! flight learned from other flights.
+//! Measured flights of table-tennis balls: physics as declared, as the loop augments it, with what differs from flight to flight
+//! learned from other flights, and with a net on what that leaves.
 
 use super::Plan;
+use super::believed::{self, scored};
 use super::page;
 use crate::destination::{REPORT, RESULT};
 use crate::exit::Outcome;
@@ -15,11 +16,9 @@ use augsim_discovery::Options;
 use augsim_physics::ball::{Axes, FLOOR};
 use augsim_physics::model::{Model, ModelFile};
 use augsim_physics::system::{Seed, System};
-use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, View, of_built_in};
+use augsim_session::filtered::{OfSystem, Seen, View, of_built_in};
 use augsim_trainer::SAMPLES;
-use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, OwnLaws, PrefixForecaster, Sensor, StartLaw, Widened, evaluate_filtered,
-};
+use augsim_trainer::filter::{Corrected, OwnLaws, Widened};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -28,6 +27,8 @@ use std::path::Path;
 
 /// Seconds seen.
 const SECONDS: [f64; 3] = [0.05, 0.1, 0.2];
+/// Seconds seen of the training flights that the net learns from.
+const LEARNED: [f64; 8] = [0.03, 0.05, 0.075, 0.1, 0.125, 0.15, 0.2, 0.25];
 /// One file number in so many is held out.
 const HELD_OUT: u32 = 3;
 /// The effect that is a spin of each flight's own.
@@ -37,14 +38,6 @@ const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
 const SPIN_SD: f64 = 600.0;
 /// The height of the table is known to so much, m: the set says where a centre reads when the ball touches it.
 const FLOOR_SD: f64 = 0.004;
-/// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
-/// evidence of more than there is. A model that is told to doubt its readings more than that forgets the spin.
-const NOISE: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
-/// Factors of the samples' distances from their median that are tried.
-const SPREAD: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
-/// Least share of training values that the 90 % bands must hold: one in ten of these flights ends at the net or at an edge, which no
-/// band should be made for.
-const HELD: f64 = 0.8;
 /// Height of the ball below which it may touch the table, m.
 const NEAR_TABLE_M: f64 = 0.08;
 /// Steps over which a direction of flight is judged.
@@ -65,6 +58,10 @@ struct ResultFile {
     noise_factor: f64,
     /// Factor of the spread behind each prefix at which the bands of training flights hold.
     spread_factors: Vec<f64>,
+    /// Share of the net's correction that is applied, as it serves training flights that the net has not seen, and the factors of the
+    /// spread that it gives.
+    net_trust: f64,
+    net_spread_factors: Vec<f64>,
     /// Mean and standard deviation from flight to flight of each number that is a flight's own.
     own: BTreeMap<String, [f64; 2]>,
     rows: Vec<Row>,
@@ -94,6 +91,17 @@ struct Row {
     crps_mm: f64,
     coverage50: Option<f64>,
     coverage90: Option<f64>,
+}
+
+/// How a row of the table forecasts.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// The model file as it stands.
+    AsItStands,
+    /// With the laws of what is a flight's own, and bands as wide as training flights ask for.
+    OwnLaws,
+    /// That, and a net on what it leaves.
+    Net,
 }
 
 /// Runs it.
@@ -128,30 +136,37 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let mut of_train = opened(&own, &train)?;
     of_train.filter = of_train.filter.with_own(FLOOR, FLOOR_SD);
     let laws = OwnLaws::learn(&of_train.filter, &of_train.data.set)?;
-    let seen_of = |data: &Dataset| -> Vec<Vec<usize>> {
-        let of = |t: &Trajectory| SECONDS.map(|s| Seen::Seconds(s).rows(t.time_s())).to_vec();
-        data.trajectories().iter().map(of).collect()
-    };
     of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
-    let believed = believed(&of_train, &laws, &seen_of(&train), seed, output)?;
+    let seen = seen_of(&train, &SECONDS);
+    let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
+    let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&seen, seed))?;
+    output.note("learning what that leaves");
+    let learned = seen_of(&train, &LEARNED);
+    let (correction, net_spread) = believed::correction(&of_train, &sensor, &learned, (&seen, seed))?;
     let in_flight = before_the_rebound(&test)?;
     // Rows seen of each flight, those of the parts before the rebound included.
-    let lengths = seen_of(&test);
+    let lengths = seen_of(&test, &SECONDS);
     let mut rows = Vec::new();
-    for (name, text, laws) in [
-        ("Physics", &declared, None),
-        ("Physics augmented", &found.model_toml, None),
-        ("Physics augmented, own spin", &own, Some(&laws)),
+    for (name, text, kind) in [
+        ("Physics", &declared, Kind::AsItStands),
+        ("Physics augmented", &found.model_toml, Kind::AsItStands),
+        ("Physics augmented, own spin", &own, Kind::OwnLaws),
+        ("Hybrid", &own, Kind::Net),
     ] {
         output.note(name);
         let score = |data: &Dataset| -> anyhow::Result<_> {
-            let OfSystem { mut filter, data, sensor, start } = opened(text, data)?;
-            if let Some(laws) = laws {
-                filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
-                let widened = Widened::new(&filter, &believed.spread);
-                return scored(&widened, &data, (&believed.sensor, &start), (&lengths, seed));
+            let OfSystem { mut filter, data, sensor: stated, start } = opened(text, data)?;
+            let prefixes = (&lengths[..], seed);
+            if let Kind::AsItStands = kind {
+                return scored(&filter, &data, (&stated, &start), prefixes);
             }
-            scored(&filter, &data, (&sensor, &start), (&lengths, seed))
+            filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
+            let known = (&sensor, &start);
+            if let Kind::OwnLaws = kind {
+                return scored(&Widened::new(&filter, &spread), &data, known, prefixes);
+            }
+            let corrected = Corrected::new(&filter, &correction);
+            scored(&Widened::new(&corrected, &net_spread), &data, known, prefixes)
         };
         let each = score(&test)?.into_iter().zip(score(&in_flight)?).zip(SECONDS);
         rows.extend(each.map(|((rest, flight), seen_s)| Row {
@@ -178,8 +193,10 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         frame_s: clock.period_s,
         jitter_s: clock.jitter_s,
         noise_m: laws.noise().to_vec(),
-        noise_factor: believed.noise,
-        spread_factors: believed.spread,
+        noise_factor,
+        spread_factors: spread,
+        net_trust: correction.trust(),
+        net_spread_factors: net_spread,
         own: named(&laws, &own)?,
         rows,
         seed,
@@ -191,66 +208,6 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// Sensor and spread with which forecasts of training flights are honest.
-struct Believed {
-    /// Factor of the noise, and the sensor with it.
-    noise: f64,
-    sensor: Sensor,
-    /// Factor of the spread behind each prefix.
-    spread: Vec<f64>,
-}
-
-/// The factor of the noise at which training flights have the least continuous ranked probability score, geometric mean over the
-/// prefixes, and with it the least factors of the spread at which their bands hold what they say.
-fn believed(
-    train: &OfSystem,
-    laws: &OwnLaws,
-    lengths: &[Vec<usize>],
-    seed: u64,
-    output: &Output,
-) -> anyhow::Result<Believed> {
-    let sensor = |noise: f64| Sensor::new(laws.noise().iter().map(|sd| Some(noise * sd)).collect());
-    let mut best = (f64::INFINITY, NOISE[0]);
-    for noise in NOISE {
-        let scores = scored(&train.filter, &train.data, (&sensor(noise)?, &train.start), (lengths, seed))?;
-        let crps = scores.iter().map(|s| s.crps_of_most[0].ln()).sum::<f64>() / scores.len() as f64;
-        output.detail(format!("noise times {noise}: CRPS of training flights {:.2} mm", 1e3 * crps.exp()));
-        if crps < best.0 {
-            best = (crps, noise);
-        }
-    }
-    let (noise, sensor) = (best.1, sensor(best.1)?);
-    let mut spread: Vec<Option<f64>> = vec![None; SECONDS.len()];
-    for factor in SPREAD {
-        let factors = [factor; SECONDS.len()];
-        let widened = Widened::new(&train.filter, &factors);
-        let scores = scored(&widened, &train.data, (&sensor, &train.start), (lengths, seed))?;
-        for (found, score) in spread.iter_mut().zip(&scores) {
-            if score.coverage90.is_none_or(|held| held >= HELD) {
-                found.get_or_insert(factor);
-            }
-        }
-        if spread.iter().all(Option::is_some) {
-            break;
-        }
-    }
-    let widest = SPREAD[SPREAD.len() - 1];
-    let spread: Vec<f64> = spread.into_iter().map(|factor| factor.unwrap_or(widest)).collect();
-    output
-        .detail(format!("spread times {spread:?} behind {SECONDS:?} s: 90 % bands of training flights hold"));
-    Ok(Believed { noise, sensor, spread })
-}
-
-fn scored(
-    model: &dyn PrefixForecaster,
-    data: &Timed,
-    known: (&Sensor, &StartLaw),
-    (lengths, seed): (&[Vec<usize>], u64),
-) -> anyhow::Result<Vec<FilteredScore>> {
-    let settings = FilterSettings { particles: PARTICLES, samples: SAMPLES, seed, is_measured: true };
-    Ok(evaluate_filtered(model, &data.set, known, lengths, settings)?)
-}
-
 /// The laws by the names of their parameters.
 fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
     let system = Model::parse(model, "model.toml")?.open(Axes::Space);
@@ -260,6 +217,12 @@ fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2
         Seed::Offset(i) => format!("offset {i}"),
     };
     Ok(laws.laws().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
+}
+
+/// Rows seen of each flight behind so many seconds.
+fn seen_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
+    let of = |t: &Trajectory| seconds.iter().map(|s| Seen::Seconds(*s).rows(t.time_s())).collect();
+    data.trajectories().iter().map(of).collect()
 }
 
 /// The model with a spin of each flight's own.

@@ -2,6 +2,7 @@
 //! is repeated, and measured flights in turn, each in a folder of its own.
 
 mod ball;
+mod believed;
 mod flights;
 mod layout;
 mod page;

@@ -1,0 +1,155 @@
+//! The net that corrects a forecast: a GRU over its rows, with a scale of what is left for every value.
+
+use crate::nets::tile::{LossVars, Losses, Tile, mask_of, masked_sum};
+use crate::tiles::Trainable;
+use augsim_nn::inference::{GaussianRunner, GruRunner};
+use augsim_nn::{Bound, GaussianHead, Gru, Params};
+use augsim_tensor::{Scalar, Tape, TensorError, Var};
+
+/// Units of the memory.
+const HIDDEN: usize = 16;
+/// Degrees of freedom of the errors: one trajectory in ten ends as no other does, and must not decide the law of all.
+const FREEDOM: f64 = 2.0;
+/// Added to scales, in the units of the corrections.
+const SCALE_FLOOR: f64 = 1e-2;
+
+/// Corrections of S columns from U features a row.
+#[derive(Debug, Clone)]
+pub(super) struct ForecastNet {
+    columns: usize,
+    features: usize,
+    memory: Gru,
+    head: GaussianHead,
+}
+
+impl ForecastNet {
+    /// Registers the net.
+    pub fn new<T: Scalar>(columns: usize, features: usize, params: &mut Params<T>) -> Self {
+        ForecastNet {
+            columns,
+            features,
+            memory: Gru::new(params, "memory", features, HIDDEN, 1),
+            head: GaussianHead::new(params, "row", HIDDEN, columns, SCALE_FLOOR),
+        }
+    }
+
+    /// Negative log-likelihood of Student's t, less constants: of a target x with centre m and scale s it is
+    /// `(n + 1) / 2 ln(1 + (x - m)^2 / (n s^2)) + ln s` (Lange, Little and Taylor 1989).
+    fn loss<T: Scalar>(
+        &self,
+        tape: &mut Tape<T>,
+        p: &Bound,
+        tile: Tile<'_, T>,
+    ) -> Result<LossVars, TensorError> {
+        let x = tape.constant(&[tile.time, self.columns, tile.lanes], tile.x)?;
+        let u = tape.constant(&[tile.time, self.features, tile.lanes], tile.u)?;
+        let mask = mask_of(tape, &tile)?;
+        let h = self.memory.forward(tape, p, u, &[])?;
+        let law = self.head.forward(tape, p, h)?;
+        let misfit = student_nll(tape, x, law.mean, law.sd)?;
+        let misfit = masked_sum(tape, misfit, mask)?;
+        let kl = tape.constant(&[], &[T::ZERO])?;
+        Ok(LossVars { total: misfit, kl, misfit })
+    }
+
+    /// Centre and scale `[time, S]` of the corrections for features `u [time, U]`.
+    pub fn law(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
+        let time = u.len() / self.features;
+        let mut memory = GruRunner::new(&self.memory, params, 1, time);
+        let mut head = GaussianRunner::new(self.head, params, 1, time);
+        let (centre, scale) = head.run(memory.run(u, time), time);
+        [centre.to_vec(), scale.to_vec()]
+    }
+}
+
+fn student_nll<T: Scalar>(tape: &mut Tape<T>, x: Var, centre: Var, scale: Var) -> Result<Var, TensorError> {
+    let away = tape.sub(x, centre)?;
+    let z = tape.div(away, scale)?;
+    let square = tape.mul(z, z)?;
+    let square = tape.scale(square, FREEDOM.recip())?;
+    let square = tape.shift(square, 1.0)?;
+    let far = tape.ln(square)?;
+    let far = tape.scale(far, 0.5 * (FREEDOM + 1.0))?;
+    let wide = tape.ln(scale)?;
+    tape.add(far, wide)
+}
+
+impl Trainable for ForecastNet {
+    fn noise_rows(&self, _: usize) -> (usize, usize) {
+        (0, 0)
+    }
+
+    fn differentiate(
+        &self,
+        tape: &mut Tape<f32>,
+        p: &Bound,
+        tile: Tile<'_, f32>,
+        scale: f64,
+    ) -> Result<Losses<f32>, TensorError> {
+        let loss = self.loss(tape, p, tile)?;
+        let scaled = tape.scale(loss.total, scale)?;
+        tape.backward(scaled)?;
+        Ok(Losses { kl: 0.0, misfit: tape.value(loss.misfit)[0] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the loss is that of Student's t, and its gradient the one of central differences.
+    use super::*;
+    use augsim_data::random_stream;
+
+    const SIZES: [usize; 4] = [3, 2, 4, 2]; // rows, columns, features, lanes
+
+    fn values(purpose: &str, n: usize) -> Vec<f64> {
+        crate::noise::standard(5, purpose, 0, n).into_iter().map(f64::from).collect()
+    }
+
+    fn loss(net: &ForecastNet, params: &Params<f64>, mask: &[f64]) -> (f64, Vec<f64>) {
+        let [time, columns, features, lanes] = SIZES;
+        let (x, u) = (values("x", time * columns * lanes), values("u", time * features * lanes));
+        let (mut tape, mut bound) = (Tape::new(), Bound::default());
+        params.bind(&mut tape, &mut bound).unwrap();
+        let tile = Tile { time, lanes, x: &x, u: &u, eps: &[], mask };
+        let vars = net.loss(&mut tape, &bound, tile).unwrap();
+        let total = tape.value(vars.total)[0];
+        tape.backward(vars.total).unwrap();
+        let mut grads = vec![0.0; params.values().len()];
+        params.gather_grads(&tape, &bound, &mut grads);
+        (total, grads)
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_central_differences() {
+        let [_, columns, features, _] = SIZES;
+        let mut params = Params::<f64>::new(random_stream(1, "init", 0));
+        let net = ForecastNet::new(columns, features, &mut params);
+        // The second lane is one row shorter.
+        let mask = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
+        let (_, gradient) = loss(&net, &params, &mask);
+        let way = values("direction", params.values().len());
+        let step = 1e-6;
+        let [above, below] = [step, -step].map(|h| {
+            let mut moved = params.clone();
+            moved.values_mut().iter_mut().zip(&way).for_each(|(p, v)| *p += h * v);
+            loss(&net, &moved, &mask).0
+        });
+        let along: f64 = gradient.iter().zip(&way).map(|(g, v)| g * v).sum();
+        let difference = (above - below) / (2.0 * step);
+        assert!(
+            (along - difference).abs() < 1e-7 * difference.abs().max(1.0),
+            "{along} against {difference}"
+        );
+    }
+
+    #[test]
+    fn the_loss_is_that_of_student_with_two_degrees_of_freedom() {
+        let mut tape = Tape::<f64>::new();
+        let [x, centre, scale] = [1.7, 0.2, 0.5].map(|v| tape.constant(&[1, 1, 1], &[v]).unwrap());
+        let found = student_nll(&mut tape, x, centre, scale).unwrap();
+        // The density of t with two degrees of freedom is (2 + z^2)^(-3/2) (Abramowitz and Stegun 26.7).
+        let z: f64 = (1.7 - 0.2) / 0.5;
+        let wanted = -((2.0 + z * z).powf(-1.5) / 0.5).ln() - 1.5 * 2.0_f64.ln();
+        assert!((tape.value(found)[0] - wanted).abs() < 1e-12);
+    }
+}
