@@ -1,5 +1,5 @@
-//! Right-hand sides of a written system in lanes: an oscillator with five effects (ten operations, one tanh), without
-//! sensitivities and with nine, on one thread. The throughput is right-hand sides, four to a step.
+//! Right-hand sides of a written system in lanes: an oscillator with five effects (ten operations and a tanh, or without the tanh),
+//! without sensitivities and with nine, on one thread. The throughput is right-hand sides, four to a step.
 
 use augsim_written::System;
 use augsim_written::engine::{Method, Options, Record, Seed, Signal, Window};
@@ -34,8 +34,14 @@ const SAMPLES: usize = 1000;
 const WINDOWS: usize = 64;
 
 fn right_hand_sides(criterion: &mut Criterion) {
-    let model = model::parse(OSCILLATOR, "oscillator.toml").expect("a model");
-    let system = System::compile(&model, &[0, 1, 2, 3, 4, 5, 6]).expect("a system");
+    let smooth = OSCILLATOR.replace("tanh(v / width)", "abs(v)");
+    let compiled = |text: &str| {
+        let model = model::parse(text, "oscillator.toml").expect("a model");
+        let system = System::compile(&model, &[0, 1, 2, 3, 4, 5, 6]).expect("a system");
+        (model, system)
+    };
+    let (model, system) = compiled(OSCILLATOR);
+    let (_, without_tanh) = compiled(&smooth);
     let times: Vec<f64> = (0..SAMPLES).map(|i| i as f64 / 610.0).collect();
     let drive: Vec<f64> = times.iter().map(|t| 0.05 * (300.0 * t).sin()).collect();
     let inputs = vec![Signal::new(&times, &drive, Hold::Linear)];
@@ -50,7 +56,12 @@ fn right_hand_sides(criterion: &mut Criterion) {
     let substeps = 4;
     group.throughput(Throughput::Elements((WINDOWS * (SAMPLES - 1) * 4 * substeps) as u64));
     let options = Options { method: Method::RungeKutta, substeps };
-    for (name, seeds) in [("values", &[][..]), ("nine-sensitivities", &nine[..])] {
+    for (name, system, seeds) in [
+        ("values", &system, &[][..]),
+        ("values-without-tanh", &without_tanh, &[][..]),
+        ("nine-sensitivities", &system, &nine[..]),
+        ("nine-sensitivities-without-tanh", &without_tanh, &nine[..]),
+    ] {
         group.bench_function(name, |b| {
             b.iter(|| one.install(|| black_box(system.simulate(&windows, seeds, &options))));
         });

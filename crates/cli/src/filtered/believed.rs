@@ -1,5 +1,5 @@
-//! What is learned of forecasts from the training trajectories alone: how far readings are believed, how wide bands have to be, and
-//! what a net makes of the rest.
+//! Numbers of forecasts that are learned from the training trajectories alone: how far readings are believed, how wide bands have to
+//! be, and a net on what is left.
 
 use crate::output::Output;
 use augsim_session::filtered::{OfSystem, PARTICLES, Timed};

@@ -1,9 +1,9 @@
 //! A net on what a model's forecasts leave: a recurrent net reads a forecast row by row and corrects it, as the paper's Hybrid reads
 //! the physics' roll-out (Ajay et al. 2018, section IV); here the roll-out starts behind the rows seen.
 //!
-//! What is read of a row: the median of each column, its way since the row before and the spread of the samples; how many rows were
-//! seen, and how far ahead the row is. What is given: how far the truth is from the median, in units of the spread, and the scale of
-//! what is left. The trajectories are dealt out to five parts; a net is learned without each, and how far the nets are trusted is
+//! The net reads of a row: the median of each column, its way since the row before and the spread of the samples; how many rows were
+//! seen, and how far ahead the row is. It gives how far the truth is from the median, in units of the spread, and the scale of what is
+//! left. The trajectories are dealt out to five parts; a net is learned without each, and how far the nets are trusted is
 //! what serves the parts that they have not seen. A forecast is corrected by the mean of the five.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
@@ -40,7 +40,7 @@ const CUT: f64 = 6.0;
 const OF_COLUMN: usize = 3;
 const OF_ROW: usize = 2;
 
-/// What was learned of a model's forecasts.
+/// A correction of a model's forecasts, learned from trajectories.
 #[derive(Debug, Clone)]
 pub struct Correction {
     net: ForecastNet,

@@ -1,6 +1,7 @@
 //! States of `L` windows side by side, and the step of Runge and Kutta with the equation of their sensitivities.
 
 use super::Seed;
+use super::rows::{OnLines, Row, Rows, filled};
 use super::sensitivity::{STAGES, Slots, advance};
 use crate::compile::Section;
 use crate::system::{Column, Entry, Gradient, System};
@@ -8,28 +9,29 @@ use pulp::{Simd, WithSimd};
 
 /// The inputs of a step, lane by lane: cubics in the time since the begin of a piece.
 #[derive(Debug, Clone)]
+#[repr(C, align(64))]
 pub(crate) struct Drive<const L: usize> {
-    /// `[input][power]`.
-    pub(crate) coefficients: Vec<[[f64; L]; 4]>,
     /// Time at the begin of the piece.
     pub(crate) begin: [f64; L],
+    /// `[input][power]`.
+    pub(crate) coefficients: OnLines<[[f64; L]; 4]>,
 }
 
 /// `L` windows: registers of the machine, state and sensitivities, and scratch that is used again and again.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Block<const L: usize> {
-    pub(crate) registers: Vec<[f64; L]>,
+    pub(crate) registers: Rows<L>,
     /// `[state]`.
-    pub(crate) x: Vec<[f64; L]>,
+    pub(crate) x: Rows<L>,
     /// `[seed][state]`.
-    pub(crate) s: Vec<[f64; L]>,
+    pub(crate) s: Rows<L>,
     /// Rates at the begin of the last step.
-    pub(crate) first_rate: Vec<[f64; L]>,
-    stage: Vec<[f64; L]>,
-    sum: Vec<[f64; L]>,
+    pub(crate) first_rate: Rows<L>,
+    stage: Rows<L>,
+    sum: Rows<L>,
     /// Derivatives of the rates at the four stages, `[stage][slot]`.
-    gradients: Vec<[f64; L]>,
-    column: Vec<[f64; L]>,
+    gradients: Rows<L>,
+    column: Rows<L>,
 }
 
 /// Columns of the sensitivities: what each seed contributes to the rates.
@@ -186,7 +188,7 @@ impl Columns {
 
 impl<const L: usize> Drive<L> {
     pub(crate) fn new(inputs: usize) -> Self {
-        Self { coefficients: vec![[[0.0; L]; 4]; inputs], begin: [0.0; L] }
+        Self { coefficients: filled(inputs, [[0.0; L]; 4]), begin: [0.0; L] }
     }
 
     /// Sets time and inputs at `time`.
@@ -214,9 +216,24 @@ impl<const L: usize> Drive<L> {
 }
 
 impl<const L: usize> Block<L> {
+    /// Stands in the place of a block that was taken out.
+    pub(crate) fn empty() -> Self {
+        let none = || filled(0, [0.0; L]);
+        Self {
+            registers: none(),
+            x: none(),
+            s: none(),
+            first_rate: none(),
+            stage: none(),
+            sum: none(),
+            gradients: none(),
+            column: none(),
+        }
+    }
+
     pub(crate) fn new(system: &System, seeds: usize) -> Self {
         let n = system.states();
-        let zeros = |count: usize| vec![[0.0; L]; count];
+        let zeros = |count: usize| filled(count, [0.0; L]);
         let mut registers = zeros(system.layout.registers);
         system
             .layout
@@ -310,36 +327,37 @@ impl<const L: usize> Block<L> {
         };
         let of_stage = self.gradients.len() / STAGES.len();
         self.stage.copy_from_slice(&self.x);
+        let still = Row([0.0; L]);
         for stage in 0..4 {
             // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
             let (at, on, weight) =
                 [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
-            let mut now = [0.0; L];
-            for ((now, h), time) in now.iter_mut().zip(h).zip(time) {
+            let mut now = Row([0.0; L]);
+            for ((now, h), time) in now.0.iter_mut().zip(h).zip(time) {
                 *now = h.mul_add(at, *time);
             }
             self.registers[..n].copy_from_slice(&self.stage);
-            drive.set(system, &mut self.registers, &now);
+            drive.set(system, &mut self.registers, &now.0);
             system.machine.pass(section, &mut self.registers);
             for (entry, slot) in entries.iter().zip(slots) {
                 self.gradients[stage * of_stage + slot] = self.registers[entry.register];
             }
             for i in 0..n {
-                let mut rate = self.registers[section.results[i] as usize];
-                if held.get(i) == Some(&true) {
-                    rate = [0.0; L];
-                }
+                let is_held = held.get(i) == Some(&true);
+                // Read where it stands: a copy of a row on the way costs as much as the operation that made it.
+                let rate = if is_held { &still.0 } else { &self.registers[section.results[i] as usize] };
+                let (sum, next, from) = (&mut self.sum[i], &mut self.stage[i], &self.x[i]);
                 if stage == 0 {
-                    self.first_rate[i] = rate;
-                    self.sum[i] = [0.0; L];
+                    self.first_rate[i].copy_from_slice(rate);
+                    sum.fill(0.0);
                 }
                 for lane in 0..L {
-                    self.sum[i][lane] = rate[lane].mul_add(weight, self.sum[i][lane]);
-                    self.stage[i][lane] = (h[lane] * on).mul_add(rate[lane], self.x[i][lane]);
+                    sum[lane] = rate[lane].mul_add(weight, sum[lane]);
+                    next[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
                 }
             }
         }
-        for (x, sum) in self.x.iter_mut().zip(&self.sum) {
+        for (x, sum) in self.x.iter_mut().zip(self.sum.iter()) {
             for ((x, sum), h) in x.iter_mut().zip(sum).zip(h) {
                 *x = (h * (1.0 / 6.0)).mul_add(*sum, *x);
             }

@@ -96,7 +96,7 @@ impl Lane {
     /// Stands in the place of a lane that was taken out.
     pub(crate) fn empty() -> Lane {
         Lane {
-            block: Block::default(),
+            block: Block::empty(),
             drive: Drive::new(0),
             mode: Mode::default(),
             events: Vec::new(),

@@ -8,6 +8,7 @@ mod happen;
 mod implicit;
 mod lane;
 mod reference;
+mod rows;
 mod run;
 mod schedule;
 mod sensitivity;

@@ -3,6 +3,7 @@
 use super::block::{Block, Columns, Drive};
 use super::diagnose::not_finite;
 use super::lane::Lane;
+use super::rows::{Row, Rows, filled};
 use super::schedule::{SchedulePiece, pieces};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
 use crate::system::System;
@@ -26,13 +27,14 @@ pub(super) struct Run<'r, const L: usize> {
     /// States of the first window at its samples, while they are wanted.
     pub(super) states: Option<Vec<f64>>,
     /// Scratch: state and sensitivities at the begin of a step.
-    before: (Vec<[f64; L]>, Vec<[f64; L]>),
+    before: (Rows<L>, Rows<L>),
     /// Scratch: outputs at a sample, and their derivatives, `[output][seed]`.
-    measured: Vec<[f64; L]>,
-    slopes: Vec<[f64; L]>,
+    measured: Rows<L>,
+    slopes: Rows<L>,
 }
 
 /// A part of a sample interval, lane by lane, that formulas of the inputs hold for.
+#[repr(C, align(64))]
 struct Part<const L: usize> {
     begin: [f64; L],
     end: [f64; L],
@@ -98,9 +100,9 @@ impl<'r, const L: usize> Run<'r, L> {
             results,
             jumps: None,
             states: None,
-            before: (vec![[0.0; L]; n], vec![[0.0; L]; n * seeds]),
-            measured: vec![[0.0; L]; outputs],
-            slopes: vec![[0.0; L]; outputs * seeds],
+            before: (filled(n, [0.0; L]), filled(n * seeds, [0.0; L])),
+            measured: filled(outputs, [0.0; L]),
+            slopes: filled(outputs * seeds, [0.0; L]),
         };
         run.begin();
         run
@@ -220,13 +222,12 @@ impl<'r, const L: usize> Run<'r, L> {
             return self.adaptive(part, tolerance);
         }
         for step in 0..part.steps.iter().max().copied().unwrap_or(0) {
-            let mut time = part.end;
-            let mut h = [0.0; L];
+            let (mut time, mut h) = (Row(part.end), Row([0.0; L]));
             for lane in (0..L).filter(|lane| step < part.steps[*lane]) {
-                h[lane] = part.step[lane];
-                time[lane] = part.begin[lane] + step as f64 * h[lane];
+                h.0[lane] = part.step[lane];
+                time.0[lane] = part.begin[lane] + step as f64 * h.0[lane];
             }
-            self.step(&time, &h);
+            self.step(&time.0, &h.0);
         }
     }
 
@@ -365,13 +366,13 @@ impl<'r, const L: usize> Run<'r, L> {
     /// Copies a window out of its block: as it was before the step, or as it is.
     fn take_out(&self, index: usize, lane: &mut Lane, before: bool) {
         let (x, s) = if before { (&self.before.0, &self.before.1) } else { (&self.block.x, &self.block.s) };
-        lane.block.x.iter_mut().zip(x).for_each(|(to, from)| to[0] = from[index]);
-        lane.block.s.iter_mut().zip(s).for_each(|(to, from)| to[0] = from[index]);
+        lane.block.x.iter_mut().zip(x.iter()).for_each(|(to, from)| to[0] = from[index]);
+        lane.block.s.iter_mut().zip(s.iter()).for_each(|(to, from)| to[0] = from[index]);
     }
 
     fn put_back(&mut self, index: usize, lane: &Lane) {
-        self.block.x.iter_mut().zip(&lane.block.x).for_each(|(to, from)| to[index] = from[0]);
-        self.block.s.iter_mut().zip(&lane.block.s).for_each(|(to, from)| to[index] = from[0]);
+        self.block.x.iter_mut().zip(lane.block.x.iter()).for_each(|(to, from)| to[index] = from[0]);
+        self.block.s.iter_mut().zip(lane.block.s.iter()).for_each(|(to, from)| to[index] = from[0]);
     }
 
     /// Sets the inputs of a lane to those at a sample, behind a jump.
@@ -428,7 +429,7 @@ impl<'r, const L: usize> Run<'r, L> {
 
 fn copy_drive<const L: usize>(from: &Drive<L>, lane: usize, to: &mut Drive<1>) {
     to.begin[0] = from.begin[lane];
-    for (to, from) in to.coefficients.iter_mut().zip(&from.coefficients) {
+    for (to, from) in to.coefficients.iter_mut().zip(from.coefficients.iter()) {
         to.iter_mut().zip(from).for_each(|(to, from)| to[0] = from[lane]);
     }
 }

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 /// Windows side by side: more share the cost of finding each operation.
 const LANES: usize = 32;
-/// Windows side by side with sensitivities: more leave the first cache.
-const LANES_WITH_SEEDS: usize = 16;
+/// Windows side by side with sensitivities, where there are not enough to keep every thread busy with wider blocks.
+const NARROW: usize = 16;
 /// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few. As many as the
 /// widest vector has lanes: fewer take as long, and their sensitivities leave the registers.
 const FEW: usize = 8;
@@ -45,10 +45,13 @@ impl System {
         let run = |windows: &[Window<'_>]| match windows {
             [_] if seeds.is_empty() => Run::<1>::new(self, windows, &columns, options).run(),
             few if few.len() <= FEW => Run::<FEW>::new(self, windows, &columns, options).run(),
-            _ if seeds.is_empty() => Run::<LANES>::new(self, windows, &columns, options).run(),
-            _ => Run::<LANES_WITH_SEEDS>::new(self, windows, &columns, options).run(),
+            some if some.len() <= NARROW && !seeds.is_empty() => {
+                Run::<NARROW>::new(self, windows, &columns, options).run()
+            }
+            _ => Run::<LANES>::new(self, windows, &columns, options).run(),
         };
-        let lanes = if seeds.is_empty() { LANES } else { LANES_WITH_SEEDS };
+        let are_many = windows.len() >= LANES * rayon::current_num_threads();
+        let lanes = if seeds.is_empty() || are_many { LANES } else { NARROW };
         windows.par_chunks(lanes).flat_map_iter(run).collect()
     }
 

@@ -2,6 +2,7 @@
 
 use super::block::Columns;
 use super::lane::{Lane, Trouble};
+use super::rows::Rows;
 use super::{Method, reference};
 use crate::limits::EVENTS_PER_WINDOW;
 use crate::model::Direction;
@@ -138,7 +139,7 @@ impl Lane {
         system: &System,
         method: Method,
         step: (f64, f64),
-        begin: Vec<[f64; 1]>,
+        begin: Rows<1>,
         columns: Option<&Columns>,
     ) -> Result<(), Trouble> {
         self.block.x = begin;
