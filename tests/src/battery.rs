@@ -1,7 +1,7 @@
 //! Scoring of discoveries on sealed sets: the truth is opened after the verdict.
 
 use crate::gaps::Gaps;
-use crate::sealed::{Truth, draw, seal};
+use crate::sealed::{Kind, Truth, draw, seal};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
 use augsim_physics::model::Model;
@@ -54,8 +54,11 @@ pub struct Summary {
     pub false_alarms: usize,
     /// Unlisted laws passed off as explained.
     pub wrongly_explained: usize,
-    /// Parameters whose 95 % interval holds the truth, and how many there were.
+    /// Parameters whose 95 % interval holds the truth, and how many there were; standard deviations of a scatter not among them.
     pub covered: (usize, usize),
+    /// The same for standard deviations of a scatter: smooth misfit that each record has of its own is scatter as well, to any likelihood
+    /// that does not know its form.
+    pub scatter_covered: (usize, usize),
     /// Error after, relative to the oracle's.
     pub ratios: Vec<f64>,
     /// Seconds of each discovery.
@@ -72,7 +75,7 @@ impl fmt::Display for Summary {
         let within = r.iter().filter(|r| **r <= 1.02).count();
         write!(
             f,
-            "{} sets, {} visible, {} exact, {} ambiguous, {} false alarms, {} wrongly explained, intervals {}/{}, error within 2 % of the oracle {}/{} (worst {:.3}), seconds median {:.2} worst {:.2}",
+            "{} sets, {} visible, {} exact, {} ambiguous, {} false alarms, {} wrongly explained, intervals {}/{}, of scatter {}/{}, error within 2 % of the oracle {}/{} (worst {:.3}), seconds median {:.2} worst {:.2}",
             self.sets,
             self.visible,
             self.exact,
@@ -81,6 +84,8 @@ impl fmt::Display for Summary {
             self.wrongly_explained,
             self.covered.0,
             self.covered.1,
+            self.scatter_covered.0,
+            self.scatter_covered.1,
             within,
             r.len(),
             r.last().copied().unwrap_or(f64::NAN),
@@ -108,10 +113,21 @@ fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
         let found = d.effects.iter().find(|f| f.kind == e.name()).and_then(|f| f.parameters.values().next());
         if let Some(p) = found {
             let inside = p.ci95[0] <= e.value() && e.value() <= p.ci95[1];
-            summary.covered.0 += usize::from(inside);
-            summary.covered.1 += 1;
+            let is_scatter = matches!(e, Kind::ScatterTrajectory(_) | Kind::ScatterImpact(_));
+            let covered = if is_scatter { &mut summary.scatter_covered } else { &mut summary.covered };
+            covered.0 += usize::from(inside);
+            covered.1 += 1;
         }
     }
+}
+
+/// The intervals of the effects that are there and were named.
+fn intervals(d: &Discovery, truth: &Truth) -> String {
+    let of = |e: &Kind| {
+        let p = d.effects.iter().find(|f| f.kind == e.name()).and_then(|f| f.parameters.values().next())?;
+        Some(format!("{} {:.4e} in [{:.4e}, {:.4e}]", e.name(), e.value(), p.ci95[0], p.ci95[1]))
+    };
+    truth.effects.iter().filter_map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// Runs sets `first .. first + count` of a battery.
@@ -205,7 +221,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         }
         Battery::Single | Battery::Pair => {
             let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
-            let shared = truth.effects.iter().any(|e| matches!(e, crate::sealed::Kind::ScatterTrajectory(_)));
+            let shared = truth.effects.iter().any(|e| matches!(e, Kind::ScatterTrajectory(_)));
             let per = if shared { ScatterPer::Record } else { ScatterPer::Event };
             let told = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
             let oracle = match told(&names) {
@@ -248,6 +264,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
             summary.exact += usize::from(mine == theirs);
             summary.false_alarms += usize::from(!right);
             count_covered(&d, truth, summary);
+            note = intervals(&d, truth);
         }
         Battery::Unlisted => {
             right = matches!(d.verdict, Verdict::Unknown | Verdict::PartlyExplained);
