@@ -28,6 +28,24 @@ impl Dual {
     }
 }
 
+fn operands(kind: &Kind) -> Vec<usize> {
+    match kind {
+        Kind::Negate(a) => vec![*a],
+        Kind::Add(a, b)
+        | Kind::Subtract(a, b)
+        | Kind::Multiply(a, b)
+        | Kind::Divide(a, b)
+        | Kind::Power(a, b) => {
+            vec![*a, *b]
+        }
+        Kind::Call(_, operands) => operands.clone(),
+        Kind::If { left, right, then, otherwise, .. } => vec![*left, *right, *then, *otherwise],
+        _ => Vec::new(),
+    }
+}
+
+/// Value and derivatives of a tree. A division by exactly 0, a negative power of it and a direction on the cut of atan2 are no
+/// number, and so is all that is made of them: the compiler may fold a part of them (0/0 to 0), and the sign of a zero may turn.
 fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
     let mut values: Vec<Dual> = Vec::new();
     for node in &tree.nodes {
@@ -53,12 +71,14 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
             Kind::Multiply(a, b) => v(a).join(v(b), v(a).0 * v(b).0, v(b).0, v(a).0),
             Kind::Divide(a, b) => {
                 let (x, y) = (v(a).0, v(b).0);
-                v(a).join(v(b), x / y, 1.0 / y, -x / (y * y))
+                let quotient = if y == 0.0 { f64::NAN } else { x / y };
+                v(a).join(v(b), quotient, 1.0 / y, -x / (y * y))
             }
             Kind::Power(a, b) => {
                 let (x, y) = (v(a).0, v(b).0);
                 let logarithm = if v(b).1 == [0.0; VARIABLES] { 0.0 } else { x.ln() };
-                v(a).join(v(b), x.powf(y), y * x.powf(y - 1.0), x.powf(y) * logarithm)
+                let power = if x == 0.0 && y < 0.0 { f64::NAN } else { x.powf(y) };
+                v(a).join(v(b), power, y * x.powf(y - 1.0), power * logarithm)
             }
             Kind::Call(f, z) => {
                 let (a, x) = (v(&z[0]), v(&z[0]).0);
@@ -80,7 +100,7 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
                     Function::Cbrt => a.chain(x.cbrt(), 1.0 / (3.0 * x.cbrt().powi(2).max(1e-6))),
                     Function::Atan2 => {
                         let r = x * x + y * y;
-                        a.join(b, x.atan2(y), y / r, -x / r)
+                        a.join(b, if x == 0.0 && y <= 0.0 { f64::NAN } else { x.atan2(y) }, y / r, -x / r)
                     }
                     Function::Hypot => a.join(b, x.hypot(y), x / x.hypot(y), y / x.hypot(y)),
                     Function::Abs => a.chain(x.abs(), x.signum()),
@@ -139,7 +159,8 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
             }
             Kind::Table { .. } | Kind::Slope { .. } => Dual::of(0.0),
         };
-        values.push(value);
+        let is_number = operands(&node.kind).iter().all(|i| !v(i).0.is_nan());
+        values.push(if is_number { value } else { Dual::of(f64::NAN) });
     }
     *values.last().expect("a tree has a node")
 }
