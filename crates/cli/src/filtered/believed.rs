@@ -5,8 +5,8 @@ use crate::output::Output;
 use augsim_session::filtered::{OfSystem, PARTICLES, Timed};
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    Corrected, Correction, FilterSettings, FilteredScore, OwnLaws, PrefixForecaster, Sensor, StartLaw,
-    Widened, evaluate_filtered,
+    Corrected, FilterSettings, FilteredScore, ForecastCorrection, OwnLaws, PrefixForecaster, Sensor,
+    StartLaw, Widened, evaluate_filtered,
 };
 
 /// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
@@ -75,9 +75,10 @@ pub fn correction(
     sensor: &Sensor,
     learned: &[Vec<usize>],
     asked: Prefixes<'_>,
-) -> anyhow::Result<(Correction, Vec<f64>)> {
+) -> anyhow::Result<(ForecastCorrection, Vec<f64>)> {
     let known = (sensor, &train.start);
-    let learned = Correction::learn(&train.filter, &train.data.set, known, learned, settings(asked.1))?;
+    let learned =
+        ForecastCorrection::learn(&train.filter, &train.data.set, known, learned, settings(asked.1))?;
     let crossed = Corrected::crossed(&train.filter, &learned);
     let spread = spread(&crossed, train, sensor, asked)?;
     Ok((learned, spread))

@@ -42,7 +42,7 @@ const OF_ROW: usize = 2;
 
 /// A correction of a model's forecasts, learned from trajectories.
 #[derive(Debug, Clone)]
-pub struct Correction {
+pub struct ForecastCorrection {
     net: ForecastNet,
     /// Parameters of the nets, each learned without one part.
     params: Vec<Params<f32>>,
@@ -154,7 +154,7 @@ impl Scales {
     }
 }
 
-impl Correction {
+impl ForecastCorrection {
     /// Learns from the forecasts of `model` behind the prefixes `lengths [trajectory][prefix]` (rows, ascending) of the whole
     /// trajectories `train`. What the model itself was fitted to may be the same trajectories where it has few numbers for all of
     /// them.
@@ -205,7 +205,7 @@ impl Correction {
             Ok::<_, TrainerError>((net, params))
         });
         let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = in_order(parts)?.into_iter().unzip();
-        let mut correction = Correction { net: nets.swap_remove(0), params, scales, trust: 0.0 };
+        let mut correction = ForecastCorrection { net: nets.swap_remove(0), params, scales, trust: 0.0 };
         correction.trust = correction.trusted(&prepared);
         Ok(correction)
     }
@@ -279,24 +279,24 @@ fn descend(
 #[derive(Clone, Copy)]
 pub struct Corrected<'a> {
     model: &'a dyn PrefixForecaster,
-    correction: &'a Correction,
+    correction: &'a ForecastCorrection,
     is_training_set: bool,
 }
 
 impl<'a> Corrected<'a> {
     /// The forecasts of `model`, corrected by the mean of all nets.
-    pub fn new(model: &'a dyn PrefixForecaster, correction: &'a Correction) -> Self {
+    pub fn new(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         Corrected { model, correction, is_training_set: false }
     }
 
     /// The same for the trajectories that the correction was learned from, each corrected by the net that has not seen it.
-    pub fn crossed(model: &'a dyn PrefixForecaster, correction: &'a Correction) -> Self {
+    pub fn crossed(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         Corrected { model, correction, is_training_set: true }
     }
 
     /// Centre and scale `[rest, S]` of the corrections of a forecast of the trajectory at a place, in units of [`Scales::unit`].
     fn law(&self, one: &Summary, index: u64) -> [Vec<f64>; 2] {
-        let Correction { net, params, scales, .. } = self.correction;
+        let ForecastCorrection { net, params, scales, .. } = self.correction;
         let part = index as usize % PARTS;
         let asked = if self.is_training_set { &params[part..=part] } else { &params[..] };
         let u = scales.features(one);
@@ -317,7 +317,7 @@ impl PrefixForecaster for Corrected<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let Correction { scales, trust, .. } = self.correction;
+        let ForecastCorrection { scales, trust, .. } = self.correction;
         let mut all = self.model.forecasts(prefix, lengths, settings)?;
         for (samples, &n) in all.iter_mut().zip(lengths) {
             let one = Summary::of(samples, n);
@@ -393,10 +393,10 @@ mod tests {
         FilterSettings { samples: 50, is_measured: true, ..FilterSettings::new(1, 1) }
     }
 
-    fn learned(train: &Sequences) -> Result<Correction, TrainerError> {
+    fn learned(train: &Sequences) -> Result<ForecastCorrection, TrainerError> {
         let known = (&Sensor::exact(1), &StartLaw::of(train));
         let lengths = vec![vec![5, 10]; train.items.len()];
-        Correction::learn(&Straight, train, known, &lengths, settings())
+        ForecastCorrection::learn(&Straight, train, known, &lengths, settings())
     }
 
     fn error(model: &dyn PrefixForecaster, test: &Sequences) -> f64 {

@@ -37,7 +37,7 @@ mod widened;
 
 pub use behind::{FilterSettings, Prefix, PrefixForecaster};
 pub use conditioned::Conditioned;
-pub use corrected::{Corrected, Correction};
+pub use corrected::{Corrected, ForecastCorrection};
 pub use engine::EngineLaw;
 pub use evaluate::{behind_rows, evaluate_filtered, seen_rows};
 pub use least_squares::{FittedDrop, Freedom};
