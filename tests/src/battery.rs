@@ -107,12 +107,17 @@ fn found_kinds(d: &Discovery) -> Vec<String> {
     k
 }
 
+/// The interval of an effect's first parameter, where it was named.
+fn interval(d: &Discovery, effect: &Kind) -> Option<[f64; 2]> {
+    let found = d.effects.iter().find(|f| f.kind == effect.name())?;
+    Some(found.parameters.values().next()?.ci95)
+}
+
 /// Counts the intervals of effects that are there and were named, and those that hold the truth.
 fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
     for e in &truth.effects {
-        let found = d.effects.iter().find(|f| f.kind == e.name()).and_then(|f| f.parameters.values().next());
-        if let Some(p) = found {
-            let inside = p.ci95[0] <= e.value() && e.value() <= p.ci95[1];
+        if let Some([low, high]) = interval(d, e) {
+            let inside = low <= e.value() && e.value() <= high;
             let is_scatter = matches!(e, Kind::ScatterTrajectory(_) | Kind::ScatterImpact(_));
             let covered = if is_scatter { &mut summary.scatter_covered } else { &mut summary.covered };
             covered.0 += usize::from(inside);
@@ -124,8 +129,8 @@ fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
 /// The intervals of the effects that are there and were named.
 fn intervals(d: &Discovery, truth: &Truth) -> String {
     let of = |e: &Kind| {
-        let p = d.effects.iter().find(|f| f.kind == e.name()).and_then(|f| f.parameters.values().next())?;
-        Some(format!("{} {:.4e} in [{:.4e}, {:.4e}]", e.name(), e.value(), p.ci95[0], p.ci95[1]))
+        let [low, high] = interval(d, e)?;
+        Some(format!("{} {:.4e} in [{low:.4e}, {high:.4e}]", e.name(), e.value()))
     };
     truth.effects.iter().filter_map(of).collect::<Vec<_>>().join(", ")
 }

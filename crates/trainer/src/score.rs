@@ -203,6 +203,13 @@ pub fn quantile(sorted: &[f32], q: f64) -> f64 {
     a + (b - a) * (at - low as f64)
 }
 
+/// Median of samples; `sorted` is scratch of their number.
+pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
+    sorted.copy_from_slice(samples);
+    sorted.sort_unstable_by(f32::total_cmp);
+    quantile(sorted, 0.5)
+}
+
 /// Fair estimate of the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct
 /// pairs.
 pub fn crps_of(sorted: &[f32], y: f64) -> f64 {

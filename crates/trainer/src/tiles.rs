@@ -53,6 +53,34 @@ pub(crate) struct TileResult {
     pub loss: TileLoss,
 }
 
+/// Adds the gradients of tiles up in their order; their losses, each times `scale`.
+pub(crate) fn gather<'t>(
+    tiles: impl IntoIterator<Item = &'t TileResult>,
+    scale: f64,
+    grads: &mut [f32],
+) -> TileLoss {
+    grads.fill(0.0);
+    let mut sum = TileLoss::default();
+    for tile in tiles {
+        grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
+        sum.kl += tile.loss.kl * scale;
+        sum.misfit += tile.loss.misfit * scale;
+    }
+    sum
+}
+
+/// Cuts a gradient to a norm of at most `limit`; the norm that it had.
+pub(crate) fn clip(grads: &mut [f32], limit: Option<f64>) -> f64 {
+    let norm = grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+    if let Some(limit) = limit
+        && norm > limit
+    {
+        let factor = (limit / norm) as f32;
+        grads.iter_mut().for_each(|g| *g *= factor);
+    }
+    norm
+}
+
 /// Memory that tiles are worked on in, one after another, kept from iteration to iteration. As many as
 /// threads: what a tile records (some 13 MB for the ball) then stays in cache for the next one.
 #[derive(Debug, Default)]

@@ -12,7 +12,7 @@ use crate::rates::pieces::{Pieces, pieces};
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
-use crate::tiles::{Shared, Workspace};
+use crate::tiles::{Shared, TileLoss, Workspace, clip, gather};
 use crate::{Engine, TILE, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{AdamState, Params};
@@ -263,23 +263,12 @@ impl Training {
             let [first, end] = [i, i + 1].map(|i| (i * tiles / shares * TILE).min(batch));
             workspace.run_all(shared, &chosen[first..end], iteration * batch as u64 + first as u64)
         })?;
-        self.grads.fill(0.0);
-        let (mut kl, mut misfit) = (0.0, 0.0);
-        for tile in self.workspaces.iter().flat_map(|w| &w.results) {
-            self.grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
-            kl += tile.loss.kl * scale;
-            misfit += tile.loss.misfit * scale;
-        }
+        let results = self.workspaces.iter().flat_map(|w| &w.results);
+        let TileLoss { kl, misfit } = gather(results, scale, &mut self.grads);
         let loss = kl + misfit;
-        let norm = self.grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+        let norm = clip(&mut self.grads, settings.clip_norm);
         if !loss.is_finite() || !norm.is_finite() {
             return Err(TrainerError::Diverged { iteration: iteration + 1, loss, rate: learning_rate });
-        }
-        if let Some(limit) = settings.clip_norm
-            && norm > limit
-        {
-            let factor = (limit / norm) as f32;
-            self.grads.iter_mut().for_each(|g| *g *= factor);
         }
         settings.adam.step(&mut self.state.adam, self.params.values_mut(), &self.grads, learning_rate);
         self.state.iteration += 1;

@@ -5,7 +5,7 @@ use crate::output::Output;
 use augsim_session::filtered::{OfSystem, PARTICLES, Timed};
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    Corrected, FilterSettings, FilteredScore, ForecastCorrection, OwnLaws, PrefixForecaster, Sensor,
+    Corrected, FilterSettings, FilteredScore, ForecastCorrection, Kept, OwnLaws, PrefixForecaster, Sensor,
     StartLaw, Widened, evaluate_filtered,
 };
 
@@ -49,12 +49,14 @@ pub fn spread(
     sensor: &Sensor,
     prefixes: Prefixes<'_>,
 ) -> anyhow::Result<Vec<f64>> {
+    let known = (sensor, &train.start);
+    let kept = Kept::of(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
     let many = prefixes.0.first().map_or(0, Vec::len);
     let mut spread: Vec<Option<f64>> = vec![None; many];
     for factor in SPREAD {
         let factors = vec![factor; many];
-        let widened = Widened::new(model, &factors);
-        let scores = scored(&widened, &train.data, (sensor, &train.start), prefixes)?;
+        let widened = Widened::new(&kept, &factors);
+        let scores = scored(&widened, &train.data, known, prefixes)?;
         for (found, score) in spread.iter_mut().zip(&scores) {
             if score.coverage90.is_none_or(|held| held >= HELD) {
                 found.get_or_insert(factor);

@@ -294,10 +294,11 @@ fn cut(data: &Dataset, end: impl Fn(&Trajectory) -> usize) -> anyhow::Result<Dat
 }
 
 fn page_of(result: &ResultFile) -> augsim_report::page::Page {
+    let ahead = format!("{AHEAD_S} s ahead");
     let numbers = [
         ("seen", "s", 2),
         ("rest", "mm", 1),
-        ("0.42 s ahead", "mm", 1),
+        (&ahead[..], "mm", 1),
         ("in flight", "mm", 1),
         ("mean", "mm", 1),
         ("CRPS", "mm", 1),
@@ -310,8 +311,8 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         (r.model.to_owned(), errors.into_iter().chain(bands).collect())
     };
     let caption = format!(
-        "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples, and of the mean CRPS; 0.42 s \
-         ahead: of the rest that far behind the prefix; in flight: before the first rebound; mean: over all rows.",
+        "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples, and of the mean CRPS; {ahead}: \
+         of the rest that far behind the prefix; in flight: before the first rebound; mean: over all rows.",
         result.held_out
     );
     let summary = format!(
@@ -335,7 +336,7 @@ fn table(result: &ResultFile) -> String {
         "seen s",
         "flights",
         "rest mm",
-        "to 0.42 s mm",
+        format!("to {AHEAD_S} s mm"),
         "in flight mm",
         "mean mm",
         "CRPS mm",

@@ -7,12 +7,14 @@
 //! what serves the parts that they have not seen. A forecast is corrected by the mean of the five.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::evaluate::seen_rows;
+use super::evaluate::each_forecast;
 use super::forecast_net::ForecastNet;
 use super::{Sensor, StartLaw};
+use crate::league::Extents;
 use crate::prepared::Prepared;
-use crate::score::quantile;
-use crate::tiles::{Shared, Workspace};
+use crate::scales::positive;
+use crate::score::median_of;
+use crate::tiles::{Shared, Workspace, clip, gather};
 use crate::{Samples, Sequence, Sequences, TrainerError, in_order};
 use augsim_data::random_stream;
 use augsim_nn::{Adam, AdamState, Params, StepDecay};
@@ -76,20 +78,13 @@ impl Summary {
         let mut sorted = vec![0.0; samples.count];
         let (mut median, mut spread) = (Vec::new(), Vec::new());
         for values in samples.values.chunks_exact(samples.count) {
-            sorted.copy_from_slice(values);
-            sorted.sort_unstable_by(f32::total_cmp);
-            median.push(quantile(&sorted, 0.5));
+            median.push(median_of(values, &mut sorted));
             let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.count as f64;
             let square = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>();
             spread.push((square / samples.count as f64).sqrt());
         }
         Summary { seen, median, spread }
     }
-}
-
-/// A positive scale.
-fn positive(v: f64) -> f64 {
-    if v.is_finite() && v > 0.0 { v } else { 1.0 }
 }
 
 impl Scales {
@@ -106,13 +101,13 @@ impl Scales {
             let mut spreads: Vec<f64> =
                 all.iter().flat_map(|(_, one)| one.spread.iter().skip(j).step_by(s).copied()).collect();
             scales.mean.push(mean);
-            scales.sd.push(positive((square / count).sqrt()));
-            scales.way.push(positive((way / count).sqrt()));
-            scales.spread.push(positive(if spreads.is_empty() { 0.0 } else { median(&mut spreads) }));
+            scales.sd.push(positive((square / count).sqrt(), 0.0));
+            scales.way.push(positive((way / count).sqrt(), 0.0));
+            scales.spread.push(positive(if spreads.is_empty() { 0.0 } else { median(&mut spreads) }, 0.0));
         }
         let seen: usize = all.iter().map(|(_, one)| one.seen).sum();
         let many = all.len().max(1) as f64;
-        scales.rows = [positive(rows as f64 / many), positive(seen as f64 / many)];
+        scales.rows = [rows, seen].map(|count| positive(count as f64 / many, 0.0));
         scales
     }
 
@@ -131,10 +126,10 @@ impl Scales {
             // The way to the first row is not known from the rest alone; that of the second stands for it.
             let (from, to) = if t == 0 { (0, (rest - 1).min(1)) } else { (t - 1, t) };
             for j in 0..s {
-                let spread = one.spread[t * s + j] + FLOOR * self.spread[j];
+                let unit = self.unit(j, one.spread[t * s + j]);
                 u.push(cut((one.median[t * s + j] - self.mean[j]) / self.sd[j]));
                 u.push(cut((one.median[to * s + j] - one.median[from * s + j]) / self.way[j]));
-                u.push(cut((spread / self.spread[j]).ln()));
+                u.push(cut((unit / self.spread[j]).ln()));
             }
             u.push(cut((t + 1) as f64 / self.rows[0]));
             u.push(cut(one.seen as f64 / self.rows[1]));
@@ -164,7 +159,7 @@ impl ForecastCorrection {
     pub fn learn(
         model: &dyn PrefixForecaster,
         train: &Sequences,
-        (sensor, start): (&Sensor, &StartLaw),
+        known: (&Sensor, &StartLaw),
         lengths: &[Vec<usize>],
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
@@ -172,34 +167,19 @@ impl ForecastCorrection {
             return Err(TrainerError::NoTrajectories { what: "the training set, in each of five parts," });
         }
         let s = train.state_dim();
-        let forecasts = train.items.par_iter().zip(lengths).enumerate().map(|(index, (q, lengths))| {
-            let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
-            let noise = (!settings.is_measured).then_some(settings.seed);
-            let rows = seen_rows(q, sensor, noise, index as u64);
-            let prefix = Prefix {
-                id: &q.id,
-                rows: &rows[..fitting.last().copied().unwrap_or(0) * s],
-                sensor,
-                start,
-                actions: &q.actions,
-                time: q.time,
-                index: index as u64,
-            };
-            let all = model.forecasts(prefix, &fitting, settings)?;
-            let of = all.iter().zip(fitting).map(|(one, n)| (index, Summary::of(one, n)));
-            Ok::<_, TrainerError>(of.collect::<Vec<_>>())
-        });
-        let all: Vec<(usize, Summary)> = in_order(forecasts)?.into_iter().flatten().collect();
+        let summary = |index: usize, n: usize, samples: Samples| (index, Summary::of(&samples, n));
+        let forecasts = each_forecast(model, train, known, (lengths, settings), &summary)?;
+        let all: Vec<(usize, Summary)> = forecasts.into_iter().flatten().collect();
         let scales = Scales::fit(&all, s);
         let prepared: Vec<(usize, Prepared)> = all
             .iter()
             .map(|(index, one)| (*index, scales.prepare(one, &train.items[*index])))
             .filter(|(_, one)| one.time > 0)
             .collect();
-        let width = OF_COLUMN * s + OF_ROW;
+        let extents = Extents { state: s, condition: OF_COLUMN * s + OF_ROW };
         let parts = (0..PARTS).into_par_iter().map(|part| {
             let mut params = Params::new(random_stream(settings.seed, "correction", part as u64));
-            let net = ForecastNet::new(s, width, &mut params);
+            let net = ForecastNet::new(extents, &mut params);
             let seen = prepared.iter().filter(|(index, _)| index % PARTS != part);
             descend(&net, &mut params, &seen.map(|(_, one)| one.clone()).collect::<Vec<_>>(), settings.seed)?;
             Ok::<_, TrainerError>((net, params))
@@ -256,19 +236,11 @@ fn descend(
         chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(all[i].time), i));
         let scale = 1.0 / (batch as f64 * mean);
         workspace.run_all(Shared { net, params: &*params, all, scale, seed }, chosen, 0)?;
-        grads.fill(0.0);
-        for tile in &workspace.results {
-            grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
-        }
-        let loss: f64 = workspace.results.iter().map(|tile| tile.loss.misfit * scale).sum();
-        let norm = grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+        let loss = gather(&workspace.results, scale, &mut grads).misfit;
+        let norm = clip(&mut grads, Some(CLIP));
         let rate = LEARNING_RATE.at(iteration);
         if !loss.is_finite() || !norm.is_finite() {
             return Err(TrainerError::Diverged { iteration: iteration + 1, loss, rate });
-        }
-        if norm > CLIP {
-            let factor = (CLIP / norm) as f32;
-            grads.iter_mut().for_each(|g| *g *= factor);
         }
         adam.step(&mut state, params.values_mut(), &grads, rate);
     }

@@ -5,7 +5,7 @@ use super::score::{FilteredScore, tally};
 use super::{Sensor, StartLaw};
 use crate::in_order;
 use crate::score::Scoring;
-use crate::{Sequence, Sequences, TrainerError};
+use crate::{Samples, Sequence, Sequences, TrainerError};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -24,13 +24,36 @@ pub fn behind_rows(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
 pub fn evaluate_filtered(
     model: &dyn PrefixForecaster,
     test: &Sequences,
-    (sensor, start): (&Sensor, &StartLaw),
+    known: (&Sensor, &StartLaw),
     lengths: &[Vec<usize>],
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
     let scoring = Scoring::of(test);
-    let scores = (test.items.par_iter().zip(lengths).enumerate()).map(
-        |(index, (q, lengths))| -> Result<Vec<_>, TrainerError> {
+    let score =
+        |index: usize, n: usize, samples: Samples| tally(&samples, &test.items[index].states, n, &scoring);
+    let scores = each_forecast(model, test, known, (lengths, settings), &score)?;
+    (0..lengths.first().map_or(0, Vec::len))
+        .map(|k| {
+            let of: Vec<_> = scores.iter().filter_map(|each| each.get(k).cloned()).collect();
+            match of.is_empty() {
+                true => Err(TrainerError::NoTrajectories { what: "the test set, behind the prefix," }),
+                false => Ok(FilteredScore::of(&of)),
+            }
+        })
+        .collect()
+}
+
+/// Results of `of` for every forecast of a set, given the trajectory's place, the rows seen and the forecast,
+/// `[trajectory][prefix that leaves a rest]`.
+pub(super) fn each_forecast<T: Send>(
+    model: &dyn PrefixForecaster,
+    set: &Sequences,
+    (sensor, start): (&Sensor, &StartLaw),
+    (lengths, settings): (&[Vec<usize>], FilterSettings),
+    of: &(dyn Fn(usize, usize, Samples) -> T + Sync),
+) -> Result<Vec<Vec<T>>, TrainerError> {
+    let each = (set.items.par_iter().zip(lengths).enumerate()).map(
+        |(index, (q, lengths))| -> Result<Vec<T>, TrainerError> {
             let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
             let rows = seen_rows(q, sensor, noise, index as u64);
@@ -44,20 +67,10 @@ pub fn evaluate_filtered(
                 index: index as u64,
             };
             let forecasts = model.forecasts(prefix, &fitting, settings)?;
-            let tallies = forecasts.iter().zip(&fitting);
-            Ok(tallies.map(|(samples, &n)| tally(samples, &q.states, n, &scoring)).collect())
+            Ok(forecasts.into_iter().zip(fitting).map(|(samples, n)| of(index, n, samples)).collect())
         },
     );
-    let scores = in_order(scores)?;
-    (0..lengths.first().map_or(0, Vec::len))
-        .map(|k| {
-            let of: Vec<_> = scores.iter().filter_map(|each| each.get(k).cloned()).collect();
-            match of.is_empty() {
-                true => Err(TrainerError::NoTrajectories { what: "the test set, behind the prefix," }),
-                false => Ok(FilteredScore::of(&of)),
-            }
-        })
-        .collect()
+    in_order(each)
 }
 
 /// The rows `[T, S]` of a trajectory as the sensor measures them: one stream of noise for each trajectory and seed; without a

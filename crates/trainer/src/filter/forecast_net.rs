@@ -1,6 +1,7 @@
 //! The net that corrects a forecast: a GRU over its rows, with a scale of what is left for every value.
 
-use crate::nets::tile::{LossVars, Losses, Tile, mask_of, masked_sum};
+use crate::league::{Extents, operands, zero};
+use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, pull_back};
 use crate::tiles::Trainable;
 use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};
@@ -16,20 +17,18 @@ const SCALE_FLOOR: f64 = 1e-2;
 /// Corrections of S columns from U features a row.
 #[derive(Debug, Clone)]
 pub(super) struct ForecastNet {
-    columns: usize,
-    features: usize,
+    extents: Extents,
     memory: Gru,
     head: GaussianHead,
 }
 
 impl ForecastNet {
     /// Registers the net.
-    pub fn new<T: Scalar>(columns: usize, features: usize, params: &mut Params<T>) -> Self {
+    pub fn new<T: Scalar>(extents: Extents, params: &mut Params<T>) -> Self {
         ForecastNet {
-            columns,
-            features,
-            memory: Gru::new(params, "memory", features, HIDDEN, 1),
-            head: GaussianHead::new(params, "row", HIDDEN, columns, SCALE_FLOOR),
+            extents,
+            memory: Gru::new(params, "memory", extents.condition, HIDDEN, 1),
+            head: GaussianHead::new(params, "row", HIDDEN, extents.state, SCALE_FLOOR),
         }
     }
 
@@ -41,20 +40,17 @@ impl ForecastNet {
         p: &Bound,
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError> {
-        let x = tape.constant(&[tile.time, self.columns, tile.lanes], tile.x)?;
-        let u = tape.constant(&[tile.time, self.features, tile.lanes], tile.u)?;
-        let mask = mask_of(tape, &tile)?;
+        let (x, u, mask) = operands(tape, &tile, self.extents)?;
         let h = self.memory.forward(tape, p, u, &[])?;
         let law = self.head.forward(tape, p, h)?;
         let misfit = student_nll(tape, x, law.mean, law.sd)?;
         let misfit = masked_sum(tape, misfit, mask)?;
-        let kl = tape.constant(&[], &[T::ZERO])?;
-        Ok(LossVars { total: misfit, kl, misfit })
+        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
     }
 
     /// Centre and scale `[time, S]` of the corrections for features `u [time, U]`.
     pub fn law(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
-        let time = u.len() / self.features;
+        let time = u.len() / self.extents.condition;
         let mut memory = GruRunner::new(&self.memory, params, 1, time);
         let mut head = GaussianRunner::new(self.head, params, 1, time);
         let (centre, scale) = head.run(memory.run(u, time), time);
@@ -87,9 +83,7 @@ impl Trainable for ForecastNet {
         scale: f64,
     ) -> Result<Losses<f32>, TensorError> {
         let loss = self.loss(tape, p, tile)?;
-        let scaled = tape.scale(loss.total, scale)?;
-        tape.backward(scaled)?;
-        Ok(Losses { kl: 0.0, misfit: tape.value(loss.misfit)[0] })
+        pull_back(tape, loss, scale)
     }
 }
 
@@ -123,7 +117,7 @@ mod tests {
     fn the_gradient_is_that_of_central_differences() {
         let [_, columns, features, _] = SIZES;
         let mut params = Params::<f64>::new(random_stream(1, "init", 0));
-        let net = ForecastNet::new(columns, features, &mut params);
+        let net = ForecastNet::new(Extents { state: columns, condition: features }, &mut params);
         // The second lane is one row shorter.
         let mask = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
         let (_, gradient) = loss(&net, &params, &mask);

@@ -4,7 +4,7 @@
 //! sensor less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use crate::score::quantile;
+use crate::score::median_of;
 use crate::{Samples, TrainerError};
 
 /// Forecasts of another model with another spread.
@@ -34,9 +34,7 @@ impl PrefixForecaster for Widened<'_> {
         for (samples, factor) in all.iter_mut().zip(self.factors) {
             let mut sorted = vec![0.0; samples.count];
             for values in samples.values.chunks_exact_mut(samples.count) {
-                sorted.copy_from_slice(values);
-                sorted.sort_unstable_by(f32::total_cmp);
-                let middle = quantile(&sorted, 0.5) as f32;
+                let middle = median_of(values, &mut sorted) as f32;
                 values.iter_mut().for_each(|v| *v = middle + *factor as f32 * (*v - middle));
             }
         }

@@ -340,7 +340,7 @@ fn gaussian_loss<T: Scalar>(
 }
 
 /// Targets `[time, S, lane]`, the first features of the conditions `[time, U, lane]`, and the mask of a tile.
-fn operands<T: Scalar>(
+pub(crate) fn operands<T: Scalar>(
     tape: &mut Tape<T>,
     tile: &Tile<'_, T>,
     Extents { state, condition }: Extents,
@@ -351,6 +351,6 @@ fn operands<T: Scalar>(
     Ok((x, u, mask))
 }
 
-fn zero<T: Scalar>(tape: &mut Tape<T>) -> Result<Var, TensorError> {
+pub(crate) fn zero<T: Scalar>(tape: &mut Tape<T>) -> Result<Var, TensorError> {
     tape.constant(&[], &[T::ZERO])
 }

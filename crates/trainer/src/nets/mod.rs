@@ -120,8 +120,6 @@ impl Net {
             return net.differentiate(tape, p, tile, scale);
         }
         let loss = self.loss(tape, p, tile)?;
-        let scaled = tape.scale(loss.total, scale)?;
-        tape.backward(scaled)?;
-        Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
+        tile::pull_back(tape, loss, scale)
     }
 }

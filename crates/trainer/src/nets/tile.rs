@@ -40,6 +40,17 @@ pub struct Losses<T> {
     pub misfit: T,
 }
 
+/// Values of a loss, after `scale` times its gradient was computed.
+pub(crate) fn pull_back<T: Scalar>(
+    tape: &mut Tape<T>,
+    loss: LossVars,
+    scale: f64,
+) -> Result<Losses<T>, TensorError> {
+    let scaled = tape.scale(loss.total, scale)?;
+    tape.backward(scaled)?;
+    Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
+}
+
 /// Sum over all elements of `v [time, F, lanes]`, without those that the mask hides.
 pub(crate) fn masked_sum<T: Scalar>(
     tape: &mut Tape<T>,
