@@ -49,3 +49,59 @@ impl PrefixForecaster for Kept {
         lengths.iter().map(one).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! Contract: kept forecasts are those of the model, each made once; others are refused.
+    use super::*;
+    use crate::Sequence;
+    use crate::filter::{Widened, evaluate_filtered};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Two samples a row: the last row seen, and 1 above it.
+    struct Counted(AtomicUsize);
+
+    impl PrefixForecaster for Counted {
+        fn forecasts(
+            &self,
+            prefix: Prefix<'_>,
+            lengths: &[usize],
+            _: FilterSettings,
+        ) -> Result<Vec<Samples>, TrainerError> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            let one = |&n: &usize| {
+                let last = prefix.rows[n - 1] as f32;
+                Samples { count: 2, values: [last, last + 1.0].repeat(prefix.time - n) }
+            };
+            Ok(lengths.iter().map(one).collect())
+        }
+    }
+
+    #[test]
+    fn forecasts_are_made_once_and_no_others_are_known() {
+        let item = |id: usize| Sequence {
+            id: id.to_string(),
+            time: 5,
+            states: (0..5).map(|t| (10 * id + t) as f64).collect(),
+            actions: Vec::new(),
+        };
+        let items = (0..3).map(item).collect();
+        let set = Sequences { columns: vec!["x_m".to_owned()], action_columns: Vec::new(), items };
+        let known = (&Sensor::exact(1), &StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
+        let (model, lengths) = (Counted(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
+        let kept = Kept::of(&model, &set, known, &lengths, settings).unwrap();
+        let made = model.0.load(Ordering::Relaxed);
+        for factors in [[1.0, 1.0], [2.0, 3.0]] {
+            let of = |model: &dyn PrefixForecaster| {
+                evaluate_filtered(&Widened::new(model, &factors), &set, known, &lengths, settings).unwrap()
+            };
+            let found = of(&kept);
+            assert_eq!(model.0.swap(made, Ordering::Relaxed), made, "the model was asked again");
+            assert_eq!(found, of(&model));
+            model.0.store(made, Ordering::Relaxed);
+        }
+        let others = evaluate_filtered(&kept, &set, known, &vec![vec![4]; 3], settings);
+        assert!(matches!(others, Err(TrainerError::Setting { key: "seen", .. })));
+    }
+}
