@@ -3,7 +3,7 @@
 use crate::lengths::longest_that_forecasts_all;
 use crate::minima::deepest;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
-use crate::steps::{Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
+use crate::steps::{Begin, Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
 use crate::windows::{NEGLIGIBLE, Problem, Shot, doubled};
 use augsim_physics::system::{Record, System};
 use faer::{Mat, Side};
@@ -28,14 +28,14 @@ pub fn calibrate(
     if !records.iter().any(measured) {
         return Err(CalibrationError::NothingMeasured);
     }
-    let mut problem = Problem::new(system, records, true);
-    let spread = problem.sd.clone();
+    let problem = Problem::new(system, records, true);
+    let spread = problem.spread();
     let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut shots = problem.shots();
-    let mut best = problem.fit(&nominal, &shots, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
-    best = deepest(&mut problem, &shots, best);
+    let begin = Begin { values: &nominal, shots: &shots, sd: &spread };
+    let mut best = problem.fit(&begin, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
+    best = deepest(&problem, &shots, best);
     let mut stages = vec![stage(&problem, &best)];
-    let mut scales = vec![problem.sd.clone()];
     let mut fits = vec![best];
     let mut stopped = None;
     loop {
@@ -45,9 +45,8 @@ pub fn calibrate(
         if shots.len() == best.shots.len() || longest_s.is_some_and(|longest| 2.0 * last > longest) {
             break;
         }
-        problem.sd.clone_from(&spread);
-        let grown = problem.fit(&best.values, &shots, ROUGHLY_SETTLED);
-        let Ok(grown) = grown else {
+        let begin = Begin { values: &best.values, shots: &shots, sd: &spread };
+        let Ok(grown) = problem.fit(&begin, ROUGHLY_SETTLED) else {
             stopped = Some("longer windows cannot be simulated");
             break;
         };
@@ -64,7 +63,6 @@ pub fn calibrate(
             break;
         }
         stages.push(next);
-        scales.push(problem.sd.clone());
         fits.push(grown);
     }
     // Holds are compared over windows of a length that is given.
@@ -75,10 +73,10 @@ pub fn calibrate(
         stopped = Some("over longer windows the parameters make up for what the model lacks");
     }
     stages.truncate(kept + 1);
-    problem.sd.clone_from(&scales[kept]);
     let mut best = fits.swap_remove(kept);
     // The lengths on the way were fitted roughly; the one that counts is fitted to its end.
-    if let Ok(fit) = problem.fit(&best.values, &best.shots, SETTLED) {
+    let begin = Begin { values: &best.values, shots: &best.shots, sd: &best.sd };
+    if let Ok(fit) = problem.fit(&begin, SETTLED) {
         best = fit;
         stages[kept] = stage(&problem, &best);
     }

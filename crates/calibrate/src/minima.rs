@@ -1,6 +1,6 @@
 //! Other minima than the one that the declared values lead to.
 
-use crate::steps::{Fit, ROUGHLY_SETTLED};
+use crate::steps::{Begin, Fit, ROUGHLY_SETTLED};
 use crate::windows::{Problem, Shot};
 use augsim_physics::model::Parameter;
 
@@ -17,45 +17,45 @@ const BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
 
 /// The fit to `shots` that is given, or one from another start where that misses some of the windows clearly less. Starts are
 /// those of Halton's sequence (Numerische Mathematik 2, 1960).
-pub(crate) fn deepest(problem: &mut Problem<'_>, shots: &[Shot], declared: Fit) -> Fit {
+pub(crate) fn deepest(problem: &Problem<'_>, shots: &[Shot], declared: Fit) -> Fit {
     if problem.free.is_empty() {
         return declared;
     }
     let stride = shots.len().div_ceil(COMPARED).max(1);
     let some: Vec<Shot> = shots.iter().step_by(stride).cloned().collect();
     let nominal: Vec<f64> = problem.system.parameters().iter().map(|p| p.nominal).collect();
-    let scales = problem.sd.clone();
-    let Some(reference) = level_from(problem, &some, &declared.values) else { return declared };
-    let mut best: Option<(f64, Vec<f64>)> = None;
+    let spread = problem.spread();
+    // That of the declared values first.
+    let mut starts = vec![declared.values.clone()];
     for number in 1..=STARTS {
         let mut values = nominal.clone();
         for (k, place) in problem.free.iter().enumerate() {
             let share = halton(number, BASES[k % BASES.len()]);
             values[*place] = start(&problem.system.parameters()[*place], share);
         }
-        let Some(found) = level_from(problem, &some, &values) else { continue };
+        starts.push(values);
+    }
+    let begins: Vec<Begin<'_>> =
+        starts.iter().map(|values| Begin { values, shots: &some, sd: &spread }).collect();
+    let fits = problem.fit_each(&begins, ROUGHLY_SETTLED).into_iter();
+    let mut levels = fits.map(|fit| {
+        let fit = fit.ok()?;
+        Some((level(problem, &fit), fit.values)).filter(|(level, _)| level.is_finite())
+    });
+    let Some(Some(reference)) = levels.next() else { return declared };
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for found in levels.flatten() {
         if found.0 < best.as_ref().map_or(CLEARLY * reference.0, |b| b.0) {
             best = Some(found);
         }
     }
-    if let Some((_, values)) = best {
-        problem.sd = problem.spread();
-        if let Ok(other) = problem.fit(&values, shots, ROUGHLY_SETTLED)
-            && level(problem, &other) < CLEARLY * level(problem, &declared)
-        {
-            return other;
-        }
+    if let Some((_, values)) = best
+        && let Ok(other) = problem.fit(&Begin { values: &values, shots, sd: &spread }, ROUGHLY_SETTLED)
+        && level(problem, &other) < CLEARLY * level(problem, &declared)
+    {
+        return other;
     }
-    problem.sd = scales;
     declared
-}
-
-/// Misfit and values of a fit from `values`; `None` where it cannot be simulated there.
-fn level_from(problem: &mut Problem<'_>, shots: &[Shot], values: &[f64]) -> Option<(f64, Vec<f64>)> {
-    problem.sd = problem.spread();
-    let fit = problem.fit(values, shots, ROUGHLY_SETTLED).ok()?;
-    let level = level(problem, &fit);
-    level.is_finite().then_some((level, fit.values))
 }
 
 /// Geometric mean over channels of the root mean square misfits.

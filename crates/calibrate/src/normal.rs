@@ -26,7 +26,7 @@ pub(crate) struct Part {
     pub cost: f64,
     /// Sums of squared misfits and counts, by channel.
     pub squares: Vec<(f64, usize)>,
-    /// Sizes of the misfits of each channel, with the slopes alone.
+    /// Sizes of the misfits of each channel.
     pub sizes: Vec<Vec<f64>>,
     /// Sums of products of neighbouring misfits over their scale, and of their squares.
     pub neighbours: (f64, f64),
@@ -79,48 +79,60 @@ impl Normal {
     }
 }
 
+/// Where normal equations are wanted: values of all parameters, windows with their starts, and the scale of the misfit of each
+/// channel, in its unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a> {
+    pub values: &'a [f64],
+    pub shots: &'a [Shot],
+    pub sd: &'a [f64],
+}
+
 impl Problem<'_> {
-    /// Cost at these values, with the normal equations if they are wanted.
+    /// Costs at several places with their normal equations. Windows of all of them share the passes of the system: those of one
+    /// place alone may be too few to fill one.
     ///
     /// # Errors
-    /// The first window that cannot be simulated.
-    pub fn normal(
-        &self,
-        values: &[f64],
-        shots: &[Shot],
-        with_slopes: bool,
-    ) -> Result<Normal, SimulationError> {
-        let mut seeds: Vec<Seed> = Vec::new();
-        if with_slopes {
-            seeds.extend(self.free.iter().map(|p| Seed::Parameter(*p)));
-            seeds.extend(self.states.iter().map(|s| Seed::Start(*s)));
-        }
-        let task = |shot: &'_ Shot| Task {
-            parameters: values,
-            record: &self.records[shot.record],
-            window: shot.samples.clone(),
-            // The borrow ends with the list of tasks.
-            start: &[],
-            offsets: Offsets::None,
-            seeds: &seeds,
-        };
-        let run = |shots: &[Shot]| -> Vec<Result<Part, SimulationError>> {
-            let tasks: Vec<Task<'_>> = shots.iter().map(|s| Task { start: &s.start, ..task(s) }).collect();
+    /// Of each place its own: the first window that cannot be simulated.
+    pub fn normals(&self, places: &[Place<'_>]) -> Vec<Result<Normal, SimulationError>> {
+        let parameters = self.free.iter().map(|p| Seed::Parameter(*p));
+        let seeds: Vec<Seed> = parameters.chain(self.states.iter().map(|s| Seed::Start(*s))).collect();
+        let all: Vec<(&Place<'_>, &Shot)> =
+            places.iter().flat_map(|place| place.shots.iter().map(move |shot| (place, shot))).collect();
+        let run = |windows: &[(&Place<'_>, &Shot)]| -> Vec<Result<Part, SimulationError>> {
+            let tasks: Vec<Task<'_>> = windows
+                .iter()
+                .map(|(place, shot)| Task {
+                    parameters: place.values,
+                    record: &self.records[shot.record],
+                    window: shot.samples.clone(),
+                    start: &shot.start,
+                    offsets: Offsets::None,
+                    seeds: &seeds,
+                })
+                .collect();
             let mut out = vec![Simulated::default(); tasks.len()];
             let done = self.system.simulate_all(&tasks, &mut out);
-            let parts = done.into_iter().zip(shots).zip(&out);
-            parts.map(|((done, shot), out)| done.map(|()| self.part(shot, out, with_slopes))).collect()
+            let parts = done.into_iter().zip(windows).zip(&out);
+            parts.map(|((done, (place, shot)), out)| done.map(|()| self.part(shot, out, place.sd))).collect()
         };
-        let each = self.system.side_by_side().max(1);
-        let parts: Result<Vec<Part>, _> = shots.par_chunks(each).flat_map_iter(run).collect();
-        let parts = parts?;
-        // In the order of the windows, so that threads change no bit.
-        let cost = parts.iter().map(|p| p.cost).sum();
-        Ok(Normal { parts, cost })
+        // Few long windows keep every thread busy, too.
+        let shared = all.len().div_ceil(rayon::current_num_threads());
+        let each = self.system.side_by_side().min(shared).max(1);
+        let parts: Vec<Result<Part, SimulationError>> = all.par_chunks(each).flat_map_iter(run).collect();
+        let mut parts = parts.into_iter();
+        let of_place = |place: &Place<'_>| {
+            let own: Vec<_> = parts.by_ref().take(place.shots.len()).collect();
+            let parts: Vec<Part> = own.into_iter().collect::<Result<_, _>>()?;
+            // In the order of the windows, so that threads change no bit.
+            let cost = parts.iter().map(|p| p.cost).sum();
+            Ok(Normal { parts, cost })
+        };
+        places.iter().map(of_place).collect()
     }
 
-    fn part(&self, shot: &Shot, out: &Simulated, with_slopes: bool) -> Part {
-        let (p, n) = if with_slopes { (self.free.len(), self.states.len()) } else { (0, 0) };
+    fn part(&self, shot: &Shot, out: &Simulated, sd: &[f64]) -> Part {
+        let (p, n) = (self.free.len(), self.states.len());
         let channels = self.schema().channels.len();
         let mut part = Part {
             a: vec![0.0; p * p],
@@ -129,12 +141,12 @@ impl Problem<'_> {
             g: vec![0.0; p],
             h: vec![0.0; n],
             squares: vec![(0.0, 0); channels],
-            sizes: vec![Vec::new(); if with_slopes { channels } else { 0 }],
+            sizes: vec![Vec::new(); channels],
             ..Part::default()
         };
         let record = &self.records[shot.record];
         for (channel, declared) in self.schema().channels.iter().enumerate() {
-            let sd = self.sd[channel];
+            let sd = sd[channel];
             let mut before = None;
             for k in 0..out.samples() {
                 let measured = record.values[channel][shot.samples.start + k];
@@ -152,9 +164,7 @@ impl Problem<'_> {
                     if scaled.abs() > KNEE { KNEE * (2.0 * scaled.abs() - KNEE) } else { scaled * scaled };
                 part.squares[channel].0 += misfit * misfit;
                 part.squares[channel].1 += 1;
-                if with_slopes {
-                    part.sizes[channel].push(misfit.abs());
-                }
+                part.sizes[channel].push(misfit.abs());
                 if let Some(before) = before {
                     part.neighbours.0 += scaled * before;
                     part.neighbours.1 += scaled * scaled;

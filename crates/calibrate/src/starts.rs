@@ -1,7 +1,7 @@
 //! The state that a record begins with, from its first samples and nothing later.
 
 use crate::outcome::CalibrationError;
-use crate::steps::SETTLED;
+use crate::steps::{Begin, SETTLED};
 use crate::windows::{Problem, Shot};
 use augsim_physics::system::{Record, System};
 
@@ -32,15 +32,17 @@ pub fn fit_start(
         return Err(CalibrationError::NothingMeasured);
     }
     let records = std::slice::from_ref(record);
-    let mut problem = Problem::new(system, records, false);
+    let problem = Problem::new(system, records, false);
+    let mut scales = problem.spread();
     let mut shots = vec![Shot { record: 0, samples: 0..samples, start: from.to_vec() }];
     let mut values = values.to_vec();
     // From half of the samples to all of them: a rough speed may lead far away over a long beginning.
     let mut count = samples.min(8);
     loop {
         shots[0].samples.end = count;
-        let fit = problem.fit_with(&values, &shots, sd, SETTLED).map_err(CalibrationError::Simulation)?;
-        (values, shots) = (fit.values, fit.shots);
+        let begin = Begin { values: &values, shots: &shots, sd: &scales };
+        let fit = problem.fit_with(&begin, sd, SETTLED).map_err(CalibrationError::Simulation)?;
+        (values, shots, scales) = (fit.values, fit.shots, fit.sd);
         if count == samples {
             let rms = fit.normal.rms(problem.schema().channels.len());
             return Ok(Begun { state: shots.remove(0).start, rms });

@@ -1,6 +1,6 @@
 //! Steps of Levenberg and Marquardt with start states eliminated window by window.
 
-use crate::normal::{Normal, Part};
+use crate::normal::{Normal, Part, Place};
 use crate::windows::{Problem, Shot};
 use augsim_physics::system::SimulationError;
 use faer::linalg::solvers::Solve;
@@ -24,18 +24,152 @@ const RIDGE: f64 = 1e-12;
 pub(crate) struct Fit {
     pub values: Vec<f64>,
     pub shots: Vec<Shot>,
+    /// Scale of the misfit of each channel, in its unit: set by their median on the way.
+    pub sd: Vec<f64>,
     pub normal: Normal,
     pub steps: usize,
     pub converged: bool,
 }
 
+/// The begin of a fit.
+#[derive(Clone, Debug)]
+pub(crate) struct Begin<'b> {
+    pub values: &'b [f64],
+    pub shots: &'b [Shot],
+    /// Scale of the misfit of each channel, in its unit.
+    pub sd: &'b [f64],
+}
+
+/// What a fit under way waits for: normal equations at a place.
+#[derive(Debug)]
+enum Next {
+    /// Those of its begin.
+    Begin,
+    /// Those where it is, with new scales.
+    Rescaled,
+    /// Those of a step that may be taken.
+    Trial(Vec<f64>, Vec<Shot>),
+    /// None: it has come to its end.
+    End,
+}
+
+/// A fit under way.
+#[derive(Debug)]
+struct Descent<'k> {
+    fit: Fit,
+    /// Scales of channels whose noise is known.
+    known: &'k [Option<f64>],
+    settled: f64,
+    /// Times that the scales are still to be set.
+    rounds: usize,
+    damping: f64,
+    next: Next,
+}
+
+impl<'k> Descent<'k> {
+    fn new(begin: &Begin<'_>, known: &'k [Option<f64>], settled: f64) -> Self {
+        let normal = Normal { parts: Vec::new(), cost: f64::INFINITY };
+        let (values, shots, sd) = (begin.values.to_vec(), begin.shots.to_vec(), begin.sd.to_vec());
+        let fit = Fit { values, shots, sd, normal, steps: 0, converged: false };
+        // Misfits are large before the first fit, and what is an outlier shows after it: twice for a fit that counts.
+        let rounds = if settled < ROUGHLY_SETTLED { 2 } else { 1 };
+        Self { fit, known, settled, rounds, damping: 1e-3, next: Next::Begin }
+    }
+
+    /// Where it waits for normal equations.
+    fn place(&self) -> Option<Place<'_>> {
+        let sd = &self.fit.sd;
+        match &self.next {
+            Next::Begin | Next::Rescaled => {
+                Some(Place { values: &self.fit.values, shots: &self.fit.shots, sd })
+            }
+            Next::Trial(values, shots) => Some(Place { values, shots, sd }),
+            Next::End => None,
+        }
+    }
+
+    /// Goes on with the normal equations that it waited for.
+    ///
+    /// # Errors
+    /// A window that cannot be simulated where the fit stands; a step that leads to such a place is not taken.
+    fn take(
+        &mut self,
+        problem: &Problem<'_>,
+        found: Result<Normal, SimulationError>,
+    ) -> Result<(), SimulationError> {
+        match std::mem::replace(&mut self.next, Next::End) {
+            Next::Begin => {
+                self.fit.normal = found?;
+                self.rescale();
+            }
+            Next::Rescaled => {
+                self.fit.normal = found?;
+                self.fit.converged = false;
+                self.propose(problem);
+            }
+            Next::Trial(values, shots) => {
+                let most = self.fit.normal.cost * (1.0 + ROUNDING);
+                let Some(trial) = found.ok().filter(|t| t.cost.is_finite() && t.cost <= most) else {
+                    self.damping *= 5.0;
+                    self.propose(problem);
+                    return Ok(());
+                };
+                let gain = self.fit.normal.cost - trial.cost;
+                // Beyond rounding nothing is left to gain.
+                let is_settled = gain <= 0.0 || gain <= self.settled * self.fit.normal.cost;
+                if gain > 0.0 {
+                    (self.fit.values, self.fit.shots, self.fit.normal) = (values, shots, trial);
+                    self.damping = (self.damping * 0.2).max(1e-12);
+                }
+                if is_settled {
+                    self.fit.converged = true;
+                    self.rescale();
+                } else {
+                    self.propose(problem);
+                }
+            }
+            Next::End => {}
+        }
+        Ok(())
+    }
+
+    /// Looks for the next step to try.
+    fn propose(&mut self, problem: &Problem<'_>) {
+        let fit = &mut self.fit;
+        while fit.steps < MOST_STEPS && self.damping < MOST_DAMPING {
+            fit.steps += 1;
+            if let Some((values, shots)) = problem.step(&fit.values, &fit.shots, &fit.normal, self.damping) {
+                // With derivatives at once: most steps are taken, and then these are the next equations.
+                self.next = Next::Trial(values, shots);
+                return;
+            }
+            self.damping *= 10.0;
+        }
+        self.rescale();
+    }
+
+    /// Sets the scales by the misfits, or ends where that was done often enough.
+    fn rescale(&mut self) {
+        if self.rounds == 0 {
+            return;
+        }
+        self.rounds -= 1;
+        let scales = self.fit.normal.scales(self.fit.sd.len());
+        for (channel, (sd, scale)) in self.fit.sd.iter_mut().zip(scales).enumerate() {
+            let floor = (1e-9 * *sd).max(f64::MIN_POSITIVE);
+            *sd = self.known.get(channel).copied().flatten().unwrap_or(scale).max(floor);
+        }
+        self.next = Next::Rescaled;
+    }
+}
+
 impl Problem<'_> {
-    /// Fits from `values` and the starts of `shots`. The scale of misfits is set by their median on the way.
+    /// Fits from `begin`.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the beginning.
-    pub fn fit(&mut self, values: &[f64], shots: &[Shot], settled: f64) -> Result<Fit, SimulationError> {
-        self.fit_with(values, shots, &[], settled)
+    pub fn fit(&self, begin: &Begin<'_>, settled: f64) -> Result<Fit, SimulationError> {
+        self.fit_with(begin, &[], settled)
     }
 
     /// Fits as [`fit`](Self::fit) does, with `known` scales of the misfits of channels whose noise is known, in their unit.
@@ -43,56 +177,38 @@ impl Problem<'_> {
     /// # Errors
     /// The first window that cannot be simulated at the beginning.
     pub fn fit_with(
-        &mut self,
-        values: &[f64],
-        shots: &[Shot],
+        &self,
+        begin: &Begin<'_>,
         known: &[Option<f64>],
         settled: f64,
     ) -> Result<Fit, SimulationError> {
-        let (mut values, mut shots) = (values.to_vec(), shots.to_vec());
-        let channels = self.schema().channels.len();
-        let mut normal = self.normal(&values, &shots, true)?;
-        let mut damping = 1e-3;
-        let mut converged = false;
-        let mut steps = 0;
-        // Misfits are large before the first fit, and what is an outlier shows after it: twice for a fit that counts.
-        let rounds = if settled < ROUGHLY_SETTLED { 2 } else { 1 };
-        for _ in 0..rounds {
-            let scales = normal.scales(channels);
-            for (channel, (sd, scale)) in self.sd.iter_mut().zip(scales).enumerate() {
-                let floor = (1e-9 * *sd).max(f64::MIN_POSITIVE);
-                *sd = known.get(channel).copied().flatten().unwrap_or(scale).max(floor);
+        let mut descent = Descent::new(begin, known, settled);
+        while let Some(place) = descent.place() {
+            let Some(found) = self.normals(&[place]).pop() else { break };
+            descent.take(self, found)?;
+        }
+        Ok(descent.fit)
+    }
+
+    /// Fits from several begins side by side, each as if it were alone.
+    pub fn fit_each(&self, begins: &[Begin<'_>], settled: f64) -> Vec<Result<Fit, SimulationError>> {
+        let mut descents: Vec<Result<Descent<'_>, SimulationError>> =
+            begins.iter().map(|begin| Ok(Descent::new(begin, &[], settled))).collect();
+        loop {
+            let waiting =
+                descents.iter().enumerate().filter_map(|(n, d)| Some((n, d.as_ref().ok()?.place()?)));
+            let (numbers, places): (Vec<usize>, Vec<Place<'_>>) = waiting.unzip();
+            if places.is_empty() {
+                break;
             }
-            normal = self.normal(&values, &shots, true)?;
-            converged = false;
-            while steps < MOST_STEPS && damping < MOST_DAMPING {
-                steps += 1;
-                let Some((moved, starts)) = self.step(&values, &shots, &normal, damping) else {
-                    damping *= 10.0;
-                    continue;
-                };
-                // With derivatives at once: most steps are taken, and then these are the next equations.
-                let trial = self.normal(&moved, &starts, true).ok().filter(|t| t.cost.is_finite());
-                let Some(trial) = trial.filter(|t| t.cost <= normal.cost * (1.0 + ROUNDING)) else {
-                    damping *= 5.0;
-                    continue;
-                };
-                let gain = normal.cost - trial.cost;
-                if gain <= 0.0 {
-                    // Beyond rounding nothing is left to gain.
-                    converged = true;
-                    break;
-                }
-                let is_settled = gain <= settled * normal.cost;
-                (values, shots, normal) = (moved, starts, trial);
-                damping = (damping * 0.2).max(1e-12);
-                if is_settled {
-                    converged = true;
-                    break;
+            for (n, found) in numbers.into_iter().zip(self.normals(&places)) {
+                let taken = descents[n].as_mut().map(|descent| descent.take(self, found));
+                if let Ok(Err(error)) = taken {
+                    descents[n] = Err(error);
                 }
             }
         }
-        Ok(Fit { values, shots, normal, steps, converged })
+        descents.into_iter().map(|descent| descent.map(|d| d.fit)).collect()
     }
 
     /// Values and starts after a step; `None` where the equations have no solution.

@@ -23,8 +23,6 @@ pub(crate) struct Problem<'a> {
     pub free: Vec<usize>,
     /// Start states that move, by their places.
     pub states: Vec<usize>,
-    /// Scale of the misfit of each channel, in its unit.
-    pub sd: Vec<f64>,
 }
 
 impl<'a> Problem<'a> {
@@ -33,8 +31,7 @@ impl<'a> Problem<'a> {
         let parameters = system.parameters().iter().enumerate();
         let free = parameters.filter(|(_, p)| fit_parameters && !p.frozen).map(|(i, _)| i).collect();
         let states = schema.free_states().collect();
-        let sd = (0..schema.channels.len()).map(|channel| spread(records, channel)).collect();
-        Self { system, records, free, states, sd }
+        Self { system, records, free, states }
     }
 
     /// Standard deviation of each channel, the scale that fits begin with, in its unit.
