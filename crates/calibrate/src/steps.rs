@@ -40,7 +40,7 @@ pub(crate) struct Begin<'b> {
     pub sd: &'b [f64],
 }
 
-/// What a fit under way waits for: normal equations at a place.
+/// Normal equations that a fit under way waits for.
 #[derive(Debug)]
 enum Next {
     /// Those of its begin.
@@ -327,4 +327,50 @@ fn inverse(part: &Part, n: usize, damping: f64) -> Option<Mat<f64>> {
     let unit = Mat::<f64>::identity(n, n);
     let inverse = scaled.llt(Side::Lower).ok()?.solve(&unit);
     Some(Mat::from_fn(n, n, |i, k| inverse[(i, k)] / (size(i) * size(k))))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: fits side by side are, to the last bit, those that each would be alone; one that cannot begin leaves the others.
+    use super::*;
+    use augsim_physics::system::{Record, System};
+    use augsim_written::{WrittenSystem, model};
+
+    /// A decay that is measured with an error that has no pattern, in windows of a second.
+    fn decay() -> (WrittenSystem, Vec<Record>) {
+        let text = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\n[parameters]\n\
+                    rate_per_s = { nominal = 0.3, min = 0.0, max = 10.0 }\n[rates]\nx_m = \"-rate_per_s * x_m\"\n\
+                    [outputs]\ny_m = { value = \"x_m\", sd = \"estimate\" }\n";
+        let model = model::parse(text, "decay.toml").unwrap();
+        let system = WrittenSystem::declared_only(&model).unwrap().with_windows(Some(1.0));
+        let times: Vec<f64> = (0..101).map(|k| 0.1 * f64::from(k)).collect();
+        let error = |k: usize| 0.02 * ((7 * k % 11) as f64 - 5.0) / 5.0;
+        let values = times.iter().enumerate().map(|(k, t)| (-0.4 * t).exp() + error(k)).collect();
+        let mut record = Record { id: "1".into(), times, values: vec![values], ..Record::default() };
+        system.prepare(&mut record, &[]).unwrap();
+        (system, vec![record])
+    }
+
+    #[test]
+    fn fits_side_by_side_are_those_of_each_alone() {
+        let (system, records) = decay();
+        let problem = Problem::new(&system, &records, true);
+        let (shots, sd) = (problem.shots(), problem.spread());
+        assert_eq!(shots.len(), 10);
+        let values = [[0.1], [f64::NAN], [0.7], [5.0]];
+        let begins: Vec<Begin<'_>> =
+            values.iter().map(|values| Begin { values, shots: &shots, sd: &sd }).collect();
+        let together = problem.fit_each(&begins, SETTLED);
+        assert!(together[1].is_err());
+        for (begin, fit) in begins.iter().zip(&together) {
+            match (problem.fit(begin, SETTLED), fit) {
+                (Ok(alone), Ok(fit)) => {
+                    assert_eq!((&alone.values, alone.steps, &alone.sd), (&fit.values, fit.steps, &fit.sd));
+                    assert!((alone.values[0] - 0.4).abs() < 0.05, "{}", alone.values[0]);
+                }
+                (Err(_), Err(_)) => {}
+                (alone, fit) => panic!("{alone:?} alone and {fit:?}"),
+            }
+        }
+    }
 }
