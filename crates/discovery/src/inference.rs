@@ -1,9 +1,11 @@
 //! Inference on the parameters of a fit: covariance, intervals, dispersion, and whether an addition is away from its null.
 
 use crate::addition::Addition;
+use crate::cluster::Cluster;
 use crate::covariance::{sandwich, undetermined};
 use crate::dispersion::{Dispersion, Quadratic, dispersion};
 use crate::fit::Fit;
+use crate::interval::Intervals;
 use crate::linear::Square;
 use crate::statistics::chi2_quantile;
 use augsim_physics::system::EffectParameter;
@@ -25,17 +27,29 @@ impl Fit {
         sandwich(&self.information, &bread, &gradients)
     }
 
+    /// Makes 95 % intervals of theta and of sums of its entries.
+    pub fn intervals(&self) -> Intervals {
+        let p = self.theta.len();
+        let softened = |cluster: &Cluster| {
+            let (mut curvature, gradient) = cluster.quadratic(p);
+            cluster.soften(&mut curvature);
+            (curvature, gradient)
+        };
+        Intervals::new(&self.information, self.clusters.iter().map(softened).collect())
+    }
+
     /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
     pub fn ci95(&self) -> Vec<[f64; 2]> {
-        let c = self.covariance();
+        let (p, intervals) = (self.theta.len(), self.intervals());
         let open = undetermined(&self.information);
         let bounds = self.hypothesis.limits();
-        (0..self.theta.len())
+        (0..p)
             .map(|i| {
                 if open[i] {
                     return [bounds[i].0, bounds[i].1];
                 }
-                let half = 1.96 * c.at(i, i).max(0.0).sqrt();
+                let unit: Vec<f64> = (0..p).map(|j| f64::from(u8::from(i == j))).collect();
+                let half = intervals.half_width(&unit);
                 [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
             })
             .collect()

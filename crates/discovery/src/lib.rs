@@ -42,6 +42,7 @@ mod grammar;
 mod grown;
 mod hypothesis;
 mod inference;
+mod interval;
 mod judged;
 mod linear;
 #[cfg(test)]

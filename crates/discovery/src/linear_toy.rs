@@ -1,4 +1,4 @@
-//! A linear model with a robust cost, for tests of levels and coverage: 60 windows of 75 residuals, smooth sensitivities.
+//! A linear model with a robust cost, for tests of levels and coverage: windows (60 by default) of 75 residuals, smooth sensitivities.
 //!
 //! The truth of every parameter is 0. A smooth misfit is three low harmonics in every window, 2 standard deviations of the
 //! noise each: what a fit meets where something is missing that differs from window to window.
@@ -32,10 +32,15 @@ pub(crate) struct Toy {
 impl Toy {
     /// Draws noise of sd 1, a smooth misfit of `misfit` sd, and the sensitivities of `parameters` parameters.
     pub fn draw(seed: u64, misfit: f64, parameters: usize) -> Self {
+        Self::of(WINDOWS, seed, misfit, parameters)
+    }
+
+    /// The same with a number of windows of its own.
+    pub fn of(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let (mut y, mut columns) = (Vec::new(), Vec::new());
-        for _ in 0..WINDOWS {
+        for _ in 0..windows {
             let waves: Vec<(f64, f64)> = (0..3).map(|_| (misfit * normal(), normal())).collect();
             let smooth = |u: f64, scale: &[(f64, f64)]| -> f64 {
                 let turn = |n: usize| std::f64::consts::PI * (n + 1) as f64 * u;

@@ -46,8 +46,7 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 /// Estimates of the free parameters of one addition, or of the declared model.
 fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let h = &fit.hypothesis;
-    let (ci, all) = (fit.ci95(), names(h));
-    let covariance = fit.covariance();
+    let (ci, all, intervals) = (fit.ci95(), names(h), fit.intervals());
     let mut out = BTreeMap::new();
     let mut at = 0;
     // Values by group are those of a declared parameter.
@@ -65,11 +64,8 @@ fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTr
                 let values = &fit.theta[at..at + width];
                 let n = width as f64;
                 let mean = values.iter().sum::<f64>() / n;
-                let variance: f64 = (at..at + width)
-                    .flat_map(|a| (at..at + width).map(move |b| (a, b)))
-                    .map(|(a, b)| covariance.at(a, b))
-                    .sum();
-                let half = 1.96 * variance.max(0.0).sqrt() / n;
+                let own = |i| if (at..at + width).contains(&i) { 1.0 / n } else { 0.0 };
+                let half = intervals.half_width(&(0..fit.theta.len()).map(own).collect::<Vec<_>>());
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
                 let names = parts.search.train.data.groups.iter();

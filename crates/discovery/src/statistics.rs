@@ -66,6 +66,17 @@ pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// The value that the size of Student's t with `df` degrees of freedom exceeds with a probability of 5 %: the expansion of third
+/// order of Abramowitz and Stegun 26.7.5, good to 0.3 % from four degrees of freedom on.
+pub(crate) fn student_quantile(df: f64) -> f64 {
+    let z: f64 = 1.959_963_984_540_054;
+    let odd = |powers: [f64; 4]| powers.iter().rev().fold(0.0, |sum, c| sum * z * z + c) * z;
+    let first = odd([1.0, 1.0, 0.0, 0.0]) / 4.0;
+    let second = odd([3.0, 16.0, 5.0, 0.0]) / 96.0;
+    let third = odd([-15.0, 17.0, 19.0, 3.0]) / 384.0;
+    z + first / df + second / (df * df) + third / (df * df * df)
+}
+
 #[cfg(test)]
 mod tests {
     //! Contract: tails as in printed tables, three to four digits.
@@ -82,6 +93,13 @@ mod tests {
         ] {
             assert!((chi2_tail(x, df) / p - 1.0).abs() < 2e-3, "{x} {df} {}", chi2_tail(x, df));
             assert!((chi2_quantile(p, df) / x - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn students_quantiles_match_tables() {
+        for (df, t) in [(4.0, 2.7764), (5.0, 2.5706), (10.0, 2.2281), (30.0, 2.0423), (1e9, 1.9600)] {
+            assert!((student_quantile(df) / t - 1.0).abs() < 3e-3, "{df} {}", student_quantile(df));
         }
     }
 }
