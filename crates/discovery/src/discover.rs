@@ -81,8 +81,13 @@ pub fn discover(
     let Prepared { data: measured, noise, .. } = &prepared;
     // How many windows of the search each window of the final fits joins: of the calibrated model and of the best.
     let mut joined = [None; 2];
-    for (judged, joined) in [&mut decided.base, &mut decided.best].into_iter().zip(&mut joined) {
-        if let Some((better, length)) = search.over_longer_windows(judged) {
+    let (of_base, of_best) = rayon::join(
+        || search.over_longer_windows(&decided.base),
+        || search.over_longer_windows(&decided.best),
+    );
+    let sets = [(&mut decided.base, of_base), (&mut decided.best, of_best)];
+    for ((judged, better), joined) in sets.into_iter().zip(&mut joined) {
+        if let Some((better, length)) = better {
             (*judged, *joined) = (better, Some(length));
         }
     }

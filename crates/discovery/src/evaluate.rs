@@ -57,6 +57,13 @@ impl Lanes {
         }
     }
 
+    /// Lanes of so many start states alone.
+    #[cfg(test)]
+    pub fn of_starts(count: usize) -> Self {
+        let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
+        Self { seeds, theta: Vec::new(), extras: 0, start, own: Vec::new(), offsets: 0 }
+    }
+
     /// Lanes before the nuisances.
     pub fn common(&self) -> usize {
         self.theta.len() + self.extras

@@ -7,7 +7,7 @@ use crate::fit::{ChosenRecords, Fit, fit};
 use crate::grammar::is_formula;
 use crate::judged::Judged;
 use crate::pairs::pairs;
-use crate::part::{is_long, part};
+use crate::part::{part, searches_some_windows};
 use crate::scan::scan;
 use crate::scored::Score;
 use crate::search::{MOST_EFFECTS, Search};
@@ -32,10 +32,10 @@ struct Effort {
 }
 
 impl Effort {
-    /// Formulas that were searched on a part of long data are looked over once more on all. Idealised laws are searched with what
+    /// Laws that were searched on some windows of long data are looked over once more on all. Idealised laws are searched with what
     /// the dispersion lets through, which is less: a fit is some hundred windows.
     fn of(sample: &ChosenRecords<'_>, family: Family) -> Self {
-        if family == Family::Grammar && is_long(sample) {
+        if searches_some_windows(sample, family) {
             return Self { starts: 1, beam: 2, first: 6, later: 3, swaps: 2, adds: 2, rounds: 3 };
         }
         if sample.data.is_idealised() {
@@ -65,6 +65,15 @@ const WORTH_TRYING: f64 = 0.02;
 
 /// Additions with the values that their parameters begin at (empty: a share of the typical size).
 type Move = Vec<(Addition, Vec<f64>)>;
+
+/// A set without one of its additions.
+struct Without {
+    gone: Addition,
+    rest: Vec<Addition>,
+    fit: Judged,
+    /// Scores of what may join it, best first.
+    list: Vec<Score>,
+}
 
 /// The end of a search.
 pub(crate) struct Explored {
@@ -302,6 +311,21 @@ impl Search<'_> {
             .collect()
     }
 
+    /// The best set without one of its additions, and what would take that one's place: the best scores at the fit without it.
+    /// Nothing where another addition acts through it.
+    fn without(&self, best: &Judged, number: usize, are_guessed: bool, tried: &[Judged]) -> Option<Without> {
+        let mut rest = best.additions().to_vec();
+        let gone = rest.remove(number);
+        if rest.iter().any(|a| a.acts_through(&gone)) {
+            return None;
+        }
+        let base = || tried.iter().find(|j| j.additions().is_empty()).cloned();
+        let known = if rest.is_empty() && !are_guessed { base() } else { None };
+        let fit = known.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
+        let list = self.promising(&fit);
+        Some(Without { gone, rest, fit, list })
+    }
+
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
         let effort = Effort::of(&self.train, self.family);
@@ -319,13 +343,11 @@ impl Search<'_> {
             let are_guessed = self.system().begins_from_first_samples();
             let mut parts: Vec<Judged> = Vec::new();
             let (mut sets, mut anew): (Vec<Move>, Vec<Move>) = (Vec::new(), Vec::new());
-            for i in 0..now.len() {
-                let mut rest = now.clone();
-                let gone = rest.remove(i);
+            let each: Vec<Option<Without>> =
+                (0..now.len()).into_par_iter().map(|i| self.without(&best, i, are_guessed, tried)).collect();
+            for (i, without) in each.into_iter().enumerate() {
+                let Some(Without { gone, rest, fit: without, list }) = without else { continue };
                 let keep: Vec<_> = rest.iter().map(|a| (a.clone(), vec![])).collect();
-                if rest.iter().any(|a| a.acts_through(&gone)) {
-                    continue;
-                }
                 if now.len() > 1 && self.free_runs.is_some() && best.fit.is_inert(i) {
                     anew.push(keep.clone());
                 } else if now.len() > 1 {
@@ -336,14 +358,9 @@ impl Search<'_> {
                     let list = if start.is_empty() { &mut sets } else { &mut anew };
                     list.push([keep.clone(), vec![(less, start)]].concat());
                 }
-                // What would take its place: the best scores at the fit without it.
-                let base = || tried.iter().find(|j| j.additions().is_empty()).cloned();
-                let known = if rest.is_empty() && !are_guessed { base() } else { None };
-                let without = known.unwrap_or_else(|| self.refit(&best.fit, &rest, &[]));
                 if are_guessed && without.is_finite() {
-                    parts.push(without.clone());
+                    parts.push(without);
                 }
-                let list = self.promising(&without);
                 let least = 6.0 + self.resolution();
                 for s in list
                     .into_iter()

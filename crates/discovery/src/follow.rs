@@ -1,7 +1,8 @@
 //! Nuisances of windows that follow what all windows share, each on its own: a step that suits most of them may not suit one.
 //!
-//! Where the system carries many windows in one pass, those that are still on their way are simulated together. A window does what
-//! it would do alone, whatever stands beside it.
+//! Where the system carries many windows in one pass, those that are still on their way are simulated together; where they are few,
+//! what each would try next if its step failed stands beside it, in lanes that would be idle. A window does what it would do
+//! alone, whatever stands beside it.
 
 use crate::chosen_records::ChosenRecords;
 use crate::evaluate::{Lanes, Normal, Point, normal, normals};
@@ -15,6 +16,10 @@ const SURPRISE: f64 = 5.0;
 const SHORTER: [f64; 2] = [0.2, 0.0];
 /// Most steps of a window's own nuisances.
 const MOST_FOLLOWING: usize = 8;
+/// Most steps of a window that are simulated at once, each for the case that those before it fail.
+const MOST_AHEAD: usize = 4;
+/// Share of the windows of a pass that cost as much as one.
+const AS_ONE: usize = 4;
 
 /// Normal equations of a window, and the nuisances that they are at.
 pub(crate) type Settled = (Normal, Vec<f64>);
@@ -51,6 +56,7 @@ pub(crate) struct Follower<'a> {
 }
 
 /// Step that a window is at.
+#[derive(Clone, Copy)]
 enum Stage<'a> {
     /// Share number so many of the step from these nuisances.
     Shorter(usize, &'a [f64]),
@@ -101,6 +107,44 @@ impl<'a> Follower<'a> {
         }
     }
 
+    /// Nuisances that would be tried next and, should they fail, after that: so many of them, or fewer where it would stop.
+    fn ahead(&mut self, most: usize) -> Vec<Vec<f64>> {
+        let stage = self.stage;
+        let mut ahead = Vec::new();
+        while ahead.len() < most
+            && let Some(nuisance) = self.next()
+        {
+            ahead.push(nuisance);
+            self.stage = self.after_failure();
+        }
+        self.stage = if ahead.is_empty() { Stage::Done } else { stage };
+        ahead
+    }
+
+    /// Takes what came of the nuisances that were tried at once, up to the first at which the cost falls.
+    fn take_ahead(&mut self, trials: Vec<Settled>) {
+        for trial in trials {
+            if self.next().is_none() {
+                return;
+            }
+            let falls = trial.0.q < self.best.0.q;
+            self.take(trial);
+            if falls {
+                return;
+            }
+        }
+    }
+
+    /// The step after one at which the cost does not fall.
+    fn after_failure(&self) -> Stage<'a> {
+        match self.stage {
+            Stage::Shorter(number, now) => Stage::Shorter(number + 1, now),
+            Stage::Settling(damping, _) if damping > 10.0 || self.is_expected() => Stage::Done,
+            Stage::Settling(damping, done) => Stage::Settling(f64::max(damping * 100.0, 1e-3), done + 1),
+            Stage::Done => Stage::Done,
+        }
+    }
+
     fn is_enough(&self) -> bool {
         self.best.0.q <= self.enough
     }
@@ -112,21 +156,20 @@ impl<'a> Follower<'a> {
     /// Takes what came of the nuisances that were tried.
     fn take(&mut self, trial: Settled) {
         let gain = self.best.0.q - trial.0.q;
-        let before = self.best.0.q;
-        let falls = trial.0.q < before;
+        let falls = trial.0.q < self.best.0.q;
+        if !falls {
+            self.stage = self.after_failure();
+            return;
+        }
         self.stage = match self.stage {
             Stage::Shorter(number, now) => Stage::Shorter(number + 1, now),
-            Stage::Settling(_, _) if falls && gain < 1e-4 * trial.0.q => Stage::Done,
-            Stage::Settling(damping, done) if falls => {
+            Stage::Settling(_, _) if gain < 1e-4 * trial.0.q => Stage::Done,
+            Stage::Settling(damping, done) => {
                 Stage::Settling(f64::max(damping / 30.0, FIRST_DAMPING), done + 1)
             }
-            Stage::Settling(damping, _) if damping > 10.0 || self.is_expected() => Stage::Done,
-            Stage::Settling(damping, done) => Stage::Settling(f64::max(damping * 100.0, 1e-3), done + 1),
             Stage::Done => Stage::Done,
         };
-        if falls {
-            self.best = trial;
-        }
+        self.best = trial;
     }
 }
 
@@ -190,23 +233,91 @@ fn step_together(
     theta: &[f64],
     windows: &mut [Follower<'_>],
 ) -> bool {
-    let next = windows.par_iter_mut().enumerate().filter_map(|(w, window)| Some((w, window.next()?)));
-    let next: Vec<(usize, Vec<f64>)> = next.collect();
-    let moving: Vec<&Follower<'_>> = next.iter().map(|(w, _)| &windows[*w]).collect();
-    let excerpts: Vec<Excerpt<'_>> = moving.iter().map(|window| window.window).collect();
-    let lanes: Vec<Lanes> = moving.iter().map(|window| window.lanes.clone()).collect();
-    let all = excerpts.iter().zip(&lanes).zip(&next);
+    let next = windows.par_iter_mut().enumerate().map(|(w, window)| (w, window.ahead(1)));
+    let mut next: Vec<(usize, Vec<Vec<f64>>)> = next.filter(|(_, ahead)| !ahead.is_empty()).collect();
+    let ahead = (h.system.side_by_side() / AS_ONE / next.len().max(1)).clamp(1, MOST_AHEAD);
+    if ahead > 1 {
+        next.iter_mut().for_each(|(w, nuisances)| *nuisances = windows[*w].ahead(ahead));
+    }
+    let tried: Vec<(usize, &Vec<f64>)> =
+        next.iter().flat_map(|(w, ahead)| ahead.iter().map(move |nuisance| (*w, nuisance))).collect();
+    let excerpts: Vec<Excerpt<'_>> = tried.iter().map(|(w, _)| windows[*w].window).collect();
+    let lanes: Vec<Lanes> = tried.iter().map(|(w, _)| windows[*w].lanes.clone()).collect();
+    let all = excerpts.iter().zip(&lanes).zip(&tried);
     let points: Vec<Point<'_>> = all
         .map(|((at, lanes), (_, nuisance))| {
             sample.data.tally.simulation();
             Point::new(h, &*h.system, lanes, at.record, theta, nuisance)
         })
         .collect();
-    let done = normals(&points, &lanes, &excerpts, sample.correlation);
+    let mut done = normals(&points, &lanes, &excerpts, sample.correlation).into_iter();
     drop(points);
     let any = !next.is_empty();
-    for ((w, nuisance), normal) in next.into_iter().zip(done) {
-        windows[w].take((normal, nuisance));
+    for (w, ahead) in next {
+        let trials: Vec<Settled> = done.by_ref().take(ahead.len()).zip(ahead).collect();
+        windows[w].take_ahead(trials);
     }
     any
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: a window whose steps are simulated ahead goes the way that it goes step by step, in fewer passes.
+    use super::*;
+    use crate::linear::Square;
+    use crate::record::Record;
+    use augsim_physics::system::Window;
+
+    /// The cost of a start `x` whose residual is `-atan(5 x)`: steps of Gauss and Newton fail from afar.
+    fn at(x: f64) -> Normal {
+        let (residual, slope) = (-(5.0 * x).atan(), 5.0 / (1.0 + 25.0 * x * x));
+        Normal {
+            h: Square { n: 1, a: vec![slope * slope] },
+            g: vec![slope * residual],
+            q: 1e4 * residual * residual,
+            misfit: 0.0,
+            freedom: 1.0,
+            weight: 1.0,
+            softening: 0.0,
+            events: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn steps_ahead_are_those_step_by_step() {
+        let record = Record { seen: Default::default(), weight: Vec::new(), tolerated: false };
+        let window = Window { samples: 0..1, start: Vec::new() };
+        let window = Excerpt { record: &record, window: &window };
+        let lanes = Lanes::of_starts(1);
+        let mut saved = 0;
+        for x in [0.1, 0.27, 0.4, 1.0, 3.0] {
+            let now = [0.2];
+            let followers = || {
+                let start = || (at(x), vec![x]);
+                [
+                    Follower::anew(window, &lanes, start()),
+                    Follower::after_a_step(window, &lanes, start(), &now, at(0.2).q),
+                ]
+            };
+            for (mut alone, mut together) in followers().into_iter().zip(followers()) {
+                let mut passes = [0, 0];
+                while let Some(nuisance) = alone.next() {
+                    passes[0] += 1;
+                    alone.take((at(nuisance[0]), nuisance));
+                }
+                loop {
+                    let ahead = together.ahead(MOST_AHEAD);
+                    if ahead.is_empty() {
+                        break;
+                    }
+                    passes[1] += 1;
+                    together.take_ahead(ahead.into_iter().map(|n| (at(n[0]), n)).collect());
+                }
+                assert_eq!(alone.best.1, together.best.1, "from {x}");
+                assert!(passes[1] <= passes[0]);
+                saved += passes[0] - passes[1];
+            }
+        }
+        assert!(saved > 3, "{saved} passes saved");
+    }
 }

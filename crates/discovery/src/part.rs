@@ -5,7 +5,7 @@ use crate::fit::ChosenRecords;
 use crate::record::{Measured, Record};
 use std::borrow::Cow;
 
-/// Records of a first search for effects, at least.
+/// Records, or windows of equations, of a first search for effects, at least.
 const FEW: usize = 30;
 /// Windows of all records from which on a first search for effects sees a part of them only.
 const MANY_WINDOWS: usize = 200;
@@ -14,16 +14,15 @@ const MANY_WINDOWS: usize = 200;
 const ENOUGH_SAMPLES: usize = 4_000;
 
 /// The data of a first search and the records of it that are chosen; `None` where the search sees all at once. Effects are
-/// looked for on some of the records where laws are idealisations. Formulas, which are many, are looked for on some of the
-/// windows.
+/// looked for on some of the records where laws are idealisations, and on some of the windows of long data of equations.
+/// Formulas, which are many, are looked for on some of the windows.
 pub(crate) fn part<'d>(
     sample: &ChosenRecords<'d>,
     family: Family,
 ) -> Option<(Cow<'d, Measured>, Vec<usize>)> {
     let (data, windows) = (sample.data, sample.excerpts());
-    if family == Family::Grammar {
-        let thinned =
-            is_long(sample).then(|| data.with_records(thinned(sample.records(), stride(sample))))?;
+    if searches_some_windows(sample, family) {
+        let thinned = data.with_records(thinned(sample.records(), stride(sample)));
         let all = (0..thinned.records.len()).collect();
         return Some((Cow::Owned(thinned), all));
     }
@@ -32,7 +31,15 @@ pub(crate) fn part<'d>(
     has_part.then(|| (Cow::Borrowed(data), sample.chosen.iter().copied().step_by(stride).collect()))
 }
 
-/// Whether formulas are looked for on a part of a sample first.
+/// Whether a first search sees some of the windows: of long data, for effects only where those are many, because a few long
+/// ones may not show what is rare.
+pub(crate) fn searches_some_windows(sample: &ChosenRecords<'_>, family: Family) -> bool {
+    let are_many = || sample.excerpts().len() >= FEW * stride(sample);
+    let has_part = family == Family::Grammar || sample.data.system.begins_from_first_samples() && are_many();
+    is_long(sample) && has_part
+}
+
+/// Whether data have many more samples than a search needs.
 pub(crate) fn is_long(sample: &ChosenRecords<'_>) -> bool {
     stride(sample) > 1
 }

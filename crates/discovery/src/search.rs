@@ -311,9 +311,12 @@ impl<'a> Search<'a> {
                 return None;
             }
             let held = self.heldout(judged);
-            let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
-            let forth = lengthened(&self.train, judged.fit.clone(), forth);
-            Some([forth, lengthened(&self.test, other, back)])
+            let of_test = || {
+                let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
+                lengthened(&self.test, other, back)
+            };
+            let (forth, back) = rayon::join(|| lengthened(&self.train, judged.fit.clone(), forth), of_test);
+            Some([forth, back])
         };
         judged.memory.lengths.get_or_init(found).as_ref()
     }
