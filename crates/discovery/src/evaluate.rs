@@ -57,13 +57,6 @@ impl Lanes {
         }
     }
 
-    /// Lanes of so many start states alone.
-    #[cfg(test)]
-    pub fn of_starts(count: usize) -> Self {
-        let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
-        Self { seeds, theta: Vec::new(), extras: 0, start, own: Vec::new(), offsets: 0 }
-    }
-
     /// Lanes before the nuisances.
     pub fn common(&self) -> usize {
         self.theta.len() + self.extras
@@ -435,4 +428,13 @@ fn finish(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, sums: Sums, events:
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
     Normal { h, g, q, misfit, freedom, weight, softening, events }
+}
+
+#[cfg(test)]
+impl Lanes {
+    /// Lanes of so many start states alone.
+    pub fn of_starts(count: usize) -> Self {
+        let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
+        Self { seeds, theta: Vec::new(), extras: 0, start, own: Vec::new(), offsets: 0 }
+    }
 }
