@@ -182,18 +182,17 @@ impl Problem<'_> {
         known: &[Option<f64>],
         settled: f64,
     ) -> Result<Fit, SimulationError> {
-        let mut descent = Descent::new(begin, known, settled);
-        while let Some(place) = descent.place() {
-            let Some(found) = self.normals(&[place]).pop() else { break };
-            descent.take(self, found)?;
-        }
-        Ok(descent.fit)
+        self.descended(vec![Descent::new(begin, known, settled)]).swap_remove(0)
     }
 
     /// Fits from several begins side by side, each as if it were alone.
     pub fn fit_each(&self, begins: &[Begin<'_>], settled: f64) -> Vec<Result<Fit, SimulationError>> {
-        let mut descents: Vec<Result<Descent<'_>, SimulationError>> =
-            begins.iter().map(|begin| Ok(Descent::new(begin, &[], settled))).collect();
+        self.descended(begins.iter().map(|begin| Descent::new(begin, &[], settled)).collect())
+    }
+
+    /// The ends of fits under way, which go on together.
+    fn descended(&self, descents: Vec<Descent<'_>>) -> Vec<Result<Fit, SimulationError>> {
+        let mut descents: Vec<Result<Descent<'_>, SimulationError>> = descents.into_iter().map(Ok).collect();
         loop {
             let waiting =
                 descents.iter().enumerate().filter_map(|(n, d)| Some((n, d.as_ref().ok()?.place()?)));

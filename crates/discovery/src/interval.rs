@@ -32,7 +32,8 @@ impl Intervals {
     /// `clusters` have the curvature, with the derivative of the weights in it, and the gradient of the cost of each cluster
     /// at its minimum; `information` is the sum of the curvatures without that derivative.
     pub fn new(information: &Square, clusters: Vec<Quadratic>) -> Self {
-        let white = information.cholesky().inverse();
+        let of_white = information.cholesky();
+        let white = of_white.inverse();
         let minus = |from: &Square, by: &Square| {
             let a = from.a.iter().zip(&by.a).map(|(x, y)| x - y).collect();
             Square { n: from.n, a }
@@ -41,8 +42,8 @@ impl Intervals {
         for (s, _) in &clusters {
             bread.a.iter_mut().zip(&s.a).for_each(|(a, b)| *a += b);
         }
-        let (of_all, white_factor) = (bread.cholesky(), information.cholesky());
-        let of_all = if of_all.is_definite() { of_all } else { white_factor };
+        let of_all = bread.cholesky();
+        let of_all = if of_all.is_definite() { of_all } else { of_white };
         let left_out = |(s, u): &Quadratic| {
             // What is left may have no minimum where one cluster alone knows a parameter.
             let of_others = minus(&bread, s).cholesky();
@@ -99,22 +100,8 @@ mod tests {
         inside.sum::<usize>() as f64 / (2 * REPETITIONS) as f64
     }
 
-    fn softened(fit: &ToyFit) -> Vec<Quadratic> {
-        // The softening of a window is 2 / (8 + 75) of its gradient's square.
-        let of = |(s, u): &Quadratic| {
-            let mut s = s.clone();
-            for (i, a) in u.iter().enumerate() {
-                for (j, b) in u.iter().enumerate() {
-                    *s.at_mut(i, j) -= 2.0 / 83.0 * a * b;
-                }
-            }
-            (s, u.clone())
-        };
-        fit.windows.iter().map(of).collect()
-    }
-
     fn of_records(fit: &ToyFit) -> [f64; 2] {
-        let intervals = Intervals::new(&fit.information, softened(fit));
+        let intervals = Intervals::new(&fit.information, fit.softened.clone());
         [intervals.half_width(&[1.0, 0.0]), intervals.half_width(&[0.0, 1.0])]
     }
 
@@ -139,7 +126,7 @@ mod tests {
     #[test]
     fn a_sum_of_parameters_has_the_interval_of_the_parameter_that_it_is() {
         let fit = Toy::of(20, 3, 2.0, 2).fit(2);
-        let clusters = softened(&fit);
+        let clusters = fit.softened.clone();
         // The same data in a + b and a - b: their halves sum to a.
         let turned = |s: &Square| {
             let (a, b, d) = (s.at(0, 0), s.at(0, 1), s.at(1, 1));

@@ -21,6 +21,8 @@ pub(crate) struct ToyFit {
     /// `information` less the derivative of the weights.
     pub bread: Square,
     pub windows: Vec<Quadratic>,
+    /// The windows with the derivative of their weights in the curvature.
+    pub softened: Vec<Quadratic>,
 }
 
 /// Data of one repetition: `[window][residual]`, and the sensitivities of each of the parameters.
@@ -78,7 +80,7 @@ impl Toy {
         let n = SCALE_FREEDOM + RESIDUALS as f64;
         let (mut information, mut cost) = (Square::zero(p), 0.0);
         let mut bread = Square::zero(p);
-        let mut windows = Vec::new();
+        let (mut windows, mut softened) = (Vec::new(), Vec::new());
         for (y, columns) in self.y.iter().zip(&self.columns) {
             let r: Vec<f64> = (0..RESIDUALS)
                 .map(|k| y[k] - (0..p).map(|i| columns[i][k] * theta[i]).sum::<f64>())
@@ -88,16 +90,18 @@ impl Toy {
             cost += n * (q / SCALE_FREEDOM).ln_1p();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
             let u: Vec<f64> = (0..p).map(|i| weight * dot(&columns[i], &r)).collect();
-            let mut s = Square::zero(p);
+            let (mut s, mut soft) = (Square::zero(p), Square::zero(p));
             for i in 0..p {
                 for j in 0..p {
                     *s.at_mut(i, j) = weight * dot(&columns[i], &columns[j]);
                     *information.at_mut(i, j) += s.at(i, j);
-                    *bread.at_mut(i, j) += s.at(i, j) - 2.0 / n * u[i] * u[j];
+                    *soft.at_mut(i, j) = s.at(i, j) - 2.0 / n * u[i] * u[j];
+                    *bread.at_mut(i, j) += soft.at(i, j);
                 }
             }
+            softened.push((soft, u.clone()));
             windows.push((s, u));
         }
-        ToyFit { theta: theta.to_vec(), cost, information, bread, windows }
+        ToyFit { theta: theta.to_vec(), cost, information, bread, windows, softened }
     }
 }

@@ -1,5 +1,6 @@
 //! Distribution functions that the thresholds need.
 
+use augsim_physics::model::NORMAL_95;
 pub(crate) use augsim_physics::statistics::{median, quantile};
 
 /// Logarithm of the gamma function (Lanczos, g = 7).
@@ -69,7 +70,7 @@ pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
 /// The value that the size of Student's t with `df` degrees of freedom exceeds with a probability of 5 %: the expansion of third
 /// order of Abramowitz and Stegun 26.7.5, good to 0.3 % from four degrees of freedom on.
 pub(crate) fn student_quantile(df: f64) -> f64 {
-    let z: f64 = 1.959_963_984_540_054;
+    let z = NORMAL_95;
     let odd = |powers: [f64; 4]| powers.iter().rev().fold(0.0, |sum, c| sum * z * z + c) * z;
     let first = odd([1.0, 1.0, 0.0, 0.0]) / 4.0;
     let second = odd([3.0, 16.0, 5.0, 0.0]) / 96.0;
