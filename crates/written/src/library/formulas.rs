@@ -16,13 +16,18 @@ pub(crate) fn formulas(model: &Model) -> Result<Vec<Candidate>, ModelError> {
     let mut all = Vec::new();
     for row in &rows {
         for mut candidate in expand(row, model)? {
-            let shape = candidate.text().map(|text| text.strip_prefix("c * ").unwrap_or(text).to_owned());
-            candidate.name = format!("{} on {}", shape.unwrap_or_default(), candidate.on);
+            let shape = candidate.text().map_or("", shape_of);
+            candidate.name = format!("{shape} on {}", candidate.on);
             candidate.shape = candidate.names.first().map(|(_, z)| z.clone());
             all.push(candidate);
         }
     }
     Ok(all)
+}
+
+/// The shape of a formula, without its coefficient: that of a constant is 1.
+fn shape_of(text: &str) -> &str {
+    if text == "c" { "1" } else { text.strip_prefix("c * ").unwrap_or(text) }
 }
 
 #[cfg(test)]
@@ -40,6 +45,7 @@ mod tests {
             names.sort_unstable();
             names.dedup();
             assert_eq!(names.len(), all.len(), "{name}");
+            assert!(names.iter().any(|n| n.starts_with("1 on ")), "{name}: no constant");
         }
     }
 }
