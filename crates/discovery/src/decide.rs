@@ -252,9 +252,9 @@ pub(crate) fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option
     let mut wider = unlisted(search, base, &starts)?;
     wider.heldout_ll = Some(search.heldout(&wider).ll);
     let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
-    let is_better = is_worth_a_table(best.criterion - wider.criterion)
-        && wider.heldout_ll > best.heldout_ll
-        && !runs_worse;
+    let fall = best.criterion - wider.criterion;
+    let held = heldout_gain(&wider, best).is_some_and(|gain| holds(fall, gain));
+    let is_better = is_worth_a_table(fall) && held && !runs_worse;
     is_better.then_some(wider)
 }
 
