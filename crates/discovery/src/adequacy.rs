@@ -66,8 +66,10 @@ impl Adequacy {
 
     /// So much is left that the model cannot be called an explanation, even without a better one.
     pub fn severe(&self) -> bool {
-        let p = [self.lack_of_fit, self.library, self.laws, self.heterogeneity, self.periodicity];
-        p.iter().any(|p| *p < 1e-6) || self.scatter_gain > 42.0
+        let p = [self.lack_of_fit, self.library, self.heterogeneity, self.periodicity];
+        // What a scatter has absorbed of a law no longer shows: the rest counts for more.
+        let level = if self.scatters { 1e-4 } else { 1e-6 };
+        p.iter().any(|p| *p < 1e-6) || self.laws < level || self.scatter_gain > 42.0
     }
 }
 
