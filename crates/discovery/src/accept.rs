@@ -50,12 +50,6 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
         let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
         put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
     }
-    d.errors.values().for_each(|t| put("errors", &table(t)));
-    put("dispersion", &[d.dispersion.unwrap_or(1.0)]);
-    for e in d.horizons.iter().flat_map(|h| h.errors.values()) {
-        let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
-        put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
-    }
     all
 }
 

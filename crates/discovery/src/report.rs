@@ -234,12 +234,17 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
             Some(j) => j.fit.clone(),
             None => parts.search.refit(&best.fit, set, &[]).fit,
         };
-    // A table takes the place of any law: what an effect does is told beside the other effects alone.
+    // A table takes the place of any law: what an effect does is told beside the other effects alone, where they can do without
+    // the table.
     let laws: Vec<Addition> = additions.iter().filter(|a| !is_table(a)).cloned().collect();
-    let beside = if laws.len() < additions.len() { fitted(&laws) } else { best.fit.clone() };
+    let alone = (laws.len() < additions.len()).then(|| fitted(&laws)).filter(|fit| fit.ll.is_finite());
+    let (others, beside) = match alone {
+        Some(fit) => (laws, fit),
+        None => (additions.to_vec(), best.fit.clone()),
+    };
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in additions.iter().enumerate().filter(|(_, a)| !is_table(a)) {
-        let rest: Vec<Addition> = laws.iter().filter(|law| *law != a).cloned().collect();
+        let rest: Vec<Addition> = others.iter().filter(|other| *other != a).cloned().collect();
         let without = fitted(&rest);
         let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
@@ -252,7 +257,7 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
                 let label = kinds(std::slice::from_ref(a));
                 [folds_that_found(&parts.folds, &label[0]), parts.folds.len()]
             }),
-            share: (2.0 * (beside.ll - without.ll) / whole).clamp(0.0, 1.0),
+            share: share_of_gain(beside.ll, without.ll, whole),
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
                 let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
@@ -271,6 +276,12 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
     }
     order(&mut out, parts.error.calibrated.rmse - parts.error.augmented.rmse);
     out
+}
+
+/// An effect's share of the `whole` gain, by the ln likelihoods of the model with it and without it: all of it where without it
+/// nothing can be simulated.
+fn share_of_gain(with: f64, without: f64, whole: f64) -> f64 {
+    if without.is_finite() { (2.0 * (with - without) / whole).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of
@@ -376,4 +387,17 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
         work: data.tally.work(),
     };
     all_finite(found, &data.name)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: shares of the gain are between 0 and 1, also where a model cannot do without an effect.
+    use super::*;
+
+    #[test]
+    fn an_effect_without_which_nothing_can_be_simulated_has_the_whole_gain() {
+        assert_eq!(share_of_gain(-10.0, -60.0, 200.0), 0.5);
+        assert_eq!(share_of_gain(-10.0, f64::NEG_INFINITY, 200.0), 1.0);
+        assert_eq!(share_of_gain(-60.0, -10.0, 200.0), 0.0);
+    }
 }
