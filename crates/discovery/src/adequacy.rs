@@ -233,8 +233,27 @@ fn lack_of_fit(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a law that the model lacks shows as lack of fit through several arcs; one arc that an outlier spoils does not.
+    //! Contract: a law that the model lacks shows as lack of fit through several arcs; one arc that an outlier spoils does not. A
+    //! law that is left beside a scatter is severe earlier than one that is left beside none.
     use super::*;
+
+    #[test]
+    fn a_law_beside_a_scatter_is_severe_at_odds_of_ten_thousand_to_one() {
+        let left = |laws, scatters| Adequacy {
+            lack_of_fit: 1.0,
+            library: 1.0,
+            laws,
+            heterogeneity: 1.0,
+            periodicity: 1.0,
+            scatter_gain: 0.0,
+            scatters,
+            has_laws: true,
+            has_events: true,
+            law_scores: Vec::new(),
+        };
+        assert!(left(1e-5, true).severe() && !left(1e-5, false).severe());
+        assert!(!left(1e-3, true).severe() && left(1e-7, false).severe());
+    }
 
     /// P-value of 16 arcs with four shapes each, of which the first ones have these misfits and the others what noise leaves.
     fn of_arcs(spoilt: &[f64]) -> f64 {
