@@ -56,7 +56,7 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
             Column::number("share of the gain", "%").decimals(1),
         ];
         if removed {
-            columns.insert(5, Column::number("error removed", &report.error.unit).decimals(2));
+            columns.insert(5, Column::number("error removed", &report.error.unit));
         }
         if folds {
             columns.push(Column::text("found again in folds"));
