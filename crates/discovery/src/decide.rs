@@ -198,11 +198,14 @@ fn simplest<'f>(found: &'f Explored, best: &'f Judged) -> &'f Judged {
 
 /// Whether a hypothesis pays its penalty on the training part, is away from its nulls, and holds on the other part.
 fn is_confirmed(judged: &Judged, base: &Judged) -> bool {
-    let trained = (base.criterion - judged.criterion) / judged.unit;
     judged.additions().is_empty()
-        || (trained > 0.0
-            && heldout_gain(judged, base).is_some_and(|gain| holds(trained, gain))
-            && judged.fit.is_clear())
+        || (judged.criterion < base.criterion && holds_over(judged, base) && judged.fit.is_clear())
+}
+
+/// Whether the held-out part confirms what a hypothesis gains over another on the training part, in units of its dispersion.
+fn holds_over(judged: &Judged, other: &Judged) -> bool {
+    let trained = (other.criterion - judged.criterion) / judged.unit;
+    heldout_gain(judged, other).is_some_and(|gain| holds(trained, gain))
 }
 
 /// Whether the data let a hypothesis be an answer, the best one or one that is as good.
@@ -210,8 +213,7 @@ pub(crate) fn may_answer(search: &Search<'_>, judged: &Judged, base: &Judged) ->
     if search.train.data.is_idealised() {
         return is_confirmed(judged, base);
     }
-    let trained = base.criterion - judged.criterion;
-    heldout_gain(judged, base).is_some_and(|gain| holds(trained, gain))
+    holds_over(judged, base)
 }
 
 /// The best on both parts together, if it is confirmed. Where the laws of the system are idealisations: the best of all that
@@ -252,9 +254,8 @@ pub(crate) fn widen(search: &Search<'_>, base: &Judged, best: &Judged) -> Option
     let mut wider = unlisted(search, base, &starts)?;
     wider.heldout_ll = Some(search.heldout(&wider).ll);
     let runs_worse = wider.free_run.zip(best.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
-    let fall = best.criterion - wider.criterion;
-    let held = heldout_gain(&wider, best).is_some_and(|gain| holds(fall, gain));
-    let is_better = is_worth_a_table(fall) && held && !runs_worse;
+    let is_better =
+        is_worth_a_table(best.criterion - wider.criterion) && holds_over(&wider, best) && !runs_worse;
     is_better.then_some(wider)
 }
 
