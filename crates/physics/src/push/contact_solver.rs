@@ -5,6 +5,7 @@
 //! (implicit functions).
 
 use super::contact::{ContactFriction, Mode, Response, Touch, cone_edge, ellipsoid, inverse_metric, slid};
+use super::near::Near;
 use super::planar::{Twist, Vector, Wrench, add, cross, dot, norm, rot90, scale, sub};
 use super::support::{Support, mobility};
 use super::surface::Surface;
@@ -247,11 +248,14 @@ pub(super) fn general<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
+    near: Option<Near>,
 ) -> Response<S> {
     let (values, touch_values, plain) = (support.values(), touch.values(), friction.map(S::value));
     let c = values.surface.nominal_c();
     let like = Support { surface: Surface::Ellipsoid { c }, loaded: false, inertia: None, ..values };
     let cone_of = |sign: f64| Cone { normal: touch_values.normal, friction: plain, sign };
+    let u = touch_values.velocity;
+    let before = |mode: Mode| near.and_then(|n| n.motion(mode, norm(u)));
     // Where the ellipsoid like this surface slides, this one is likely to: a sliding motion that its own friction opposes needs
     // no further check.
     let likely = match ellipsoid(&like, c, &touch_values, plain.at_rest).mode {
@@ -261,13 +265,14 @@ pub(super) fn general<S: Scalar>(
     };
     if let Some(sign) = likely {
         let cone = cone_of(sign);
-        let guess = slide_guess(&like, &touch_values, cone.edge(0.0));
+        let guess = before(slid(sign)).unwrap_or_else(|| slide_guess(&like, &touch_values, cone.edge(0.0)));
         if let Some(found) = slide_root(&values, &touch_values, &cone, guess) {
             return slide(support, touch, friction, sign, &found);
         }
     }
-    let u = touch_values.velocity;
-    let stuck = stick_root(&values, &touch_values, u, stick_guess(&like, &touch_values));
+    let guess =
+        before(Mode::Stick).map_or_else(|| stick_guess(&like, &touch_values), |[_, rotation]| rotation);
+    let stuck = stick_root(&values, &touch_values, u, guess);
     let (_, w, _) = stick_residual(&values, &touch_values, u, stuck.rotation);
     let n = touch_values.normal;
     let (normal_part, tangential) = (dot(w.force, n), dot(w.force, rot90(n)));
@@ -276,7 +281,7 @@ pub(super) fn general<S: Scalar>(
     }
     let sign = if tangential >= 0.0 { 1.0 } else { -1.0 };
     let cone = cone_of(sign);
-    let guess = slide_guess(&like, &touch_values, cone.edge(0.0));
+    let guess = before(slid(sign)).unwrap_or_else(|| slide_guess(&like, &touch_values, cone.edge(0.0)));
     let found = slide_root(&values, &touch_values, &cone, guess)
         .or_else(|| slide_root(&values, &touch_values, &cone, [0.0, stuck.rotation]))
         .unwrap_or_else(|| {

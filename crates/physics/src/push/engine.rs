@@ -9,6 +9,7 @@ use super::arc::Arc;
 use super::contact::Mode;
 use super::field::Field;
 use super::instant::{Instant, Scene, TOUCHING_M};
+use super::near::Near;
 use super::path::{Motion, Path, Straight};
 use super::planar::{Pose, Rotation, Twist, Vector, add, dot, norm, scale, sub};
 use super::world::World;
@@ -145,7 +146,7 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
     let Some(&first) = times.first() else { return Ok(()) };
     let mut stepper = Stepper::with_field(push.world, push.parameters, push.steps, push.field);
     let delay = stepper.scene.setting.delay_s.unwrap_or_else(S::zero);
-    let mut state = State { pose: stepper.unreported(&push.start), twist: Twist::zero() };
+    let mut state = State { pose: stepper.unreported(&push.start), twist: Twist::zero(), near: None };
     let begin = first - delay.value();
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
     if !under_way {
@@ -157,7 +158,7 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
     {
         stepper.scene.place(&state.pose);
         let velocity = stepper.scene.true_velocity(push.path.piece(begin).velocity(S::constant(begin)));
-        state.twist = stepper.scene.at(&state.pose, rod, velocity, true).twist;
+        state.twist = stepper.scene.at(&state.pose, rod, velocity, true, None).twist;
     }
     let mut time = begin;
     for (i, &t) in times.iter().enumerate() {
@@ -177,8 +178,8 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
         });
         let at = S::constant(until);
         let rod = stepper.scene.true_rod(piece.position(at));
-        let mut instant =
-            stepper.scene.at(&state.pose, rod, stepper.scene.true_velocity(piece.velocity(at)), false);
+        let velocity = stepper.scene.true_velocity(piece.velocity(at));
+        let mut instant = stepper.scene.at(&state.pose, rod, velocity, false, state.near);
         if stepper.scene.has_inertia() {
             instant.twist = state.twist;
         }
@@ -200,6 +201,7 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
 struct State<S> {
     pose: Pose<S>,
     twist: Twist<S>,
+    near: Option<Near>,
 }
 
 /// A world with its numbers filled in, that moves an object step by step.
@@ -251,11 +253,11 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     ) -> Stepped<S> {
         let velocity = scale(sub(to, from), S::constant(1.0 / duration));
         let piece = Straight { start: from, velocity, since: 0.0 };
-        let mut state = State { pose, twist };
+        let mut state = State { pose, twist, near: None };
         self.advance(&piece, 0.0, duration, &mut state);
         self.scene.place(&state.pose);
-        let instant =
-            self.scene.at(&state.pose, self.scene.true_rod(to), self.scene.true_velocity(velocity), false);
+        let velocity = self.scene.true_velocity(velocity);
+        let instant = self.scene.at(&state.pose, self.scene.true_rod(to), velocity, false, state.near);
         let twist = if self.scene.has_inertia() { state.twist } else { instant.twist };
         Stepped { pose: state.pose, twist, instant }
     }
@@ -263,7 +265,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     /// The instant at `pose` with the reported rod at `rod`, moving with `velocity`, m/s.
     pub fn instant(&mut self, pose: &Pose<S>, rod: Vector<S>, velocity: Vector<S>) -> Instant<S> {
         self.scene.place(pose);
-        self.scene.at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false)
+        self.scene.at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false, None)
     }
 
     /// The pose that the sensor reports.
@@ -322,32 +324,41 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             if inertia {
                 self.inertial(piece, start, h, state);
             } else {
-                state.pose = self.quasi_static(piece, start, h, state.pose).to;
+                state.pose = self.quasi_static(piece, start, h, state.pose, &mut state.near).to;
             }
         }
     }
 
     /// The deflection of a rod that yields, m: the force of the contact is that of the rod as it is bent.
-    fn bent<M: Motion<S>>(&self, piece: &M, pose: &Pose<S>, time: S) -> Vector<S> {
+    fn bent<M: Motion<S>>(&self, piece: &M, pose: &Pose<S>, time: S, near: Option<Near>) -> Vector<S> {
         let rod = self.scene.true_rod(piece.position(time));
         let Some(compliance) = self.scene.setting.compliance_m_per_n else { return rod };
-        let force = self.scene.at(pose, rod, self.scene.true_velocity(piece.velocity(time)), true).force;
+        let velocity = self.scene.true_velocity(piece.velocity(time));
+        let force = self.scene.at(pose, rod, velocity, true, near).force;
         sub(rod, scale(force, compliance))
     }
 
-    /// Makes a sub-step of `h` s from `start`: the object rests until the rod touches it.
-    pub(super) fn quasi_static<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, pose: Pose<S>) -> Arc<S> {
+    /// Makes a sub-step of `h` s from `start`: the object rests until the rod touches it. `near` is the contact's motion before
+    /// the sub-step, and after it.
+    pub(super) fn quasi_static<M: Motion<S>>(
+        &self,
+        piece: &M,
+        start: f64,
+        h: f64,
+        pose: Pose<S>,
+        near: &mut Option<Near>,
+    ) -> Arc<S> {
         let (begin, end) = (S::constant(start), start + h);
-        let (gap, _) = self.scene.gap(&pose, self.bent(piece, &pose, begin));
+        let (gap, _) = self.scene.gap(&pose, self.bent(piece, &pose, begin, *near));
         if gap.value() <= TOUCHING_M {
-            return self.runge_kutta(piece, begin, S::constant(h), pose);
+            return self.runge_kutta(piece, begin, S::constant(h), pose, near);
         }
-        let at_end = self.scene.gap(&pose, self.bent(piece, &pose, S::constant(end))).0;
+        let at_end = self.scene.gap(&pose, self.bent(piece, &pose, S::constant(end), *near)).0;
         if at_end.value() >= 0.0 {
             return Arc::still(pose, begin, S::constant(h));
         }
         let touch = self.touch_down(piece, start, h, &pose, gap.value(), at_end.value());
-        self.runge_kutta(piece, touch, S::constant(end) - touch, pose)
+        self.runge_kutta(piece, touch, S::constant(end) - touch, pose, near)
     }
 
     /// When the gap closes between `start` and `start + h`, s.
@@ -362,7 +373,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     ) -> S {
         let gap_at = |t: f64| {
             let time = S::constant(t);
-            self.scene.gap(pose, self.bent(piece, pose, time))
+            self.scene.gap(pose, self.bent(piece, pose, time, None))
         };
         let (mut low, mut high) = (start, start + h);
         let mut guess = start + h * gap / (gap - at_end);
@@ -387,15 +398,24 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// One Runge-Kutta step of a pair that touches; then the rod is put back on the outline.
-    fn runge_kutta<M: Motion<S>>(&self, piece: &M, start: S, h: S, pose: Pose<S>) -> Arc<S> {
+    fn runge_kutta<M: Motion<S>>(
+        &self,
+        piece: &M,
+        start: S,
+        h: S,
+        pose: Pose<S>,
+        near: &mut Option<Near>,
+    ) -> Arc<S> {
         let compliant = self.scene.setting.compliance_m_per_n.is_some();
-        let twist = |pose: &Pose<S>, time: S| {
+        let mut twist = |pose: &Pose<S>, time: S| {
             let rod = if compliant {
-                self.bent(piece, pose, time)
+                self.bent(piece, pose, time, *near)
             } else {
                 self.scene.true_rod(piece.position(time))
             };
-            let instant = self.scene.at(pose, rod, self.scene.true_velocity(piece.velocity(time)), true);
+            let velocity = self.scene.true_velocity(piece.velocity(time));
+            let instant = self.scene.at(pose, rod, velocity, true, *near);
+            *near = Near::of(&instant, velocity);
             (instant.twist, instant.mode)
         };
         let (k1, _) = twist(&pose, start);
@@ -412,8 +432,11 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             rotation: k1.rotation + k4.rotation + (k2.rotation + k3.rotation) * 2.0,
         };
         let next = pose.advanced(&sum, h * (1.0 / 6.0));
-        let rod =
-            if compliant { self.bent(piece, &next, end) } else { self.scene.true_rod(piece.position(end)) };
+        let rod = if compliant {
+            self.bent(piece, &next, end, *near)
+        } else {
+            self.scene.true_rod(piece.position(end))
+        };
         let to = self.projected(next, rod, mode != Mode::Separate);
         Arc { start, duration: h, from: pose, to, begins: k1, ends: k4 }
     }
@@ -437,13 +460,14 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             state.twist = Twist::zero();
             return;
         }
-        let rod = self.bent(piece, &state.pose, begin);
+        let rod = self.bent(piece, &state.pose, begin, state.near);
         let next_rod = self.scene.true_rod(piece.position(end));
         let length = S::constant(h);
         let velocity = scale(sub(next_rod, self.scene.true_rod(piece.position(begin))), S::constant(1.0 / h));
-        let instant = self.scene.after(&state.pose, rod, velocity, length, state.twist);
+        let instant = self.scene.after(&state.pose, rod, velocity, length, state.twist, state.near);
+        state.near = Near::of(&instant, velocity);
         let pose = state.pose.advanced(&instant.twist, length);
-        state.pose = self.projected(pose, self.bent(piece, &pose, end), false);
+        state.pose = self.projected(pose, self.bent(piece, &pose, end, state.near), false);
         state.twist = instant.twist;
     }
 }

@@ -2,8 +2,9 @@
 
 use super::contact::{ContactFriction, Mode, Response, Touch};
 use super::field::Field;
+use super::near::Near;
 use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
-use super::response::respond;
+use super::response::respond_near;
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
 use super::surface::{Matrix, Surface};
@@ -177,18 +178,28 @@ impl<'a, S: Scalar> Scene<'a, S> {
 
     /// The response of an object that the rod touches. Where the force moves the pressure it is found by repetition: the
     /// effect on the response is small.
-    fn response(&self, g: &Geometry<S>, velocity: Vector<S>, inertia: Option<(S, Twist<S>)>) -> Response<S> {
+    fn response(
+        &self,
+        g: &Geometry<S>,
+        velocity: Vector<S>,
+        inertia: Option<(S, Twist<S>)>,
+        near: Option<Near>,
+    ) -> Response<S> {
         let touch = Touch { point: g.contact, normal: g.outward.map(|x| -x), velocity };
         let s = &self.setting;
         let friction = ContactFriction { at_rest: s.contact_friction, rise_s_per_m: s.slip_rise_s_per_m };
-        let mut response = respond(&self.support(g.rotation, None, inertia), &touch, &friction);
+        let mut response = respond_near(&self.support(g.rotation, None, inertia), &touch, &friction, near);
         if s.push_height_m.is_some() {
             for _ in 0..HEIGHT_REPETITIONS {
                 if response.mode == Mode::Separate {
                     break;
                 }
-                response =
-                    respond(&self.support(g.rotation, Some(response.force), inertia), &touch, &friction);
+                response = respond_near(
+                    &self.support(g.rotation, Some(response.force), inertia),
+                    &touch,
+                    &friction,
+                    near,
+                );
             }
         }
         response
@@ -197,12 +208,19 @@ impl<'a, S: Scalar> Scene<'a, S> {
     /// The instant at which the object is at `pose` and the (unbent) rod at `rod`, moving with `velocity`. `touching` treats
     /// the pair as touching whatever the gap; otherwise the gap decides.
     #[inline]
-    pub fn at(&self, pose: &Pose<S>, rod: Vector<S>, velocity: Vector<S>, touching: bool) -> Instant<S> {
+    pub fn at(
+        &self,
+        pose: &Pose<S>,
+        rod: Vector<S>,
+        velocity: Vector<S>,
+        touching: bool,
+        near: Option<Near>,
+    ) -> Instant<S> {
         let g = self.geometry(pose, rod);
         if !touching && g.gap.value() > TOUCHING_M {
             return self.instant(&g, Response::without_force(Mode::Free, Twist::zero()));
         }
-        let response = self.response(&g, g.rotation.to_body(velocity), None);
+        let response = self.response(&g, g.rotation.to_body(velocity), None, near);
         self.instant(&g, response)
     }
 
@@ -215,11 +233,12 @@ impl<'a, S: Scalar> Scene<'a, S> {
         velocity: Vector<S>,
         h: S,
         previous: Twist<S>,
+        near: Option<Near>,
     ) -> Instant<S> {
         let g = self.geometry(pose, rod);
         let u = g.rotation.to_body(velocity);
         let closing = if g.gap.value() > 0.0 { g.gap / h } else { S::zero() };
-        let response = self.response(&g, add(u, scale(g.outward, closing)), Some((h, previous)));
+        let response = self.response(&g, add(u, scale(g.outward, closing)), Some((h, previous)), near);
         let mut instant = self.instant(&g, response);
         if instant.mode == Mode::Separate && g.gap.value() > TOUCHING_M {
             instant.mode = Mode::Free;

@@ -42,6 +42,7 @@ mod field;
 mod instant;
 pub mod laboratory;
 mod moments;
+mod near;
 mod object;
 mod objection;
 mod outline;

@@ -32,7 +32,7 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
     }
     let delay = stepper.scene.setting.delay_s.unwrap_or_else(S::zero);
     let begin = first - delay.value();
-    let mut pose = stepper.unreported(&push.start);
+    let (mut pose, mut near) = (stepper.unreported(&push.start), None);
     let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
     if !under_way {
         stepper.check_start(&pose, rod)?;
@@ -53,7 +53,7 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
                 Arc::still(pose, S::constant(start), S::constant(h))
             } else {
                 stepper.scene.place(&pose);
-                stepper.quasi_static(&piece, start, h, pose)
+                stepper.quasi_static(&piece, start, h, pose, &mut near)
             };
             // The last sub-step has whatever rounding left over.
             let ends = if until >= stop && i + 1 == steps { f64::INFINITY } else { start + h };

@@ -2,6 +2,7 @@
 
 use super::contact::{ContactFriction, Mode, Response, Touch, ellipsoid};
 use super::contact_solver::general;
+use super::near::Near;
 use super::planar::{Twist, dot};
 use super::support::{Support, free_twist};
 use super::surface::Surface;
@@ -14,6 +15,17 @@ pub fn respond<S: Scalar>(
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
 ) -> Response<S> {
+    respond_near(support, touch, friction, None)
+}
+
+/// [`respond`] of a contact whose motion a moment ago is known.
+#[inline]
+pub(super) fn respond_near<S: Scalar>(
+    support: &Support<'_, S>,
+    touch: &Touch<S>,
+    friction: &ContactFriction<S>,
+    near: Option<Near>,
+) -> Response<S> {
     let approach = dot(touch.velocity, touch.normal).value();
     let Some(inertia) = &support.inertia else {
         if approach <= 0.0 {
@@ -21,14 +33,14 @@ pub fn respond<S: Scalar>(
         }
         return match (&support.surface, support.loaded, friction.rise_s_per_m) {
             (Surface::Ellipsoid { c }, false, None) => ellipsoid(support, *c, touch, friction.at_rest),
-            _ => general(support, touch, friction),
+            _ => general(support, touch, friction, near),
         };
     };
     // With inertia an object may run ahead. Contact and free motion exclude each other (the one has a pushing force exactly
     // when the other would overlap), so that the likelier is tried first.
     let rate = |twist: &Twist<S>| dot(twist.at(touch.point), touch.normal).value();
     if approach > rate(&inertia.previous) {
-        let response = general(support, touch, friction);
+        let response = general(support, touch, friction, near);
         if dot(response.force, touch.normal).value() > 0.0 {
             return response;
         }
@@ -37,5 +49,5 @@ pub fn respond<S: Scalar>(
     if rate(&free) >= approach {
         return Response::without_force(Mode::Separate, free);
     }
-    general(support, touch, friction)
+    general(support, touch, friction, near)
 }
