@@ -2,6 +2,9 @@
 //! with one command each; what one writes the next one reads; mistakes name file, column and remedy. Data are simulated by
 //! the binary itself without noise, so that the truth is known to many digits, and parameters declared wrong must come back.
 
+#[path = "../../../tests/support/shared_data.rs"]
+mod shared_data;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -350,6 +353,28 @@ fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
         ["calibrated", "augmented"].map(|row| found["error"][row]["rmse"].as_f64().expect("a number"));
     assert!(augmented < 0.3 * calibrated, "{augmented} {calibrated}");
     augsim(&["evaluate", "found/model.toml", "--data", "bumps.csv", "--burn-in", "20"], d);
+}
+
+#[test]
+fn what_an_effect_removes_is_told_over_windows_as_long_as_those_of_its_parameters() {
+    let Some(folder) = shared_data::shared_data("cascaded-tanks") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let rows = std::fs::read_to_string(folder.join("estimation.csv")).unwrap();
+    std::fs::write(d.join("tanks.csv"), rows.replacen("t_s", "time_s", 1)).unwrap();
+    std::fs::write(d.join("tanks.toml"), include_str!("../models/cascaded-tanks.toml")).unwrap();
+    let found = json(&["discover", "tanks.toml", "tanks.csv", "--out", "found", "--json"], d);
+    // Parameters over windows of the search forecast worse than the calibrated model: told beside them, an effect removed more
+    // error than there was, and none had a share of the gain.
+    assert!(found["error"]["free_run"].is_object(), "{found}");
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let calibrated = number(&found["error"]["calibrated"]["rmse"]);
+    let effects = found["effects"].as_array().unwrap();
+    assert!(effects.len() > 1 && effects[0]["kind"].as_str().unwrap().starts_with("overflow"), "{found}");
+    for effect in effects {
+        assert!(number(&effect["removed"]) < 0.5 * calibrated, "{effect}");
+        assert!((0.1..=1.0).contains(&number(&effect["share"])), "{effect}");
+    }
 }
 
 #[test]

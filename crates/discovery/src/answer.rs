@@ -19,6 +19,10 @@ pub(crate) struct AnswerParts<'a> {
     pub found: &'a Explored,
     pub base: &'a Judged,
     pub best: &'a Judged,
+    /// `base` and `best` over the windows of the search, which likelihoods of sets are compared over.
+    pub searched: [&'a Judged; 2],
+    /// How many windows of the search each window joins that the best model's parameters come of.
+    pub joined: Option<usize>,
     /// The best model fitted to all trajectories.
     pub full: &'a Fit,
     pub tests: &'a Adequacy,

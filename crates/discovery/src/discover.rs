@@ -79,8 +79,10 @@ pub fn discover(
     }
     let search = Search::on(&prepared, family);
     let Prepared { data: measured, noise, .. } = &prepared;
-    // How many windows of the search each window of the final fits joins: of the calibrated model and of the best.
+    // How many windows of the search each window of the final fits joins, and what the search came to over its own windows: of the
+    // calibrated model and of the best.
     let mut joined = [None; 2];
+    let mut searched = [decided.base.clone(), decided.best.clone()];
     let (of_base, of_best) = rayon::join(
         || search.over_longer_windows(&decided.base),
         || search.over_longer_windows(&decided.best),
@@ -113,7 +115,7 @@ pub fn discover(
             let stable = crossed.stable(decided.best.additions());
             if measured.is_idealised() && stable.len() < decided.best.additions().len() {
                 decided = with_only(&search, decided, &stable, progress);
-                joined[1] = None;
+                (joined[1], searched[1]) = (None, decided.best.clone());
                 shown = on_split(&decided, limit);
             }
             (lists, folds) = (crossed.lists, crossed.found);
@@ -134,7 +136,7 @@ pub fn discover(
     if !moved.is_empty() && moved.len() < decided.best.additions().len() {
         // What all of the data leave at its null is no finding, though a part of them took it for one.
         decided = with_only(&search, decided, &moved, progress);
-        joined[1] = None;
+        (joined[1], searched[1]) = (None, decided.best.clone());
         shown = on_split(&decided, limit);
         if folds.is_empty() {
             lists = shown.clone();
@@ -160,7 +162,7 @@ pub fn discover(
             shown = lists.clone();
             (error, errors) = tables(&lists, 0, 0.0);
             folds = Vec::new();
-            joined[1] = joined[0];
+            (joined[1], searched[1]) = (joined[0], searched[0].clone());
             last = full(&decided.best, joined[1]);
         }
     }
@@ -191,6 +193,8 @@ pub fn discover(
         found: &found,
         base: &base,
         best: &best,
+        searched: [&searched[0], &searched[1]],
+        joined: joined[1],
         full: &last,
         tests: &tests,
         verdict,

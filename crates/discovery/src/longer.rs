@@ -98,6 +98,12 @@ pub(crate) fn fit_joined(sample: &ChosenRecords<'_>, from: &Fit, joined: usize) 
     fit_nuisance(sample, &found.hypothesis, &found.theta, &from.nuisance)
 }
 
+/// [`fit_joined`] over windows that grow to those that join so many, each length from where the one before it ended.
+pub(crate) fn fit_up_to(sample: &ChosenRecords<'_>, from: Fit, joined: usize) -> Fit {
+    let lengths = lengths(sample.data).into_iter().take_while(|length| *length <= joined);
+    lengths.fold(from, |fit, length| fit_joined(sample, &fit, length))
+}
+
 /// The fit `from` of other windows, from starts that are found anew at its parameters.
 pub(crate) fn fit_anew(sample: &ChosenRecords<'_>, from: &Fit) -> Fit {
     let starts = fit_nuisance(sample, &from.hypothesis, &from.theta, &[]);

@@ -12,6 +12,7 @@ use crate::folds::folds_that_found;
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::judged::{Judged, is_as_good};
+use crate::longer::fit_up_to;
 use crate::remainder::unexplained;
 use crate::result::*;
 use crate::sentence::{order, sentence};
@@ -94,7 +95,7 @@ fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
     if parts.best.additions().is_empty() || tabulated {
         return Vec::new();
     }
-    let best = parts.best;
+    let [base, best] = parts.searched;
     let mine = kinds(best.additions());
     let mut out: Vec<(&Judged, Vec<String>)> = Vec::new();
     for j in &parts.found.pool {
@@ -104,7 +105,7 @@ fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
         let close = is_as_good(j.total() - best.total(), best.unit)
             || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit && is_as_good(heldout, best.unit);
         if close
-            && may_answer(parts.search, j, parts.base)
+            && may_answer(parts.search, j, base)
             && !superset
             && theirs.len() <= mine.len() + 1
             && !theirs.is_empty()
@@ -117,7 +118,7 @@ fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
 }
 
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
-    let (base, best) = (parts.base, parts.best);
+    let [base, best] = parts.searched;
     let records = &parts.search.train.data.system.schema().record[1];
     let mut out: Vec<Candidate> = Vec::new();
     let mut list: Vec<&Judged> = parts.found.tried.iter().filter(|j| !j.additions().is_empty()).collect();
@@ -223,8 +224,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
 }
 
 fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
-    let best = parts.best;
-    let whole = 2.0 * (best.fit.ll - parts.base.fit.ll);
+    let [base, best] = parts.searched;
+    let whole = 2.0 * (best.fit.ll - base.fit.ll);
     let additions = best.additions();
     let drawn = drawn(parts, whole);
     let several = additions.len() + usize::from(drawn.is_some()) > 1;
@@ -238,17 +239,20 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
     // the table.
     let laws: Vec<Addition> = additions.iter().filter(|a| !is_table(a)).cloned().collect();
     let alone = (laws.len() < additions.len()).then(|| fitted(&laws)).filter(|fit| fit.ll.is_finite());
-    let (others, beside) = match alone {
-        Some(fit) => (laws, fit),
-        None => (additions.to_vec(), best.fit.clone()),
+    let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
+    let over_longer = |fit: Fit| fit_up_to(&parts.search.train, fit, parts.joined.unwrap_or(1));
+    let (others, beside, longer) = match alone {
+        Some(fit) => (laws, fit.ll, several.then(|| over_longer(fit))),
+        None => (additions.to_vec(), best.fit.ll, several.then(|| parts.best.fit.clone())),
     };
+    let error_beside = longer.map(|fit| error(&fit));
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in additions.iter().enumerate().filter(|(_, a)| !is_table(a)) {
         let rest: Vec<Addition> = others.iter().filter(|other| *other != a).cloned().collect();
         let without = fitted(&rest);
-        let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed = (lawful && several).then(|| error(&without) - error(&beside)).filter(|x| x.is_finite());
+        let share = share_of_gain(beside, without.ll, whole);
+        let removed = error_beside.filter(|_| lawful).map(|beside| error(&over_longer(without)) - beside);
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
@@ -257,13 +261,13 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
                 let label = kinds(std::slice::from_ref(a));
                 [folds_that_found(&parts.folds, &label[0]), parts.folds.len()]
             }),
-            share: share_of_gain(beside.ll, without.ll, whole),
+            share,
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
                 let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
                 Some(FoundFormula { text: effect.formula.clone(), of, unit, range: grammar.range })
             }),
-            removed,
+            removed: removed.filter(|x| x.is_finite()),
             per: match a {
                 Addition::Scatter(s) => Some(s.word.clone()),
                 _ => None,

@@ -3,7 +3,7 @@
 use super::contact::{ContactFriction, Mode, Response, Touch};
 use super::field::Field;
 use super::near::Near;
-use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
+use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, norm, scale, sub};
 use super::response::respond_near;
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
@@ -34,6 +34,13 @@ pub struct Instant<S> {
     pub gap: S,
     /// Velocity of the rod relative to the object along the tangent, m/s; see [`Response::slip`].
     pub slip: S,
+}
+
+impl<S: Scalar> Instant<S> {
+    /// Where the next instant's motion is near, if the rod moves with `velocity`, m/s.
+    pub(super) fn near(&self, velocity: Vector<S>) -> Option<Near> {
+        Near::new(self.mode, [self.slip.value(), self.twist.rotation.value()], norm(velocity.map(S::value)))
+    }
 }
 
 /// A world with its numbers filled in, ready to be asked about instants.

@@ -4,9 +4,6 @@
 //! place where Newton's method starts is taken from here, never the answer.
 
 use super::contact::Mode;
-use super::instant::Instant;
-use super::planar::{Vector, norm};
-use crate::Scalar;
 
 /// The motion of a contact that sticks or slides, per unit of the rod's speed.
 #[derive(Clone, Copy, Debug)]
@@ -18,16 +15,11 @@ pub(super) struct Near {
 }
 
 impl Near {
-    /// The motion at `instant`, with the rod moving at `velocity`, m/s; `None` where the contact carries no force.
-    pub fn of<S: Scalar>(instant: &Instant<S>, velocity: Vector<S>) -> Option<Self> {
-        let speed = norm(velocity.map(S::value));
-        let touches = matches!(instant.mode, Mode::Stick | Mode::Left | Mode::Right);
-        let per_speed = |x: S| x.value() / speed;
-        (touches && speed > 0.0).then(|| Self {
-            mode: instant.mode,
-            slip: per_speed(instant.slip),
-            rotation: per_speed(instant.twist.rotation),
-        })
+    /// The motion of a contact in `mode` with this slip, m/s, and angular velocity, rad/s, under a rod at `speed`, m/s; `None` where
+    /// it carries no force.
+    pub fn new(mode: Mode, [slip, rotation]: [f64; 2], speed: f64) -> Option<Self> {
+        let touches = matches!(mode, Mode::Stick | Mode::Left | Mode::Right);
+        (touches && speed > 0.0).then(|| Self { mode, slip: slip / speed, rotation: rotation / speed })
     }
 
     /// Slip, m/s, and angular velocity, rad/s, of a rod at `speed`, m/s, if the contact was in `mode`.
