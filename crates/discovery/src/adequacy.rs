@@ -16,6 +16,28 @@ use crate::statistics::{chi2_tail, median};
 use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
+/// P-value of smooth shapes in the arcs below which a lack of fit is left.
+const LEVEL_OF_FIT: f64 = 1e-4;
+/// P-value of the best score below which an effect of the library is left.
+const LEVEL_OF_LIBRARY: f64 = 1e-3;
+/// P-value of the best law of one feature below which a law is left.
+const LEVEL_OF_LAWS: f64 = 1e-4;
+/// The same beside a scatter, which absorbs most of what a law shows.
+const LEVEL_OF_LAWS_BESIDE_SCATTER: f64 = 0.02;
+/// P-value below which parameters differ from record to record.
+const LEVEL_OF_HETEROGENEITY: f64 = 1e-4;
+/// P-value below which the scatter of events has a period on the clock.
+const LEVEL_OF_PERIODICITY: f64 = 1e-3;
+/// Gain in -2 ln likelihood by a scatter from which on one is left.
+const MOST_SCATTER_GAIN: f64 = 15.8;
+
+/// P-value below which so much is left that the model is no explanation, even without a better one.
+const SEVERE: f64 = 1e-6;
+/// The same of a law beside a scatter, which absorbs most of what a law shows.
+const SEVERE_BESIDE_SCATTER: f64 = 1e-4;
+/// Gain by a scatter from which on it is severe that the model has none.
+const SEVERE_SCATTER_GAIN: f64 = 42.0;
+
 /// P-values of the families of tests, each multiplied by the number of tests in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Adequacy {
@@ -44,12 +66,13 @@ pub(crate) struct Adequacy {
 impl Adequacy {
     /// Nothing is left that the tests can see.
     pub fn ok(&self) -> bool {
-        self.lack_of_fit > 1e-4
-            && self.library > 1e-3
-            && self.laws > if self.scatters { 0.02 } else { 1e-4 }
-            && self.heterogeneity > 1e-4
-            && self.periodicity > 1e-3
-            && self.scatter_gain < 15.8
+        let laws = if self.scatters { LEVEL_OF_LAWS_BESIDE_SCATTER } else { LEVEL_OF_LAWS };
+        self.lack_of_fit > LEVEL_OF_FIT
+            && self.library > LEVEL_OF_LIBRARY
+            && self.laws > laws
+            && self.heterogeneity > LEVEL_OF_HETEROGENEITY
+            && self.periodicity > LEVEL_OF_PERIODICITY
+            && self.scatter_gain < MOST_SCATTER_GAIN
     }
 
     /// The tests in the form of the result.
@@ -67,9 +90,8 @@ impl Adequacy {
     /// So much is left that the model cannot be called an explanation, even without a better one.
     pub fn severe(&self) -> bool {
         let p = [self.lack_of_fit, self.library, self.heterogeneity, self.periodicity];
-        // What a scatter has absorbed of a law no longer shows: the rest counts for more.
-        let level = if self.scatters { 1e-4 } else { 1e-6 };
-        p.iter().any(|p| *p < 1e-6) || self.laws < level || self.scatter_gain > 42.0
+        let laws = if self.scatters { SEVERE_BESIDE_SCATTER } else { SEVERE };
+        p.iter().any(|p| *p < SEVERE) || self.laws < laws || self.scatter_gain > SEVERE_SCATTER_GAIN
     }
 }
 

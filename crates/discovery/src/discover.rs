@@ -1,5 +1,6 @@
 //! The loop: noise, calibration, search, adequacy, unlisted laws, verdict, errors.
 
+use crate::DiscoveryError;
 use crate::anatomy::anatomy;
 use crate::answer::AnswerParts;
 use crate::calibrate::calibrate;
@@ -15,6 +16,7 @@ use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something}
 use crate::judged::Judged;
 use crate::long_search::over_long_windows;
 use crate::longer::fit_joined;
+use crate::options::{Options, Progress, onward};
 use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
@@ -22,7 +24,6 @@ use crate::result::{Discovery, ErrorTable, FreeRun, Windows};
 use crate::scattered;
 use crate::search::Search;
 use crate::tables::beyond_formulas;
-use crate::{DiscoveryError, Options, Progress};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
@@ -42,6 +43,7 @@ pub fn discover(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Discovery, DiscoveryError> {
     let begun = Instant::now();
+    let progress = &mut onward(progress);
     progress(Progress::Noise);
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;

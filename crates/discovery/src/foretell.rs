@@ -17,14 +17,12 @@ use crate::prepare::{Readied, ready};
 use crate::record::{Excerpt, Measured, Record};
 use crate::{DiscoveryError, error_table};
 use augsim_data::{Dataset, random_stream};
-use augsim_physics::model::{Parameter, Per};
+use augsim_physics::model::{NORMAL_95, Parameter, Per};
 use augsim_physics::system::{Declaration, Measure, ScatterPer, Window};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Half the width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Events of one record that have an offset of their own; later ones have none.
 const MOST_EVENTS: usize = 32;
 
@@ -263,17 +261,5 @@ impl<'a> StartLaw<'a> {
         let z: Vec<f64> = (0..x.len()).map(|_| normal()).collect();
         let noise = (0..x.len()).map(|i| (0..=i).map(|k| self.root.at(i, k) * z[k]).sum::<f64>());
         self.mode.iter().zip(&x).zip(noise).map(|((m, x), e)| m + x + e).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    //! Contract: the interval of a normal number that is called one of 95 % holds 95 % of them.
-    use super::*;
-    use crate::statistics::chi2_tail;
-
-    #[test]
-    fn one_normal_number_in_twenty_lies_outside() {
-        assert!((chi2_tail(NORMAL_95 * NORMAL_95, 1.0) - 0.05).abs() < 1e-12);
     }
 }

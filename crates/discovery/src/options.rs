@@ -81,10 +81,41 @@ impl Progress {
             Progress::Searched(thousandths) => 0.08 + 0.42 * (f64::from(thousandths) / 1000.0).min(1.0),
             Progress::Adequacy => 0.50,
             Progress::Unlisted => 0.58,
-            Progress::Formulas => 0.62,
-            Progress::LongWindows => 0.66,
+            Progress::LongWindows => 0.62,
+            Progress::Formulas => 0.66,
             Progress::Errors => 0.72,
             Progress::Folds => 0.76,
         }
+    }
+}
+
+/// Tells `progress` of steps that go on; those of a search that begins anew behind another are as far as the one that led to it.
+pub(crate) fn onward(progress: &mut dyn FnMut(Progress)) -> impl FnMut(Progress) {
+    let mut furthest = 0.0;
+    move |step| {
+        if step.fraction() >= furthest {
+            furthest = step.fraction();
+            progress(step);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: what is told of the progress never goes back.
+    use super::*;
+
+    #[test]
+    fn a_second_search_does_not_begin_at_nothing() {
+        let mut told = Vec::new();
+        let mut keep = |step: Progress| told.push(step.fraction());
+        let mut step = onward(&mut keep);
+        use Progress::*;
+        let second = [Search, Searched(500), Adequacy];
+        [Noise, Calibration, Search, Searched(700), Adequacy].into_iter().for_each(&mut step);
+        [LongWindows].into_iter().chain(second).for_each(&mut step);
+        [Formulas].into_iter().chain(second).chain([Unlisted, Errors, Folds]).for_each(&mut step);
+        drop(step);
+        assert!(told.is_sorted() && told.len() == 9, "{told:?}");
     }
 }

@@ -84,6 +84,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn one_normal_number_in_twenty_lies_outside_its_interval() {
+        assert!((chi2_tail(NORMAL_95 * NORMAL_95, 1.0) - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
     fn tails_match_tables() {
         for (x, df, p) in [
             (3.841, 1.0, 0.05),
