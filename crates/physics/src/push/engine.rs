@@ -415,7 +415,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             };
             let velocity = self.scene.true_velocity(piece.velocity(time));
             let instant = self.scene.at(pose, rod, velocity, true, *near);
-            *near = instant.near(velocity);
+            *near = Some(instant.near(velocity));
             (instant.twist, instant.mode)
         };
         let (k1, _) = twist(&pose, start);
@@ -465,7 +465,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         let length = S::constant(h);
         let velocity = scale(sub(next_rod, self.scene.true_rod(piece.position(begin))), S::constant(1.0 / h));
         let instant = self.scene.after(&state.pose, rod, velocity, length, state.twist, state.near);
-        state.near = instant.near(velocity);
+        state.near = Some(instant.near(velocity));
         let pose = state.pose.advanced(&instant.twist, length);
         state.pose = self.projected(pose, self.bent(piece, &pose, end, state.near), false);
         state.twist = instant.twist;

@@ -3,7 +3,7 @@
 use super::contact::{ContactFriction, Mode, Response, Touch};
 use super::field::Field;
 use super::near::Near;
-use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, norm, scale, sub};
+use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
 use super::response::respond_near;
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
@@ -37,9 +37,10 @@ pub struct Instant<S> {
 }
 
 impl<S: Scalar> Instant<S> {
-    /// Where the next instant's motion is near, if the rod moves with `velocity`, m/s.
-    pub(super) fn near(&self, velocity: Vector<S>) -> Option<Near> {
-        Near::new(self.mode, [self.slip.value(), self.twist.rotation.value()], norm(velocity.map(S::value)))
+    /// This motion, which the next instant's is near, under a rod that moves with `velocity`, m/s.
+    pub(super) fn near(&self, velocity: Vector<S>) -> Near {
+        let rotation = self.twist.rotation.value();
+        Near { mode: self.mode, slip: self.slip.value(), rotation, rod: velocity.map(S::value) }
     }
 }
 
