@@ -11,6 +11,11 @@ use faer::{Mat, Side};
 /// Growth of the misfit from one length to its double beyond which the model no longer follows: sensor noise does not grow,
 /// white noise of a force grows by 2.8 in a position, a lost fit by much more.
 const LOST: f64 = 4.0;
+/// Windows below which growing on is dear: a pass over few long ones keeps few lanes busy. Whether it is of any use is asked once
+/// before.
+const DEAR: usize = 64;
+/// Lengths in a row that lose against a shorter one before no longer one is tried.
+const LOSING: usize = 3;
 /// Eigenvalues below this share of the largest, after scaling, are those of combinations that data do not tell.
 const UNTOLD: f64 = 1e-9;
 
@@ -38,12 +43,22 @@ pub fn calibrate(
     let mut stages = vec![stage(&problem, &best)];
     let mut fits = vec![best];
     let mut stopped = None;
+    // Holds are compared over windows of a length that is given.
+    let is_compared = longest_s.is_none() && !problem.free.is_empty();
+    let mut asked = None;
     loop {
         let best = &fits[fits.len() - 1];
         shots = doubled(&best.shots);
         let last = stages.last().map_or(0.0, |stage| stage.window_s);
         if shots.len() == best.shots.len() || longest_s.is_some_and(|longest| 2.0 * last > longest) {
             break;
+        }
+        if is_compared && asked.is_none() && fits.len() > LOSING && shots.len() < DEAR {
+            let kept = longest_that_forecasts_all(&problem, &fits, &spread);
+            asked = Some(kept);
+            if kept + LOSING < fits.len() {
+                break;
+            }
         }
         let begin = Begin { values: &best.values, shots: &shots, sd: &spread };
         let Ok(grown) = problem.fit(&begin, ROUGHLY_SETTLED) else {
@@ -65,10 +80,12 @@ pub fn calibrate(
         stages.push(next);
         fits.push(grown);
     }
-    // Holds are compared over windows of a length that is given.
     let last = fits.len() - 1;
-    let is_compared = longest_s.is_none() && !problem.free.is_empty();
-    let kept = if is_compared { longest_that_forecasts_all(&problem, &fits, &spread) } else { last };
+    let kept = match asked.filter(|kept| kept + LOSING < fits.len()) {
+        Some(kept) => kept,
+        None if is_compared => longest_that_forecasts_all(&problem, &fits, &spread),
+        None => last,
+    };
     if kept < last {
         stopped = Some("over longer windows the parameters make up for what the model lacks");
     }

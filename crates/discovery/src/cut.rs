@@ -34,18 +34,31 @@ impl Clock {
     }
 
     /// Does jobs in their order, a few at a time, until the time is over; `told` hears the share that is done.
-    pub fn worked_off<J: Sync, T: Send>(
+    pub fn worked_off<J: Sync, T: Send + Sync>(
         &self,
         jobs: &[J],
         told: &mut dyn FnMut(f64),
         work: impl Fn(&J) -> T + Sync,
     ) -> Vec<T> {
-        let mut done = Vec::with_capacity(jobs.len());
-        for some in jobs.chunks(2 * rayon::current_num_threads()) {
+        self.worked_off_in(2 * rayon::current_num_threads(), jobs, told, |_, job| work(job))
+    }
+
+    /// Does jobs in their order, so many at a time, until the time is over. Each sees what came of all those before the jobs that it
+    /// is done beside.
+    pub fn worked_off_in<J: Sync, T: Send + Sync>(
+        &self,
+        at_a_time: usize,
+        jobs: &[J],
+        told: &mut dyn FnMut(f64),
+        work: impl Fn(&[T], &J) -> T + Sync,
+    ) -> Vec<T> {
+        let mut done: Vec<T> = Vec::with_capacity(jobs.len());
+        for some in jobs.chunks(at_a_time) {
             if self.is_over() {
                 break;
             }
-            done.par_extend(some.par_iter().map(&work));
+            let next: Vec<T> = some.par_iter().map(|job| work(&done, job)).collect();
+            done.extend(next);
             told(done.len() as f64 / jobs.len() as f64);
         }
         done

@@ -3,7 +3,7 @@
 use crate::Progress;
 use crate::addition::{Addition, labels};
 use crate::candidates::{Family, may_join};
-use crate::fit::{ChosenRecords, Fit, fit};
+use crate::fit::{ChosenRecords, Fit, Reach, fit};
 use crate::grammar::is_formula;
 use crate::judged::Judged;
 use crate::pairs::pairs;
@@ -50,6 +50,11 @@ const SURE: usize = 3;
 
 /// Hypotheses within this of the best on the training part go on to the held-out part.
 const POOL: f64 = 30.0;
+
+/// Share of the best set's gain that a set may be behind it, to be gone on from.
+const FAR_BEHIND: f64 = 0.3;
+/// Fits of a level that are begun together; what they come to bounds those after them.
+const HEAT: usize = 4;
 
 /// Thresholds that are fitted from where a scan puts them.
 const MOST_SCANNED: usize = 3;
@@ -154,7 +159,7 @@ impl Search<'_> {
         let effort = Effort::of(&self.train, self.family);
         let base = self.judge(base);
         let base_scores = self.library_scores(&base);
-        let base_criterion = base.criterion;
+        let (base_criterion, base_cost) = (base.criterion, base.fit.cost);
         let mut tried = vec![base];
         tried.extend(seeds.into_iter().filter(Judged::is_finite));
         let mut beam = foremost(&tried, &tried, effort.starts);
@@ -171,7 +176,9 @@ impl Search<'_> {
             // The swaps at the end are one more level.
             let of_all = |done: f64| 1000.0 * ((level - 1) as f64 + done) / (MOST_EFFECTS + 1) as f64;
             let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
-            let mut fitted = self.clock.worked_off(&jobs, told, |(i, m)| self.plus(&beam[*i].fit, m));
+            let mut fitted = self.clock.worked_off_in(HEAT, &jobs, told, |before, (i, m)| {
+                self.plus(reach_of(before, base_cost), &beam[*i].fit, m)
+            });
             fitted.retain(Judged::is_finite);
             let before = beam.iter().chain(&tried).map(|j| j.criterion).fold(f64::INFINITY, f64::min);
             tried.extend(fitted.iter().cloned());
@@ -179,7 +186,7 @@ impl Search<'_> {
             // A set far behind the best cannot be the core of a better one that the swaps below would not find as well.
             let (top, gain) =
                 next.first().map_or((0.0, 0.0), |j| (j.criterion, base_criterion - j.criterion));
-            next.retain(|j| j.criterion < top + POOL + 0.3 * gain);
+            next.retain(|j| j.criterion < top + POOL + FAR_BEHIND * gain);
             let improved = next.first().is_some_and(|j| j.criterion < before);
             if !improved {
                 break;
@@ -408,7 +415,11 @@ impl Search<'_> {
             let told = &mut |done: f64| progress(Progress::Searched(of_all(done) as u16));
             let mut fitted = self.clock.worked_off(&sets, told, |set| {
                 let additions: Vec<Addition> = set.iter().map(|(a, _)| a.clone()).collect();
-                self.refit(&best.fit, &additions, set)
+                // Parts of the best set and its simpler forms are judged beside it, however far behind.
+                let simpler: Vec<Addition> = now.iter().filter_map(|a| self.contained(a)).collect();
+                let is_part = additions.iter().all(|a| now.contains(a) || simpler.contains(a));
+                let reach = if is_part { Reach::ANY } else { reach_beside(&best) };
+                self.refit_within(reach, &best.fit, &additions, set)
             });
             fitted.retain(Judged::is_finite);
             fitted.extend(parts);
@@ -432,6 +443,19 @@ fn values_shared(fit: &Fit, number: usize, other: &Addition) -> Vec<f64> {
     let values = &fit.theta[fit.hypothesis.range_of(number)];
     let value = |name: &str| from.iter().position(|p| p.name == name).and_then(|i| values.get(i)).copied();
     to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()
+}
+
+/// The cost that the next fits of a level have to come down to, so that they are not far behind the best of those before: a set far
+/// behind is kept for nothing. Costs beside a scatter leave out what it takes to draw its offsets, and bound nothing.
+fn reach_of(before: &[Judged], base: f64) -> Reach {
+    let plain = before.iter().filter(|j| j.fit.hypothesis.scatter.is_none());
+    let best = plain.map(|j| j.fit.cost).fold(f64::INFINITY, f64::min);
+    if best < base { Reach(best + POOL + FAR_BEHIND * (base - best)) } else { Reach::ANY }
+}
+
+/// The cost that a set has to come down to, to be looked at beside the best.
+fn reach_beside(best: &Judged) -> Reach {
+    if best.fit.hypothesis.scatter.is_some() { Reach::ANY } else { Reach(best.fit.cost + POOL * best.unit) }
 }
 
 /// The foremost of `list` by criterion, those first that are no worse in free runs than their parts among `tried`.

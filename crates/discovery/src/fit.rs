@@ -2,25 +2,19 @@
 
 pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::cluster::{Cluster, clusters};
+use crate::descent::Descent;
+pub(crate) use crate::descent::Reach;
 use crate::evaluate::{Lanes, Normal, weight};
-use crate::follow::{Follower, Settled, assembled_at, followed, nuisance_step, settled_from};
+use crate::follow::{Settled, settled_from};
 use crate::grown::grown;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::offsets::{Spread, scatter_bounds, spread_of};
 use crate::record::Excerpt;
+use crate::state::State;
+pub(crate) use crate::state::assembled;
 use augsim_physics::system::{Event, Scatter};
 use std::collections::BTreeMap;
-
-/// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
-/// a valley whose floor is flat to the precision that matters.
-const MOST_ASSEMBLIES: usize = 60;
-/// The same where laws are idealisations, whose simulations are dear.
-const MOST_IDEALISED: usize = 25;
-/// Decrease of the cost that is small, absolute and relative.
-const SMALL: (f64, f64) = (1e-3, 1e-6);
-/// The same where laws are idealisations: gains of less than a hundredth of a standard deviation a sample are none.
-const SMALL_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
 /// Weight below which a record is followed so badly that its start is in doubt.
 const LOST: f64 = 0.2;
@@ -72,36 +66,6 @@ pub(crate) fn merged(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     by_record.into_values().flatten().cloned().collect()
 }
 
-struct State {
-    theta: Vec<f64>,
-    nuisance: Vec<Vec<f64>>,
-    normals: Vec<Normal>,
-    q: f64,
-}
-
-fn assemble(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    theta: Vec<f64>,
-    nuisance: Vec<Vec<f64>>,
-) -> State {
-    let normals = assembled(sample, h, lanes, &theta, &nuisance);
-    let q = normals.iter().map(|n| n.q).sum();
-    State { theta, nuisance, normals, q }
-}
-
-/// The normal equations of all windows at a point.
-pub(crate) fn assembled(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    theta: &[f64],
-    nuisance: &[Vec<f64>],
-) -> Vec<Normal> {
-    assembled_at(sample, h, &sample.excerpts(), lanes, theta, nuisance)
-}
-
 /// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
 /// nuisances alone move.
 pub(crate) fn reduce(
@@ -135,7 +99,18 @@ pub(crate) fn fit(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, true)
+    fit_with(sample, hypothesis, theta, nuisance, true, Reach::ANY)
+}
+
+/// Fits a hypothesis as [`fit`] does, and leaves off where it will not come within `reach`.
+pub(crate) fn fit_within(
+    sample: &ChosenRecords<'_>,
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+    reach: Reach,
+) -> Fit {
+    fit_with(sample, hypothesis, theta, nuisance, true, reach)
 }
 
 /// Fits the nuisances alone, with theta (and the scatter) fixed.
@@ -145,7 +120,7 @@ pub(crate) fn fit_nuisance(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, false)
+    fit_with(sample, hypothesis, theta, nuisance, false, Reach::ANY)
 }
 
 fn fit_with(
@@ -154,11 +129,13 @@ fn fit_with(
     theta: &[f64],
     nuisance: &[Vec<f64>],
     move_theta: bool,
+    reach: Reach,
 ) -> Fit {
     sample.data.tally.fit();
     let mut h = hypothesis.clone();
     let excerpts = sample.excerpts();
     let lanes: Vec<Lanes> = excerpts.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
+    let is_fresh = nuisance.is_empty();
     let nuisance: Vec<Vec<f64>> = lanes
         .iter()
         .zip(&excerpts)
@@ -173,17 +150,23 @@ fn fit_with(
             None => l.nuisance_start(&h, at),
         })
         .collect();
-    let mut state = assemble(sample, &h, &lanes, theta.to_vec(), nuisance);
-    state = rescue(sample, &h, &lanes, state);
+    let mut state = State::at(sample, &h, &lanes, theta.to_vec(), nuisance);
+    // Starts that no fit has found may be in doubt all together. Beside a reach, which comes of other fits, those that are wrong stand
+    // out: where a law is missing every window is followed badly, and to begin all of them anew is most of the work.
+    let stand_out = !is_fresh && !reach.is_any() && h.system.begins_from_first_samples();
+    let least = if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
+    state = rescue(sample, &h, &lanes, state, least);
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MOST_SCATTER_STEPS {
-        state = minimise(sample, &h, &lanes, state, move_theta);
+        let mut descent = Descent::new(move_theta, reach);
+        state = descent.minimise(sample, &h, &lanes, state);
         if h.system.begins_from_first_samples() {
             // Parameters that are right now may find windows that were lost to wrong ones.
             let before = state.q;
-            state = rescue(sample, &h, &lanes, state);
+            let least = if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
+            state = rescue(sample, &h, &lanes, state, least);
             if state.q < before {
-                state = minimise(sample, &h, &lanes, state, move_theta);
+                state = descent.minimise(sample, &h, &lanes, state);
             }
         }
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
@@ -196,7 +179,7 @@ fn fit_with(
         let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(least, most);
         h.scatter = Some(Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
-        state = assemble(sample, &h, &lanes, theta, nuisance);
+        state = State::at(sample, &h, &lanes, theta, nuisance);
         if change.abs() < SCATTER_TOLERANCE {
             break;
         }
@@ -240,90 +223,23 @@ fn extrapolated(changes: &[f64]) -> f64 {
     }
 }
 
-fn minimise(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    mut state: State,
-    move_theta: bool,
-) -> State {
-    let bounds = h.bounds();
-    let (mut lambda, mut small_steps, mut work) = (1e-3, 0, 0);
-    let (assemblies, (absolute, relative)) = match sample.data.is_idealised() {
-        true => (MOST_IDEALISED, SMALL_IDEALISED),
-        false => (MOST_ASSEMBLIES, SMALL),
-    };
-    while work < assemblies {
-        let mut accepted = false;
-        for _ in 0..8 {
-            let step = if move_theta {
-                theta_step(h, lanes, &state, lambda, &bounds)
-            } else {
-                vec![0.0; state.theta.len()]
-            };
-            let trial = advance(sample, h, lanes, &state, &step, lambda);
-            work += 1;
-            if trial.q <= state.q {
-                let decrease = state.q - trial.q;
-                state = trial;
-                accepted = true;
-                lambda = (lambda / 8.0).max(1e-9);
-                if decrease < absolute + relative * state.q {
-                    small_steps += 1;
-                } else {
-                    small_steps = 0;
-                }
-                break;
-            }
-            lambda *= 8.0;
-        }
-        if !accepted || (small_steps > 0 && lambda < 1e-4) || small_steps >= 3 {
-            break;
-        }
-    }
-    state
+/// Weight that a quarter of the windows exceed, at most 1: where a law is missing all of them are followed badly, and no start is in
+/// doubt for that.
+fn usual_weight(normals: &[Normal]) -> f64 {
+    let mut weights: Vec<f64> = normals.iter().map(|n| n.weight).collect();
+    weights.sort_by(f64::total_cmp);
+    weights.get(weights.len() * 3 / 4).map_or(1.0, |weight| weight.min(1.0))
 }
 
-/// The state after a step of theta, each window's nuisances having followed it.
-///
-/// A window whose cost rises is judged only after its nuisances have followed: without this, strongly coupled nuisances make
-/// the path a curved valley that is crawled along.
-fn advance(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    state: &State,
-    step: &[f64],
-    lambda: f64,
-) -> State {
-    let theta: Vec<f64> = state.theta.iter().zip(step).map(|(t, d)| t + d).collect();
-    let full: Vec<Vec<f64>> = lanes
-        .iter()
-        .zip(&state.normals)
-        .zip(&state.nuisance)
-        .map(|((lanes, before), now)| nuisance_step(lanes, before, now, step, lambda))
-        .collect();
-    let windows = sample.excerpts();
-    let trials = assembled_at(sample, h, &windows, lanes, &theta, &full);
-    let all = windows.iter().zip(lanes).zip(&state.normals).zip(&state.nuisance);
-    let followers = all.zip(trials.into_iter().zip(full)).map(|((((at, lanes), before), now), trial)| {
-        Follower::after_a_step(*at, lanes, trial, now, before.q)
-    });
-    let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) =
-        followed(sample, h, &theta, followers.collect()).into_iter().unzip();
-    let q = normals.iter().map(|n| n.q).sum();
-    State { theta, nuisance, normals, q }
-}
-
-/// Windows that are followed badly begin anew from their rough start; where that comes from their first samples alone and is no
-/// better, from one that is found over ever longer beginnings. Each keeps what is best.
-fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State) -> State {
+/// Windows whose weight is `least` or less, which are followed badly, begin anew from their rough start; where that comes from
+/// their first samples alone and is no better, from one that is found over ever longer beginnings. Each keeps what is best.
+fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State, least: f64) -> State {
     let State { theta, nuisance, normals, .. } = state;
     let all = sample.excerpts();
     let mut best: Vec<Settled> = normals.into_iter().zip(nuisance).collect();
     let ways: &[bool] = if h.system.begins_from_first_samples() { &[false, true] } else { &[false] };
     for is_grown in ways {
-        let is_lost = |w: &usize| best[*w].0.weight <= LOST || best[*w].0.weight.is_nan();
+        let is_lost = |w: &usize| best[*w].0.weight <= least || best[*w].0.weight.is_nan();
         let lost: Vec<usize> = (0..best.len()).filter(is_lost).collect();
         let windows: Vec<Excerpt<'_>> = lost.iter().map(|w| all[*w]).collect();
         let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();
@@ -342,46 +258,4 @@ fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: St
     let q = best.iter().map(|(n, _)| n.q).sum();
     let (normals, nuisance) = best.into_iter().unzip();
     State { theta, nuisance, normals, q }
-}
-
-fn theta_step(
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    state: &State,
-    lambda: f64,
-    bounds: &[(f64, f64)],
-) -> Vec<f64> {
-    let (s, u, _) = reduce(h, lanes, &state.normals, lambda);
-    let mut moving: Vec<usize> = (0..u.len())
-        .filter(|&i| {
-            let (t, (low, high)) = (state.theta[i], bounds[i]);
-            !(t <= low && u[i] < 0.0 || t >= high && u[i] > 0.0)
-        })
-        .collect();
-    let mut step = vec![0.0; u.len()];
-    // A parameter that a step carries to its bound stays there, and the others are solved for again.
-    for _ in 0..=u.len() {
-        let mut rhs: Vec<f64> = moving
-            .iter()
-            .map(|&i| {
-                u[i] - (0..u.len()).filter(|k| !moving.contains(k)).map(|k| s.at(i, k) * step[k]).sum::<f64>()
-            })
-            .collect();
-        s.sub(&moving).cholesky().solve(&mut rhs);
-        let crossing = moving.iter().zip(&rhs).position(|(&i, d)| {
-            let t = state.theta[i] + d;
-            t < bounds[i].0 || t > bounds[i].1
-        });
-        match crossing {
-            None => {
-                moving.iter().zip(&rhs).for_each(|(&i, d)| step[i] = *d);
-                break;
-            }
-            Some(k) => {
-                let i = moving.remove(k);
-                step[i] = (state.theta[i] + rhs[k]).clamp(bounds[i].0, bounds[i].1) - state.theta[i];
-            }
-        }
-    }
-    step
 }

@@ -5,7 +5,7 @@ use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
 use crate::cut::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
-use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
+use crate::fit::{ChosenRecords, Fit, Reach, fit, fit_nuisance, fit_within};
 use crate::free_runs::FreeRuns;
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
@@ -182,6 +182,17 @@ impl<'a> Search<'a> {
 
     /// Fits `from` with other additions, as warm as possible: parameters that both have keep their values.
     pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &[(Addition, Vec<f64>)]) -> Judged {
+        self.refit_within(Reach::ANY, from, additions, starts)
+    }
+
+    /// Fits as [`refit`](Self::refit) does, and leaves off where the cost will not come within `reach`.
+    pub fn refit_within(
+        &self,
+        reach: Reach,
+        from: &Fit,
+        additions: &[Addition],
+        starts: &[(Addition, Vec<f64>)],
+    ) -> Judged {
         let h = Hypothesis::new(self.train.data, additions);
         let old = &from.hypothesis;
         let base = h.range_of_declared();
@@ -214,10 +225,11 @@ impl<'a> Search<'a> {
             new.sd = known.sd;
         }
         let nuisance = self.warm_nuisance(from, &h, &theta);
-        let mut fitted = freed(&self.train, fit(&self.train, &h, &theta, &nuisance), starts);
+        let mut fitted =
+            freed(&self.train, fit_within(&self.train, &h, &theta, &nuisance, reach), starts, reach);
         let mut theta = fitted.theta.clone();
         if h.bring_round(&mut theta) {
-            fitted = fit(&self.train, &h, &theta, &fitted.nuisance);
+            fitted = fit_within(&self.train, &h, &theta, &fitted.nuisance, reach);
         }
         self.judge(fitted)
     }
@@ -257,10 +269,11 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    pub fn plus(&self, from: &Fit, extra: &[(Addition, Vec<f64>)]) -> Judged {
+    /// A fit with more additions; it leaves off where the cost will not come within `reach`.
+    pub fn plus(&self, reach: Reach, from: &Fit, extra: &[(Addition, Vec<f64>)]) -> Judged {
         let mut additions = from.hypothesis.additions.clone();
         additions.extend(extra.iter().map(|(a, _)| a.clone()));
-        self.refit(from, &additions, extra)
+        self.refit_within(reach, from, &additions, extra)
     }
 
     /// Largest standard deviation of the scatter of the events' parameter, in its unit.

@@ -2,11 +2,16 @@
 //! step that would widen it is not seen. (Thresholds begin at several places anyhow.)
 
 use crate::addition::Addition;
-use crate::fit::{ChosenRecords, Fit, fit};
+use crate::fit::{ChosenRecords, Fit, Reach, fit_within};
 
 /// The fit, or a better one that begins at another null point of an added effect whose inner parameters ended on a bound. `starts` has
 /// the additions that are new in it with the values that they began at.
-pub(crate) fn freed(sample: &ChosenRecords<'_>, found: Fit, starts: &[(Addition, Vec<f64>)]) -> Fit {
+pub(crate) fn freed(
+    sample: &ChosenRecords<'_>,
+    found: Fit,
+    starts: &[(Addition, Vec<f64>)],
+    reach: Reach,
+) -> Fit {
     let system = found.hypothesis.system.clone();
     if !system.begins_from_first_samples() {
         return found;
@@ -28,7 +33,7 @@ pub(crate) fn freed(sample: &ChosenRecords<'_>, found: Fit, starts: &[(Addition,
                 let value = if k < amounts { start[k] } else { point.get(k).copied().unwrap_or(theta[i]) };
                 theta[i] = value.clamp(bounds[i].0, bounds[i].1);
             }
-            let other = fit(sample, &best.hypothesis, &theta, &best.nuisance);
+            let other = fit_within(sample, &best.hypothesis, &theta, &best.nuisance, reach.or(best.cost));
             if other.cost < best.cost {
                 best = other;
             }

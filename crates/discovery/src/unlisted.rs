@@ -2,6 +2,7 @@
 
 use crate::addition::Addition;
 use crate::candidates::{laws, may_join};
+use crate::fit::Reach;
 use crate::judged::Judged;
 use crate::score::scores;
 use crate::search::Search;
@@ -30,6 +31,9 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
         candidates.retain(|a| may_join(a, &now.fit.hypothesis));
         let mut list = scores(&search.train, &now.fit, &candidates);
         list.sort_by(|a, b| (b.statistic - b.rank).total_cmp(&(a.statistic - a.rank)));
+        // A table that gains too little is left off as soon as that is seen.
+        let least = if added { POLISH * (base.criterion - now.criterion) } else { 0.0 };
+        let reach = Reach(now.fit.cost - least.max(0.0));
         // The score is a quadratic forecast: the best two are fitted and compared.
         let trials: Vec<Judged> = list
             .into_iter()
@@ -41,7 +45,8 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
                 let mut additions = now.additions().to_vec();
                 additions.push(s.addition.clone());
                 // Directions that the data do not see have no estimate: start flat.
-                search.refit(&now.fit, &additions, &[(s.addition.clone(), vec![0.0; s.estimate.len()])])
+                let start = (s.addition.clone(), vec![0.0; s.estimate.len()]);
+                search.refit_within(reach, &now.fit, &additions, &[start])
             })
             .collect();
         let Some(next) = trials.into_iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)) else {
@@ -66,7 +71,10 @@ fn additive(search: &Search<'_>, base: &Judged, start: &Judged) -> Option<Judged
                 let mut rest = now.additions().to_vec();
                 let gone = rest.remove(i);
                 let orphan = rest.iter().any(|a| a.acts_through(&gone));
-                (!orphan && !rest.is_empty()).then(|| search.refit(&now.fit, &rest, &[]))
+                let is_scatter = matches!(gone, Addition::Scatter(_));
+                let most = now.fit.cost + search.penalty(&gone);
+                let reach = if is_scatter { Reach::ANY } else { Reach(most) };
+                (!orphan && !rest.is_empty()).then(|| search.refit_within(reach, &now.fit, &rest, &[]))
             })
             .collect();
         match dropped.into_iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)) {

@@ -5,6 +5,7 @@ use super::block::Columns;
 use super::run::Run;
 use super::{Options, Seed, Simulated, SimulationError, Window};
 use crate::system::System;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Windows side by side: more share the cost of finding each operation.
@@ -14,6 +15,9 @@ const NARROW: usize = 16;
 /// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few. As many as the
 /// widest vector has lanes: fewer take as long, and their sensitivities leave the registers.
 const FEW: usize = 8;
+
+/// Windows that a block for vectors of four lanes holds: no set of vectors is quicker with more where there are as few.
+const FEWEST: usize = 4;
 
 /// Method of integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +33,18 @@ pub enum Method {
     },
 }
 
+/// The number of doubles that a vector of the instruction set found at run time holds.
+struct VectorLanes;
+
+impl WithSimd for VectorLanes {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> usize {
+        S::F64_LANES
+    }
+}
+
 impl System {
     /// Simulates windows with derivatives with respect to `seeds`. The result of a window does not depend on the others,
     /// on their order, or on the number of threads, to the last bit.
@@ -42,8 +58,12 @@ impl System {
         options: &Options,
     ) -> Vec<Result<Simulated, SimulationError>> {
         let columns = Columns::new(self, seeds);
+        let vector = self.machine.arch.dispatch(VectorLanes);
         let run = |windows: &[Window<'_>]| match windows {
             [_] if seeds.is_empty() => Run::<1>::new(self, windows, &columns, options).run(),
+            few if few.len() <= FEWEST && vector <= FEWEST => {
+                Run::<FEWEST>::new(self, windows, &columns, options).run()
+            }
             few if few.len() <= FEW => Run::<FEW>::new(self, windows, &columns, options).run(),
             some if some.len() <= NARROW && !seeds.is_empty() => {
                 Run::<NARROW>::new(self, windows, &columns, options).run()
