@@ -349,11 +349,16 @@ impl<const L: usize> Block<L> {
                 let (sum, next, from) = (&mut self.sum[i], &mut self.stage[i], &self.x[i]);
                 if stage == 0 {
                     self.first_rate[i].copy_from_slice(rate);
-                    sum.fill(0.0);
+                    sum.copy_from_slice(rate);
+                } else {
+                    for lane in 0..L {
+                        sum[lane] = rate[lane].mul_add(weight, sum[lane]);
+                    }
                 }
-                for lane in 0..L {
-                    sum[lane] = rate[lane].mul_add(weight, sum[lane]);
-                    next[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
+                if stage < 3 {
+                    for lane in 0..L {
+                        next[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
+                    }
                 }
             }
         }

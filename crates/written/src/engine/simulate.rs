@@ -10,6 +10,9 @@ use rayon::prelude::*;
 
 /// Windows side by side: more share the cost of finding each operation.
 const LANES: usize = 32;
+/// Windows side by side without sensitivities, whose registers leave room for more in the first-level cache, where there are enough
+/// to keep every thread busy.
+const WIDE: usize = 64;
 /// Windows side by side with sensitivities, where there are not enough to keep every thread busy with wider blocks.
 const NARROW: usize = 16;
 /// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few. As many as the
@@ -68,10 +71,15 @@ impl System {
             some if some.len() <= NARROW && !seeds.is_empty() => {
                 Run::<NARROW>::new(self, windows, &columns, options).run()
             }
-            _ => Run::<LANES>::new(self, windows, &columns, options).run(),
+            some if some.len() <= LANES => Run::<LANES>::new(self, windows, &columns, options).run(),
+            _ => Run::<WIDE>::new(self, windows, &columns, options).run(),
         };
-        let are_many = windows.len() >= LANES * rayon::current_num_threads();
-        let lanes = if seeds.is_empty() || are_many { LANES } else { NARROW };
+        let are_many = |lanes: usize| windows.len() >= lanes * rayon::current_num_threads();
+        let lanes = match seeds.is_empty() {
+            true if are_many(WIDE) => WIDE,
+            false if !are_many(LANES) => NARROW,
+            _ => LANES,
+        };
         windows.par_chunks(lanes).flat_map_iter(run).collect()
     }
 
