@@ -122,7 +122,8 @@ impl Damping {
     }
 }
 
-/// What a minimisation moves, how far it has to come, and how many simulations of the whole sample it has used.
+/// A minimisation: whether theta moves in it, how far the cost has to come down, and how many simulations of the whole sample it has
+/// used.
 pub(crate) struct Descent {
     pub moves_theta: bool,
     pub reach: Reach,

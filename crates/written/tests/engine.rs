@@ -231,8 +231,17 @@ fn a_window_does_not_see_the_others_nor_the_threads() {
             .filter_map(|r| r.as_ref().ok())
             .any(|s| s.events.len() > 2)
     );
+    let values = |results: &[Result<Simulated, SimulationError>]| -> Vec<Vec<f64>> {
+        results.iter().map(|r| r.as_ref().expect("a simulation").values.clone()).collect()
+    };
+    let expected_values = values(&system.simulate(&all, &seeds, &steps(2)));
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        // Without sensitivities blocks have other widths.
+        assert!(
+            pool.install(|| values(&system.simulate(&all, &[], &steps(2)))) == expected_values,
+            "values, {threads} threads"
+        );
         assert!(
             pool.install(|| bits(&system.simulate(&all, &seeds, &steps(2)))) == expected,
             "{threads} threads"
