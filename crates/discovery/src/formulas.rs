@@ -7,7 +7,6 @@ use crate::decide::{Decided, decide, is_worth_a_table};
 use crate::free_runs::NO_WORSE;
 use crate::grammar::is_formula;
 use crate::judged::Judged;
-use crate::longer::ratio_at_best;
 use crate::prepare::{Prepared, misfit};
 use crate::result::Verdict;
 use crate::search::Search;
@@ -58,13 +57,12 @@ pub(crate) fn beyond_the_library(
     let [left, was] = [after, before].map(|j| misfit(&search.train, &j.fit));
     let squares = left.iter().zip(&was).map(|(a, b)| (a / b).powi(2)).sum::<f64>() / was.len().max(1) as f64;
     let runs_worse = after.free_run.zip(before.free_run).is_some_and(|(a, b)| a > NO_WORSE * b);
-    let lengths = || search.lengths(before).zip(search.lengths(after));
     let is_better = after.additions().iter().any(is_formula)
         && squares < 1.0 - WORTH
         && is_worth_a_table(before.criterion - after.criterion)
         && after.heldout_ll > before.heldout_ll
         && !runs_worse
-        && lengths().is_none_or(|(before, after)| ratio_at_best(after, before) <= NO_WORSE);
+        && !search.runs_worse(after, before);
     if !is_better {
         return None;
     }

@@ -44,8 +44,10 @@ pub(crate) struct Memory {
     pub heldout: OnceLock<Fit>,
     /// Scores of the library.
     pub scores: OnceLock<Vec<Score>>,
-    /// Fits over ever longer windows, of either part of the data.
-    pub lengths: OnceLock<Option<[Vec<Length>; 2]>>,
+    /// Errors of free runs after fits over ever longer windows.
+    pub lengths: OnceLock<Option<Vec<Length>>>,
+    /// The fit of the training part over windows of the best length.
+    pub longer: OnceLock<Fit>,
     /// The estimate of parameters that are drawn anew for each record, from the training part.
     pub drawn: OnceLock<Option<DrawnAt>>,
 }

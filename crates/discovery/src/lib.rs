@@ -31,6 +31,7 @@ mod examples;
 mod experiment;
 mod explore;
 mod fit;
+mod folded;
 mod folds;
 mod follow;
 mod forecast;

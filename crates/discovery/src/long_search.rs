@@ -45,8 +45,7 @@ pub(crate) fn over_long_windows(
         Some(found) if labels(found.best.additions()) != labels(decided.best.additions()) => found.best,
         _ => return decided,
     };
-    let starts = fit_nuisance(&short.train, &longer.fit.hypothesis, &longer.fit.theta, &[]);
-    let mut best = short.refit(&starts, longer.additions(), &[]);
+    let mut best = back(&short, &longer, joined);
     best.heldout_ll = Some(short.heldout(&best).ll);
     if !forecasts_clearly_better(&short, &best, [&decided.best, &before]) {
         return decided;
@@ -54,6 +53,15 @@ pub(crate) fn over_long_windows(
     let Decided { mut found, base, .. } = decided;
     found.pool.push(best.clone());
     settle(&short, found, base, best, false, progress)
+}
+
+/// A set of the search over windows that join so many of `short`'s, fitted over the windows of `short`, with the values that it came
+/// with as those of the longer ones: from short windows, which forgive more, the way there may not be found again.
+fn back(short: &Search<'_>, longer: &Judged, joined: usize) -> Judged {
+    let starts = fit_nuisance(&short.train, &longer.fit.hypothesis, &longer.fit.theta, &[]);
+    let best = short.refit(&starts, longer.additions(), &[]);
+    short.know_longer(&best, joined, &starts);
+    best
 }
 
 /// Whether a set runs clearly better than another, of which the second form is that over windows of its best length, through the

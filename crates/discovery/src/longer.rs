@@ -2,36 +2,32 @@
 //!
 //! Noise of the motion, or a law that is still missing, makes the misfit grow with the length of windows, and estimates hang on
 //! that length: over short windows what is fast decides, over a whole recording its slowest drift. Each length is tried, and a
-//! longer one is taken where each part of the data foretells the other better by it.
+//! longer one is taken where all parts of the data, each left out in turn, are foretold better by it.
 
 use crate::blocks::block;
 use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
-use crate::free_runs::{FreeRuns, NO_WORSE, weighted};
+use crate::folded::LeftOut;
+use crate::free_runs::{NO_WORSE, weighted};
 use crate::record::{Measured, Record};
 use augsim_physics::system::Window;
+use rayon::prelude::*;
 
-/// A fit over windows that join so many of the search's, with the errors of its free runs in each held-out stretch.
-#[derive(Debug)]
+/// Windows that join so many of the search's, with the errors of free runs in all stretches, each by a fit over such windows that did
+/// not see it.
+#[derive(Clone, Debug)]
 pub(crate) struct Length {
     pub joined: usize,
-    pub fit: Fit,
     pub errors: Vec<f64>,
 }
 
-/// The fit `from` of `sample`, and fits over ever longer windows up to whole recordings. Short windows forgive a wrong parameter:
-/// each length begins at what the one before it came to. Where a doubling changes no forecast, as under noise of the sensor alone,
-/// windows are long enough, and none longer is tried.
-pub(crate) fn lengthened(sample: &ChosenRecords<'_>, from: Fit, runs: &FreeRuns) -> Vec<Length> {
-    let mut found = vec![Length { joined: 1, errors: runs.errors(&from), fit: from }];
-    for joined in lengths(sample.data) {
-        let Some(last) = found.last() else { break };
-        let fit = fit_joined(sample, &last.fit, joined);
-        if !fit.theta.iter().all(|v| v.is_finite()) {
-            break;
-        }
-        let errors = runs.errors(&fit);
-        let is_settled = runs_alike(&errors, &last.errors);
-        found.push(Length { joined, errors, fit });
+/// Lengths up to whole recordings with the errors of the hypothesis of `from`, fitted from its values to what each part leaves. Where
+/// a doubling changes no forecast, as under noise of the sensor alone, windows are long enough, and none longer is tried.
+pub(crate) fn lengthened(sample: &ChosenRecords<'_>, parts: &[LeftOut], from: &Fit) -> Vec<Length> {
+    let mut found: Vec<Length> = Vec::new();
+    for joined in std::iter::once(1).chain(lengths(sample.data)) {
+        let Some(length) = at_length(sample, parts, from, joined) else { break };
+        let is_settled = found.last().is_some_and(|last| runs_alike(&length.errors, &last.errors));
+        found.push(length);
         if is_settled {
             break;
         }
@@ -39,30 +35,42 @@ pub(crate) fn lengthened(sample: &ChosenRecords<'_>, from: Fit, runs: &FreeRuns)
     found
 }
 
-/// The number of the best of several lengths, the shortest first, by the errors of each in the stretches that either part of the
-/// data holds out from the other: one part's estimates may err by more than lengths differ.
-pub(crate) fn best_length(parts: &[Vec<Length>; 2]) -> usize {
-    best(&errors(parts))
+/// Windows that join so many of the search's, with the errors of a hypothesis that is fitted to what each part leaves, from the values
+/// of `from`; `None` where a fit is lost.
+pub(crate) fn at_length(
+    sample: &ChosenRecords<'_>,
+    parts: &[LeftOut],
+    from: &Fit,
+    joined: usize,
+) -> Option<Length> {
+    let errors = |part: &LeftOut| {
+        let rest = part.rest(sample);
+        let begun = fit_nuisance(&rest, &from.hypothesis, &from.theta, &[]);
+        let found = match joined {
+            1 => fit(&rest, &begun.hypothesis, &begun.theta, &begun.nuisance),
+            _ => fit_joined(&rest, &begun, joined),
+        };
+        found.theta.iter().all(|v| v.is_finite()).then(|| part.runs.errors(&found))
+    };
+    let errors: Option<Vec<Vec<f64>>> = parts.par_iter().map(errors).collect();
+    errors.map(|errors| Length { joined, errors: errors.concat() })
+}
+
+/// How many of the search's windows each window of the best length joins: one part's estimates may err by more than lengths differ.
+pub(crate) fn best_joined(lengths: &[Length]) -> usize {
+    lengths.get(best(lengths)).map_or(1, |length| length.joined)
 }
 
 /// The error of a set's free runs over that of another's, each at its best length.
-pub(crate) fn ratio_at_best(set: &[Vec<Length>; 2], other: &[Vec<Length>; 2]) -> f64 {
-    let [set, other] = [set, other].map(|parts| {
-        let errors = errors(parts);
-        root_of_sum(&errors[best(&errors)])
-    });
+pub(crate) fn ratio_at_best(set: &[Length], other: &[Length]) -> f64 {
+    let [set, other] = [set, other].map(|lengths| root_of_sum(&lengths[best(lengths)].errors));
     set / other
 }
 
-/// The errors in all stretches that either part of the data holds out, of each length that both could be fitted over.
-fn errors(parts: &[Vec<Length>; 2]) -> Vec<Vec<f64>> {
-    let [forth, back] = parts;
-    forth.iter().zip(back).map(|(forth, back)| [&*forth.errors, &*back.errors].concat()).collect()
-}
-
 /// The number of the best of several lengths, the shortest first, by the errors of each.
-fn best(errors: &[Vec<f64>]) -> usize {
-    (1..errors.len()).fold(0, |best, n| if run_better(&errors[n], &errors[best]) { n } else { best })
+fn best(lengths: &[Length]) -> usize {
+    let is_better = |n: usize, than: usize| run_better(&lengths[n].errors, &lengths[than].errors);
+    (1..lengths.len()).fold(0, |best, n| if is_better(n, best) { n } else { best })
 }
 
 /// Whether free runs are better than others, by the errors of each in every held-out stretch, by more than no forecast would
@@ -180,10 +188,13 @@ mod tests {
 
     #[test]
     fn all_stretches_choose_the_length() {
-        let errors = |each: &[[f64; 2]]| each.iter().map(|e| e.to_vec()).collect::<Vec<_>>();
-        assert_eq!(best(&errors(&[[2.0, 2.0], [1.0, 1.0]])), 1);
-        assert_eq!(best(&errors(&[[2.0, 1.0], [1.0, 2.0]])), 0, "the parts disagree");
-        assert_eq!(best(&errors(&[[2.0, 2.0]])), 0, "one part could not be fitted over more");
+        let joined = |each: &[[f64; 2]]| {
+            let length = |(n, e): (usize, &[f64; 2])| Length { joined: 1 << n, errors: e.to_vec() };
+            best_joined(&each.iter().enumerate().map(length).collect::<Vec<_>>())
+        };
+        assert_eq!(joined(&[[2.0, 2.0], [1.0, 1.0]]), 2);
+        assert_eq!(joined(&[[2.0, 1.0], [1.0, 2.0]]), 1, "the parts disagree");
+        assert_eq!(joined(&[[2.0, 2.0]]), 1, "no longer one could be fitted");
     }
 
     #[test]

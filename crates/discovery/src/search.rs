@@ -5,11 +5,12 @@ use crate::calibrate::calibration_start;
 use crate::candidates::{Family, library, may_join};
 use crate::cut::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
-use crate::fit::{ChosenRecords, Fit, Reach, fit, fit_nuisance, fit_within};
-use crate::free_runs::FreeRuns;
+use crate::fit::{ChosenRecords, Fit, Reach, fit_nuisance, fit_within};
+use crate::folded::{LeftOut, folded};
+use crate::free_runs::{FreeRuns, NO_WORSE};
 use crate::hypothesis::Hypothesis;
 pub(crate) use crate::judged::Judged;
-use crate::longer::{Length, best_length, lengthened};
+use crate::longer::{Length, at_length, best_joined, fit_joined, lengthened, ratio_at_best};
 use crate::prepare::Prepared;
 use crate::score::{heterogeneity, scores};
 use crate::scored::Score;
@@ -315,33 +316,48 @@ impl<'a> Search<'a> {
         judged.memory.heldout.get_or_init(fitted)
     }
 
-    /// Fits of a set over ever longer windows, of either part of the data with the errors of its free runs over the other; `None`
-    /// where fits see no recording in several windows, or nothing can be fitted.
-    pub fn lengths<'j>(&self, judged: &'j Judged) -> Option<&'j [Vec<Length>; 2]> {
-        let found = || {
-            let [forth, back] = [self.free_runs.as_ref()?, &FreeRuns::new(&self.train)?];
-            if judged.fit.theta.is_empty() {
-                return None;
-            }
-            let held = self.heldout(judged);
-            let of_test = || {
-                let other = fit(&self.test, &held.hypothesis, &held.theta, &held.nuisance);
-                lengthened(&self.test, other, back)
-            };
-            let (forth, back) = rayon::join(|| lengthened(&self.train, judged.fit.clone(), forth), of_test);
-            Some([forth, back])
+    /// Errors of a set's free runs over each part of the data, fitted to the others over ever longer windows; `None` where fits see no
+    /// recording in several windows, or nothing can be fitted.
+    pub fn lengths<'j>(&self, judged: &'j Judged) -> Option<&'j [Length]> {
+        let found = || Some(lengthened(&self.train, &self.left_out(judged)?, &judged.fit));
+        judged.memory.lengths.get_or_init(found).as_deref()
+    }
+
+    /// Makes `longer`, a fit of the training part with values that suit windows that join so many of the search's, what
+    /// [`over_longer_windows`](Self::over_longer_windows) has for a set.
+    pub fn know_longer(&self, judged: &Judged, joined: usize, longer: &Fit) {
+        let known = || {
+            let parts = self.left_out(judged)?;
+            let both = [(1, &judged.fit), (joined, longer)];
+            both.map(|(joined, from)| at_length(&self.train, &parts, from, joined)).into_iter().collect()
         };
-        judged.memory.lengths.get_or_init(found).as_ref()
+        judged.memory.lengths.get_or_init(known);
+        judged.memory.longer.get_or_init(|| longer.clone());
+    }
+
+    /// The parts of all data that are left out in turn for a set.
+    fn left_out(&self, judged: &Judged) -> Option<Vec<LeftOut>> {
+        self.free_runs.as_ref().filter(|_| !judged.fit.theta.is_empty())?;
+        folded(&self.train, &self.test)
+    }
+
+    /// Whether a set runs worse than another, each over windows of its best length.
+    pub fn runs_worse(&self, set: &Judged, other: &Judged) -> bool {
+        let lengths = self.lengths(other).zip(self.lengths(set));
+        lengths.is_some_and(|(other, set)| ratio_at_best(set, other) > NO_WORSE)
     }
 
     /// A set with the parameters of a fit over longer windows, where each part of the data runs better for it with the values of
-    /// the other, and how many of the search's windows each of them joins. Intervals stay those of the search's windows.
+    /// the others, and how many of the search's windows each of them joins. Intervals stay those of the search's windows.
     pub fn over_longer_windows(&self, judged: &Judged) -> Option<(Judged, usize)> {
-        let lengths = self.lengths(judged)?;
-        let Length { joined, fit, .. } = lengths[0].get(best_length(lengths)).filter(|l| l.joined > 1)?;
-        let again = self.judge(fit.clone());
+        let joined = best_joined(self.lengths(judged)?);
+        if joined == 1 {
+            return None;
+        }
+        let over_longer = || fit_joined(&self.train, &judged.fit, joined);
+        let again = self.judge(judged.memory.longer.get_or_init(over_longer).clone());
         let heldout_ll = Some(self.heldout(&again).ll);
-        again.is_finite().then_some((Judged { heldout_ll, ..again }, *joined))
+        again.is_finite().then_some((Judged { heldout_ll, ..again }, joined))
     }
 
     /// The simpler effect that an addition turns into where some of its parameters have their nulls.

@@ -24,7 +24,7 @@ pub(crate) fn beyond_formulas(
     let Some(wider) = widen(&search, &decided.base, &decided.best) else { return decided };
     search.library = library;
     let [left, was] = [&wider, &decided.best].map(|j| misfit(&search.test, search.heldout(j)));
-    if is_as_good_as_a_table(&was, &left) {
+    if is_as_good_as_a_table(&was, &left) || search.runs_worse(&wider, &decided.best) {
         return decided;
     }
     let tests = adequacy(&search, &wider, &decided.found.tried, None);
