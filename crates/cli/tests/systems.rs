@@ -373,8 +373,12 @@ fn what_an_effect_removes_is_told_over_windows_as_long_as_those_of_its_parameter
     assert!(effects.len() > 1 && effects[0]["kind"].as_str().unwrap().starts_with("overflow"), "{found}");
     for effect in effects {
         assert!(number(&effect["removed"]) < 0.5 * calibrated, "{effect}");
-        assert!((0.1..=1.0).contains(&number(&effect["share"])), "{effect}");
+        assert!((0.0..=1.0).contains(&number(&effect["share"])), "{effect}");
     }
+    // Laws that the search over long windows added need not have a share over short ones, whose free starts make up for them; what the
+    // first search found has one.
+    let with_a_share = effects.iter().filter(|effect| number(&effect["share"]) > 0.1).count();
+    assert!(with_a_share > 1 && number(&effects[0]["share"]) > 0.1, "{found}");
 }
 
 #[test]
