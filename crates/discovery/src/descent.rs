@@ -3,8 +3,9 @@
 use crate::chosen_records::ChosenRecords;
 use crate::evaluate::Lanes;
 use crate::hypothesis::Hypothesis;
+use crate::linear::Square;
 use crate::state::State;
-use crate::theta_step::{Step, shorter_step, theta_step};
+use crate::theta_step::{Step, curvature, shorter_step, theta_step};
 
 /// Most simulations of the whole sample in one minimisation. Fits of true models take 4 to 15; what takes longer crawls along
 /// a valley whose floor is flat to the precision that matters.
@@ -160,15 +161,20 @@ impl Descent {
         while self.work < most && !is_left_off(&costs) {
             let mut is_taken = false;
             let mut failed: Option<Step> = None;
+            let plain = match moves_theta {
+                true => curvature(h, lanes, &state.normals, 0.0).0,
+                false => Square::zero(0),
+            };
             for _ in 0..MOST_TRIALS {
                 let step = match &failed {
                     _ if !moves_theta => Step::none(&state.theta),
                     Some(failed) if goes_far => {
-                        let (step, value) = shorter_step(h, lanes, &state, damping.value, &bounds, failed);
+                        let (step, value) =
+                            shorter_step(h, lanes, &state, &plain, damping.value, &bounds, failed);
                         damping.value = value;
                         step
                     }
-                    _ => theta_step(h, lanes, &state, damping.value, &bounds),
+                    _ => theta_step(h, lanes, &state, &plain, damping.value, &bounds),
                 };
                 let trial = state.advanced(sample, h, lanes, &step.change, damping.value);
                 self.work += 1;

@@ -154,7 +154,8 @@ fn fit_with(
     // Starts that no fit has found may be in doubt all together. Beside a reach, which comes of other fits, those that are wrong stand
     // out: where a law is missing every window is followed badly, and to begin all of them anew is most of the work.
     let stand_out = !is_fresh && !reach.is_any() && h.system.begins_from_first_samples();
-    let least = if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
+    let lost = |state: &State| if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
+    let least = lost(&state);
     state = rescue(sample, &h, &lanes, state, least);
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MOST_SCATTER_STEPS {
@@ -163,7 +164,7 @@ fn fit_with(
         if h.system.begins_from_first_samples() {
             // Parameters that are right now may find windows that were lost to wrong ones.
             let before = state.q;
-            let least = if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
+            let least = lost(&state);
             state = rescue(sample, &h, &lanes, state, least);
             if state.q < before {
                 state = descent.minimise(sample, &h, &lanes, state);

@@ -65,7 +65,7 @@ fn back(short: &Search<'_>, longer: &Judged, joined: usize) -> Judged {
 }
 
 /// Whether a set runs clearly better than another, of which the second form is that over windows of its best length, through the
-/// stretches that either part of the data holds out, and forecasts the parts of recordings that are held out no worse.
+/// parts of the data that are left out in turn, and forecasts the parts of recordings that are held out no worse.
 fn forecasts_clearly_better(search: &Search<'_>, set: &Judged, [other, other_longer]: [&Judged; 2]) -> bool {
     let runs = search.lengths(set).zip(search.lengths(other));
     runs.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY) && {

@@ -34,12 +34,13 @@ pub(crate) fn shorter_step(
     h: &Hypothesis,
     lanes: &[Lanes],
     state: &State,
+    plain: &Square,
     mut lambda: f64,
     bounds: &[(f64, f64)],
     failed: &Step,
 ) -> (Step, f64) {
     loop {
-        let step = theta_step(h, lanes, state, lambda, bounds);
+        let step = theta_step(h, lanes, state, plain, lambda, bounds);
         if step.length <= SHORTER * failed.length || lambda > MOST_DAMPING {
             return (step, lambda);
         }
@@ -51,7 +52,12 @@ pub(crate) fn shorter_step(
 ///
 /// The cost of a window is a logarithm of its misfit, which bends less than the misfit: where laws are missing, and windows are at
 /// odds, steps that do not know this fall short by a factor, again and again.
-fn curvature(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) -> (Square, Vec<f64>) {
+pub(crate) fn curvature(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    normals: &[Normal],
+    damping: f64,
+) -> (Square, Vec<f64>) {
     let n = h.theta_len();
     let (mut s, mut u) = (Square::zero(n), vec![0.0; n]);
     for (l, normal) in lanes.iter().zip(normals) {
@@ -73,11 +79,13 @@ fn curvature(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal], damping: f64) 
     (s, u)
 }
 
-/// The damped step that lowers the cost most in the quadratic approximation, within `bounds`.
+/// The damped step that lowers the cost most in the quadratic approximation, within `bounds`; `plain` is the curvature at `state`
+/// without damping.
 pub(crate) fn theta_step(
     h: &Hypothesis,
     lanes: &[Lanes],
     state: &State,
+    plain: &Square,
     lambda: f64,
     bounds: &[(f64, f64)],
 ) -> Step {
@@ -113,7 +121,6 @@ pub(crate) fn theta_step(
             }
         }
     }
-    let (plain, _) = curvature(h, lanes, &state.normals, 0.0);
     let bent = |i: usize| (0..u.len()).map(|k| plain.at(i, k) * step[k]).sum::<f64>();
     let promise = (0..u.len()).map(|i| step[i] * (2.0 * u[i] - bent(i))).sum();
     let length = (0..u.len()).map(|i| plain.at(i, i) * step[i] * step[i]).sum::<f64>().sqrt();
