@@ -10,7 +10,7 @@ use crate::hypothesis::Hypothesis;
 use crate::record::Excerpt;
 use rayon::prelude::*;
 
-/// A window whose cost rises by more in one step is suspected of a kink.
+/// A window whose cost is by more above what was foretold for a step is suspected of a kink.
 const SURPRISE: f64 = 5.0;
 /// Shares of its own step that a window with a surprise is tried at.
 const SHORTER: [f64; 2] = [0.2, 0.0];
@@ -69,8 +69,9 @@ enum Stage<'a> {
 const FIRST_DAMPING: f64 = 1e-6;
 
 impl<'a> Follower<'a> {
-    /// A window that begins at `trial`. One whose cost rises by a surprise over `cost`, that of the nuisances `now`, has its own
-    /// step shortened before it is believed: one window at a kink (an event more or less) must not hold back the step of all.
+    /// A window that begins at `trial`, after a step from the nuisances `now` for which a cost of no more than `cost` was foretold. One
+    /// that is above it by a surprise has its own step shortened before it is believed: one window at a kink (an event more or less)
+    /// must not hold back the step of all. A cost that rises as foretold, because the step suits other windows, is no surprise.
     pub fn after_a_step(
         window: Excerpt<'a>,
         lanes: &'a Lanes,

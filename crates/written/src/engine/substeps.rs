@@ -8,8 +8,10 @@ use crate::limits::SUBSTEPS;
 use crate::model::Integrator;
 use crate::system::System;
 
-/// Outputs may move by this share of their scale when the number of steps is doubled.
+/// Outputs may move by this share of their scale, root mean square, when the number of steps is doubled.
 const ACCEPTED: f64 = 0.01;
+/// A single output may move by this share of its scale.
+const ACCEPTED_ONCE: f64 = 0.1;
 /// The stability limit of classical Runge-Kutta on the negative axis is 2.79; with less the step is stable but no longer
 /// accurate.
 const STABLE: f64 = 2.5;
@@ -21,13 +23,37 @@ const WIDTH_SHARE: f64 = 0.01;
 pub struct ChosenSteps {
     /// Method and steps of a sample interval.
     pub options: Options,
-    /// Largest change of an output over its scale when the steps were doubled.
+    /// Root mean square change of the outputs over their scales when the steps were doubled.
     pub change: f64,
 }
 
+/// By how much outputs move, in units of their scales; no number where one of them is none.
+#[derive(Clone, Copy)]
+struct Change {
+    root_mean_square: f64,
+    largest: f64,
+}
+
+impl Change {
+    /// That of a simulation that fails.
+    const ENDLESS: Self = Self { root_mean_square: f64::INFINITY, largest: f64::INFINITY };
+
+    /// The difference of two simulations with these scales of their outputs.
+    fn of(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
+        let each = a.iter().zip(b).zip(scales.iter().cycle()).map(|((a, b), scale)| (a - b).abs() / scale);
+        let worse = |worst: f64, x: f64| if x > worst || x.is_nan() { x } else { worst };
+        let (squares, largest) = each.fold((0.0, 0.0), |(sum, most), x| (sum + x * x, worse(most, x)));
+        Self { root_mean_square: (squares / a.len().max(1) as f64).sqrt(), largest }
+    }
+
+    fn is_accepted(self) -> bool {
+        self.root_mean_square <= ACCEPTED && self.largest <= ACCEPTED_ONCE
+    }
+}
+
 impl System {
-    /// The smallest number of steps (1, 2, 4, … 64) at which outputs move by less than a hundredth of their scale when
-    /// it is doubled; or the number that the file states. `scales` has one positive value an output, such as the standard deviation
+    /// The smallest number of steps (1, 2, 4, … 64) at which outputs move by less than a hundredth of their scale, root mean square, and
+    /// none by more than a tenth, when it is doubled; or the number that the file states. `scales` has one positive value an output, such as the standard deviation
     /// of its sensor.
     ///
     /// # Errors
@@ -44,17 +70,13 @@ impl System {
             let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
             Ok(values?.concat())
         };
-        let change = |a: &[f64], b: &[f64]| -> f64 {
-            let of = |(i, (a, b)): (usize, (&f64, &f64))| (a - b).abs() / scales[i % scales.len()];
-            a.iter()
-                .zip(b)
-                .enumerate()
-                .map(of)
-                .fold(0.0, |worst: f64, x| if x > worst || x.is_nan() { x } else { worst })
-        };
+        let change = |a: &[f64], b: &[f64]| Change::of(a, b, scales);
         if let Some(substeps) = self.model.numerics.substeps {
             let change = change(&run(substeps)?, &run(2 * substeps)?);
-            return Ok(ChosenSteps { options: Options { method, substeps }, change });
+            return Ok(ChosenSteps {
+                options: Options { method, substeps },
+                change: change.root_mean_square,
+            });
         }
         let mut coarse = run(1);
         let mut substeps = 1;
@@ -62,17 +84,19 @@ impl System {
             let fine = run(2 * substeps);
             let moved = match (&coarse, &fine) {
                 (Ok(coarse), Ok(fine)) => change(coarse, fine),
-                _ => f64::INFINITY,
+                _ => Change::ENDLESS,
             };
-            if moved <= ACCEPTED {
-                return Ok(ChosenSteps { options: Options { method, substeps }, change: moved });
+            let chosen =
+                ChosenSteps { options: Options { method, substeps }, change: moved.root_mean_square };
+            if moved.is_accepted() {
+                return Ok(chosen);
             }
             if substeps >= SUBSTEPS {
                 if method == Method::RungeKutta {
                     self.refuse_stiff(windows)?;
                 }
                 coarse?;
-                return Ok(ChosenSteps { options: Options { method, substeps }, change: moved });
+                return Ok(chosen);
             }
             (coarse, substeps) = (fine, 2 * substeps);
         }
