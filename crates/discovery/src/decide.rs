@@ -167,7 +167,7 @@ fn without_chance(
     if is_confirmed(&less, base) { less } else { base.clone() }
 }
 
-/// The answer with some of its additions alone.
+/// The answer with some of its additions alone. Tables are looked for beside them where no formulas came before.
 pub(crate) fn with_only(
     search: &Search<'_>,
     decided: Decided,
@@ -176,7 +176,8 @@ pub(crate) fn with_only(
 ) -> Decided {
     let Decided { mut found, base, best, .. } = decided;
     let best = place_of(search, &mut found, &best, additions);
-    settle(search, found, base, best, true, progress)
+    let has_grammar = search.system().library().iter().any(|effect| effect.grammar.is_some());
+    settle(search, found, base, best, !has_grammar, progress)
 }
 
 /// Whether so large a fall of the criterion is worth giving up the library's answer for a table or a formula.

@@ -23,6 +23,7 @@ use crate::report::report;
 use crate::result::{Discovery, ErrorTable, FreeRun, Windows};
 use crate::scattered;
 use crate::search::Search;
+use crate::supported::supported_by_all;
 use crate::tables::beyond_formulas;
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -144,6 +145,20 @@ pub fn discover(
             lists = shown.clone();
         }
         last = full(&decided.best, None);
+    }
+    while let Some(rest) = supported_by_all(&search, &mut decided.found, &searched[1], &last) {
+        decided = with_only(&search, decided, &rest, progress);
+        searched[1] = decided.best.clone();
+        let longer = joined[1].and_then(|joined| search.over_windows_joined(&decided.best, joined));
+        (decided.best, joined[1]) = match longer {
+            Some(longer) => (longer, joined[1]),
+            None => (decided.best, None),
+        };
+        shown = on_split(&decided, limit);
+        if folds.is_empty() {
+            lists = shown.clone();
+        }
+        last = full(&decided.best, joined[1]);
     }
     let tables = |lists: &Lists, folds: usize, gain: f64| {
         let folds = (folds > 0).then_some(folds);

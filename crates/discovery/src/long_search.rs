@@ -11,13 +11,10 @@ use crate::fit::{ChosenRecords, fit_nuisance};
 use crate::forecast::first_rmse;
 use crate::free_runs::NO_WORSE;
 use crate::judged::Judged;
-use crate::longer::{fit_anew, joined_windows, ratio_at_best};
+use crate::longer::{fit_anew, joined_windows};
 use crate::part::is_long;
 use crate::prepare::Prepared;
 use crate::search::Search;
-
-/// Ratio of two free runs' errors below which a set of the second search is preferred: it was chosen among many by such runs.
-const CLEARLY: f64 = 0.8;
 
 /// The answer `decided`, or that of the search over longer windows where what it finds runs better. Data of very many samples
 /// are not searched again: a pass over few long windows takes as long as one over many short ones.
@@ -67,8 +64,7 @@ fn back(short: &Search<'_>, longer: &Judged, joined: usize) -> Judged {
 /// Whether a set runs clearly better than another, of which the second form is that over windows of its best length, through the
 /// parts of the data that are left out in turn, and forecasts the parts of recordings that are held out no worse.
 fn forecasts_clearly_better(search: &Search<'_>, set: &Judged, [other, other_longer]: [&Judged; 2]) -> bool {
-    let runs = search.lengths(set).zip(search.lengths(other));
-    runs.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY) && {
+    search.runs_clearly_better(set, other) && {
         let longer = search.over_longer_windows(set);
         let set = longer.as_ref().map_or(set, |(longer, _)| longer);
         let [set, other] = [set, other_longer].map(|judged| first_rmse(&search.test, &judged.fit));

@@ -48,6 +48,9 @@ pub(crate) fn resolution(sample: &ChosenRecords<'_>) -> f64 {
     each.sum()
 }
 
+/// Ratio of two free runs' errors below which a set is preferred for its runs alone, as one that was chosen among many by such runs.
+const CLEARLY: f64 = 0.8;
+
 /// A draw of the events' parameter may belong to an event or to a record.
 const BOTH_WAYS: &[ScatterPer] = &[ScatterPer::Event, ScatterPer::Record];
 
@@ -347,6 +350,23 @@ impl<'a> Search<'a> {
         lengths.is_some_and(|(other, set)| ratio_at_best(set, other) > NO_WORSE)
     }
 
+    /// Whether a set runs better than another, each over windows of its best length, by so much that it is preferred for that alone.
+    pub fn runs_clearly_better(&self, set: &Judged, other: &Judged) -> bool {
+        let lengths = self.lengths(set).zip(self.lengths(other));
+        lengths.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY)
+    }
+
+    /// Whether a part of a set runs clearly worse than the set does, both over windows of the set's best length.
+    pub fn part_runs_clearly_worse(&self, part: &Judged, set: &Judged) -> bool {
+        let found = || {
+            let of_set = self.lengths(set)?;
+            let joined = best_joined(of_set);
+            let of_part = at_length(&self.train, &self.left_out(set)?, &part.fit, joined)?;
+            Some(ratio_at_best(of_set, &[of_part]) < CLEARLY)
+        };
+        found().unwrap_or(true)
+    }
+
     /// A set with the parameters of a fit over longer windows, where each part of the data runs better for it with the values of
     /// the others, and how many of the search's windows each of them joins. Intervals stay those of the search's windows.
     pub fn over_longer_windows(&self, judged: &Judged) -> Option<(Judged, usize)> {
@@ -354,10 +374,15 @@ impl<'a> Search<'a> {
         if joined == 1 {
             return None;
         }
+        Some((self.over_windows_joined(judged, joined)?, joined))
+    }
+
+    /// A set with parameters that are fitted over windows of which each joins so many of the search's; `None` where the fit is lost.
+    pub fn over_windows_joined(&self, judged: &Judged, joined: usize) -> Option<Judged> {
         let over_longer = || fit_joined(&self.train, &judged.fit, joined);
         let again = self.judge(judged.memory.longer.get_or_init(over_longer).clone());
         let heldout_ll = Some(self.heldout(&again).ll);
-        again.is_finite().then_some((Judged { heldout_ll, ..again }, joined))
+        again.is_finite().then_some(Judged { heldout_ll, ..again })
     }
 
     /// The simpler effect that an addition turns into where some of its parameters have their nulls.

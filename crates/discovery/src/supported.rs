@@ -7,6 +7,7 @@
 
 use crate::addition::Addition;
 use crate::explore::{Explored, place_of};
+use crate::fit::Fit;
 use crate::free_runs::NO_WORSE;
 use crate::judged::Judged;
 use crate::search::Search;
@@ -28,6 +29,25 @@ pub(crate) fn supported(search: &Search<'_>, found: &mut Explored, base: &Judged
         break;
     }
     best
+}
+
+/// The additions without one that all of the data do not tell from nothing, though the training part did: `all` is the fit of `best`
+/// to all of them. It stays where free runs are clearly worse without it, where it is the only one, and where records are witnesses
+/// of their own.
+pub(crate) fn supported_by_all(
+    search: &Search<'_>,
+    found: &mut Explored,
+    best: &Judged,
+    all: &Fit,
+) -> Option<Vec<Addition>> {
+    let is_told = search.free_runs.is_some() && tells_intervals(all.clusters.len(), all.theta.len());
+    let unclear = if is_told { all.unclear() } else { Vec::new() };
+    unclear.into_iter().map(|number| without(best.additions(), number)).find(|rest| {
+        !rest.is_empty() && {
+            let less = place_of(search, found, best, rest);
+            less.is_finite() && !search.part_runs_clearly_worse(&less, best)
+        }
+    })
 }
 
 /// Whether so many windows or records tell the intervals of so many parameters: the scatter of n gradients has n - 1 directions.
