@@ -1,6 +1,7 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
 //! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
-//! other system, and an impact that comes or goes leaves nothing to explain. Rates over many sets are those of
+//! other system, an impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no
+//! part of the data allows ends no search. Rates over many sets are those of
 //! `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
@@ -53,4 +54,16 @@ fn unstable_motion_that_is_followed_is_of_the_declared_system() {
 fn an_impact_that_comes_or_goes_leaves_nothing_to_explain() {
     let found = answer(Kind::Null, 6_400_009);
     assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+}
+
+#[test]
+fn intervals_without_a_width_are_those_of_no_fit() {
+    let found = answer(Kind::Outside, 8_240_005);
+    assert!(matches!(found.verdict, Verdict::Unknown | Verdict::PartlyExplained), "{}", found.sentence);
+}
+
+#[test]
+fn a_set_that_no_part_of_the_data_allows_to_be_fitted_ends_no_search() {
+    let found = answer(Kind::Outside, 8_240_008);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
 }

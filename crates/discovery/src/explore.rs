@@ -32,10 +32,11 @@ struct Effort {
 }
 
 impl Effort {
-    /// Laws that were searched on some windows of long data are looked over once more on all. Idealised laws are searched with what
+    /// Laws that were searched on some windows of long data, or before the noise was known, are looked over once more. Idealised laws are searched with what
     /// the dispersion lets through, which is less: a fit is some hundred windows.
-    fn of(sample: &ChosenRecords<'_>, family: Family) -> Self {
-        if searches_some_windows(sample, family) {
+    fn of(search: &Search<'_>) -> Self {
+        let sample = &search.train;
+        if search.goes_on || searches_some_windows(sample, search.family) {
             return Self { starts: 1, beam: 2, first: 6, later: 3, swaps: 2, adds: 2, rounds: 3 };
         }
         if sample.data.is_idealised() {
@@ -133,6 +134,7 @@ impl Search<'_> {
             ways: self.ways,
             free_runs: None,
             clock: self.clock.clone(),
+            goes_on: self.goes_on || !known.is_empty(),
         };
         let start = fit(&search.train, &base.hypothesis, &base.theta, &[]);
         let on_part = |j: &Judged| search.judge(fit(&search.train, &j.fit.hypothesis, &j.fit.theta, &[]));
@@ -156,7 +158,7 @@ impl Search<'_> {
         seeds: Vec<Judged>,
         progress: &mut dyn FnMut(Progress),
     ) -> (Vec<Judged>, Vec<Score>) {
-        let effort = Effort::of(&self.train, self.family);
+        let effort = Effort::of(self);
         let base = self.judge(base);
         let base_scores = self.library_scores(&base);
         let (base_criterion, base_cost) = (base.criterion, base.fit.cost);
@@ -200,7 +202,7 @@ impl Search<'_> {
         let fit = &from.fit;
         let mut list = self.library_scores(from);
         list.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-        let effort = Effort::of(&self.train, self.family);
+        let effort = Effort::of(self);
         let (most, least) = if level == 1 { (effort.first, 4.0) } else { (effort.later, 6.0) };
         let least = least + self.resolution();
         let mut both = Vec::new();
@@ -335,7 +337,7 @@ impl Search<'_> {
 
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
-        let effort = Effort::of(&self.train, self.family);
+        let effort = Effort::of(self);
         for round in 0..effort.rounds {
             if self.clock.is_over() {
                 return;

@@ -296,7 +296,7 @@ impl Hypothesis {
                 Per::Trajectory => None,
             };
             if let Some(values) = values {
-                let fitted = Fitted { values, ci95: ci95.get(at).copied() };
+                let fitted = Fitted { values, ci95: ci95.get(at).copied().filter(|[low, high]| low < high) };
                 match f.addition {
                     None => out.declared.push((f.index, fitted)),
                     Some(number) => added[number].push(fitted),

@@ -58,9 +58,11 @@ impl Judged {
         self.criterion - 2.0 * self.heldout_ll.unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// Whether it could be fitted: where no window can be simulated, or a direction has no information, there is no criterion.
+    /// Whether it could be fitted: where no window can be simulated, a direction has no information, or so much that its interval has no
+    /// width (derivatives that grow without bound along a run), there is no criterion.
     pub fn is_finite(&self) -> bool {
-        let intervals = || self.fit.ci95().iter().flatten().all(|v| v.is_finite());
+        let has_width = |[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low < high;
+        let intervals = || self.fit.ci95().iter().all(has_width);
         self.criterion.is_finite() && self.fit.theta.iter().all(|v| v.is_finite()) && intervals()
     }
 

@@ -69,6 +69,8 @@ pub(crate) struct Search<'a> {
     pub free_runs: Option<FreeRuns>,
     /// The time that is left.
     pub clock: Clock,
+    /// Whether it goes on from what another search came to, on a part of the same data.
+    pub goes_on: bool,
 }
 
 /// Ratio of two scores from which on they are the same law in two forms.
@@ -102,7 +104,7 @@ impl<'a> Search<'a> {
         };
         let tests = library.iter().map(points).sum();
         let (free_runs, clock) = (FreeRuns::new(&test), clock.clone());
-        Self { train, test, library, family, tests, ways: BOTH_WAYS, free_runs, clock }
+        Self { train, test, library, family, tests, ways: BOTH_WAYS, free_runs, clock, goes_on: false }
     }
 
     /// The search on the training part of prepared data, judged on their held-out part.
@@ -322,7 +324,10 @@ impl<'a> Search<'a> {
     /// Errors of a set's free runs over each part of the data, fitted to the others over ever longer windows; `None` where fits see no
     /// recording in several windows, or nothing can be fitted.
     pub fn lengths<'j>(&self, judged: &'j Judged) -> Option<&'j [Length]> {
-        let found = || Some(lengthened(&self.train, &self.left_out(judged)?, &judged.fit));
+        let found = || {
+            let lengths = lengthened(&self.train, &self.left_out(judged)?, &judged.fit);
+            (!lengths.is_empty()).then_some(lengths)
+        };
         judged.memory.lengths.get_or_init(found).as_deref()
     }
 
