@@ -1,7 +1,7 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
 //! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
 //! other system, an impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no
-//! part of the data allows ends no search. Rates over many sets are those of
+//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Rates over many sets are those of
 //! `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
@@ -66,4 +66,15 @@ fn intervals_without_a_width_are_those_of_no_fit() {
 fn a_set_that_no_part_of_the_data_allows_to_be_fitted_ends_no_search() {
     let found = answer(Kind::Outside, 8_240_008);
     assert!(found.effects.is_empty(), "{}", found.sentence);
+}
+
+#[test]
+fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
+    let found = answer(Kind::Outside, 8_250_010);
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
+    assert!(
+        found.effects.is_empty() && found.sentence.starts_with("Something unknown"),
+        "{}",
+        found.sentence
+    );
 }

@@ -8,7 +8,7 @@ use crate::candidates::Family;
 use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
 use crate::decide::{Decided, heldout_gain, with_only};
-use crate::doubt::{after_search, before_search, unsearched};
+use crate::doubt::{Doubt, after_search, before_search, is_roughly_right, unsearched};
 use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
@@ -20,7 +20,7 @@ use crate::options::{Options, Progress, onward};
 use crate::outliers::left_out;
 use crate::prepare::{Prepared, prepare};
 use crate::report::report;
-use crate::result::{Discovery, ErrorTable, FreeRun, Windows};
+use crate::result::{Discovery, ErrorTable, FreeRun, Verdict, Windows};
 use crate::scattered;
 use crate::search::Search;
 use crate::supported::supported_by_all;
@@ -169,9 +169,14 @@ pub fn discover(
     let (mut error, mut errors) = tables(&lists, folds.len(), gain_of(&decided));
     if doubt.is_none() {
         let all: Vec<&ErrorTable> = std::iter::once(&error).chain(errors.values()).collect();
-        doubt = after_search(&decided, search.heldout(&decided.best), &all, schema.decides());
-        if doubt.is_some() {
-            let plain = unsearched(&search, decided.base.fit.clone());
+        let roughly = is_roughly_right(&search, &error);
+        let held = search.heldout(&decided.best);
+        if let Some(found) = after_search(&decided, roughly, held, &all, schema.decides()) {
+            let mut plain = unsearched(&search, decided.base.fit.clone());
+            match found {
+                Doubt::NotThisSystem(why) => doubt = Some(why),
+                Doubt::NothingHelps => (plain.verdict, plain.severe) = (Verdict::Unknown, true),
+            }
             decided.found.pool.retain(|j| j.additions().is_empty());
             decided = Decided { found: decided.found, ..plain };
             limit = forecast_limit(measured, &decided.best.fit);

@@ -12,11 +12,15 @@ use crate::result::{ErrorTable, Verdict};
 use crate::search::Search;
 use crate::statistics::median;
 use augsim_physics::model::Per;
+use augsim_physics::system::{Record, spread};
 
 /// Share of a parameter's range within which it stands at a bound.
 const AT_BOUND: f64 = 1e-6;
 /// Errors of the augmented model, in units of the noise floor, from which it does not follow the data.
 const FAR: f64 = 2.0;
+/// Errors of the calibrated model's forecasts, in what the data do, up to which the data are of the declared system, though it lacks
+/// something: a mean of the data would err twice as much.
+const ROUGHLY: f64 = 0.5;
 /// Ratio of two free runs' errors below which additions help, however few held-out parts there are to compare forecasts on.
 const HELPED: f64 = 0.8;
 
@@ -41,18 +45,27 @@ pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
     data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// Why the best model shows it; `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all
+/// What the best model leaves to doubt.
+pub(crate) enum Doubt {
+    /// The data are not of the declared system, in words.
+    NotThisSystem(String),
+    /// The calibrated model forecasts most of what the data do, and nothing that was found makes its forecasts better.
+    NothingHelps,
+}
+
+/// What the best model leaves to doubt; `roughly` is whether the calibrated model forecasts most of what the data do, `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all
 /// measures, that which decides first, with its unit in print and how many of it are in one unit of the table.
 pub(crate) fn after_search(
     decided: &Decided,
+    roughly: bool,
     heldout: &Fit,
     errors: &[&ErrorTable],
     unit: (&str, f64),
-) -> Option<String> {
+) -> Option<Doubt> {
     let fit = &decided.best.fit;
     let h = &fit.hypothesis;
     if let Some(objection) = h.system.implausible(&values(fit)) {
-        return Some(objection.to_string());
+        return Some(Doubt::NotThisSystem(objection.to_string()));
     }
     // A law that nobody described can stand for a value beyond the bound: what counts is the model without it.
     let listed: Vec<Addition> =
@@ -62,10 +75,10 @@ pub(crate) fn after_search(
     let at_bound =
         at_bound(h, &fit.theta).or_else(|| before.and_then(|j| at_bound(&j.fit.hypothesis, &j.fit.theta)));
     if let Some((name, bound)) = at_bound {
-        return Some(format!(
+        return Some(Doubt::NotThisSystem(format!(
             "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise \
              check units, signs and what was measured"
-        ));
+        )));
     }
     // Idealised laws are always far from the noise, and few records then show no gain. What is drawn anew for each record is in
     // no forecast, and not in its floor either.
@@ -84,16 +97,30 @@ pub(crate) fn after_search(
         && !follows(&heldout.misfits)
         && let Some(error) = errors.first()
     {
+        if roughly {
+            return Some(Doubt::NothingHelps);
+        }
         let (unit, scale) = unit;
-        return Some(format!(
+        return Some(Doubt::NotThisSystem(format!(
             "nothing in the library makes forecasts better: {:.2} {unit} as calibrated, {:.2} {unit} with what fits best, noise \
              floor {:.2} {unit}; check that the recording is of what the model declares",
             scale * error.calibrated.rmse,
             scale * error.augmented.rmse,
             scale * error.noise_floor.rmse
-        ));
+        )));
     }
     None
+}
+
+/// Whether forecasts of the calibrated model err by little beside what the data do, where the equations are the user's own: by the
+/// measure that decides, whose errors are `error`.
+pub(crate) fn is_roughly_right(search: &Search<'_>, error: &ErrorTable) -> bool {
+    let Some(measure) = search.system().schema().measures.first() else { return false };
+    let records: Vec<Record> = search.test.records().map(|record| record.seen.clone()).collect();
+    let squares: f64 = measure.channels.iter().map(|&channel| spread(&records, channel).powi(2)).sum();
+    let count = if measure.length { 1 } else { measure.channels.len().max(1) };
+    let moves = (squares / count as f64).sqrt();
+    search.system().begins_from_first_samples() && error.calibrated.rmse < ROUGHLY * moves
 }
 
 /// Whether most windows are followed from the best of starts, by the misfit of each in units of the noise and its degrees of
