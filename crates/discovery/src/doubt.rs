@@ -45,7 +45,7 @@ pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
     data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// What the best model leaves to doubt.
+/// A doubt that the best model leaves.
 pub(crate) enum Doubt {
     /// The data are not of the declared system, in words.
     NotThisSystem(String),
@@ -53,8 +53,9 @@ pub(crate) enum Doubt {
     NothingHelps,
 }
 
-/// What the best model leaves to doubt; `roughly` is whether the calibrated model forecasts most of what the data do, `heldout` is its fit to the held-out part with starts of its own, `errors` are the tables of all
-/// measures, that which decides first, with its unit in print and how many of it are in one unit of the table.
+/// The doubt that the best model leaves. `roughly` is whether the calibrated model forecasts most of what the data do, `heldout` is the
+/// best's fit to the held-out part with starts of its own, `errors` are the tables of all measures, that which decides first, `unit` its
+/// unit in print and how many of it are in one unit of the table.
 pub(crate) fn after_search(
     decided: &Decided,
     roughly: bool,
