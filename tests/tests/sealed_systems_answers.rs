@@ -1,8 +1,8 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
 //! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
 //! other system, an impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no
-//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Rates over many sets are those of
-//! `discover_battery systems-single`, ….
+//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Rates
+//! over many sets are those of `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use augsim_tests::sealed_systems::{Kind, PLANTS, draw, truth};

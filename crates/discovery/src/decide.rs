@@ -8,7 +8,7 @@ use crate::explore::{Explored, place_of};
 use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::free_runs::NO_WORSE;
-use crate::grammar::{is_formula, nodes};
+use crate::grammar::{has_grammar, is_formula, nodes};
 use crate::judged::{Judged, is_as_good};
 use crate::result::Verdict;
 use crate::scattered::{Scattered, scattered, surviving_additions};
@@ -176,8 +176,7 @@ pub(crate) fn with_only(
 ) -> Decided {
     let Decided { mut found, base, best, .. } = decided;
     let best = place_of(search, &mut found, &best, additions);
-    let has_grammar = search.system().library().iter().any(|effect| effect.grammar.is_some());
-    settle(search, found, base, best, !has_grammar, progress)
+    settle(search, found, base, best, !has_grammar(search.system()), progress)
 }
 
 /// Whether so large a fall of the criterion is worth giving up the library's answer for a table or a formula.

@@ -12,7 +12,8 @@ use crate::doubt::{Doubt, after_search, before_search, is_roughly_right, unsearc
 use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
-use crate::formulas::{answer, beyond_the_library, has_grammar, leaves_something};
+use crate::formulas::{answer, beyond_the_library, leaves_something};
+use crate::grammar::has_grammar;
 use crate::judged::Judged;
 use crate::long_search::over_long_windows;
 use crate::longer::fit_joined;
@@ -69,7 +70,7 @@ pub fn discover(
         progress(Progress::LongWindows);
         decided = over_long_windows(&prepared, decided, family, progress);
     }
-    if has_grammar(&prepared)
+    if has_grammar(&*prepared.data.system)
         && goes_on
         && leaves_something(&prepared, &decided)
         && let Some(wider) = beyond_the_library(&prepared, &decided, progress)
@@ -77,7 +78,7 @@ pub fn discover(
         (decided, family) = (wider, Family::Grammar);
     }
     let is_open = doubt.is_none() && !prepared.clock.was_cut();
-    if has_grammar(&prepared) && is_open && leaves_something(&prepared, &decided) {
+    if has_grammar(&*prepared.data.system) && is_open && leaves_something(&prepared, &decided) {
         decided = beyond_formulas(&prepared, decided, family, progress);
     }
     let search = Search::on(&prepared, family);

@@ -32,8 +32,8 @@ struct Effort {
 }
 
 impl Effort {
-    /// Laws that were searched on some windows of long data, or before the noise was known, are looked over once more. Idealised laws are searched with what
-    /// the dispersion lets through, which is less: a fit is some hundred windows.
+    /// Laws that were searched on some windows of long data, or before the noise was known, are looked over once more. Idealised laws
+    /// are searched with what the dispersion lets through, which is less: a fit is some hundred windows.
     fn of(search: &Search<'_>) -> Self {
         let sample = &search.train;
         if search.goes_on || searches_some_windows(sample, search.family) {

@@ -263,7 +263,8 @@ fn step_together(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a window whose steps are simulated ahead goes the way that it goes step by step, in fewer passes.
+    //! Contract: a window whose steps are simulated ahead goes the way that it goes step by step, in fewer passes; a cost that rises as
+    //! foretold is no surprise.
     use super::*;
     use crate::linear::Square;
     use crate::record::Record;
@@ -282,6 +283,26 @@ mod tests {
             softening: 0.0,
             events: Vec::new(),
         }
+    }
+
+    #[test]
+    fn a_window_that_is_as_foretold_has_no_step_shortened() {
+        let record = Record { seen: Default::default(), weight: Vec::new(), tolerated: false };
+        let window = Window { samples: 0..1, start: Vec::new() };
+        let window = Excerpt { record: &record, window: &window };
+        let (lanes, now) = (Lanes::of_starts(1), [0.2]);
+        let next = |foretold: f64| {
+            Follower::after_a_step(window, &lanes, (at(0.4), vec![0.4]), &now, foretold).next()
+        };
+        assert_eq!(next(at(0.4).q), None);
+        assert_eq!(next(at(0.2).q), Some(vec![0.2 + SHORTER[0] * 0.2]));
+    }
+
+    #[test]
+    fn a_quadratic_cost_is_foretold_exactly() {
+        let cost = |x: f64| 3.0 + (2.0 - x).powi(2);
+        let here = Normal { h: Square { n: 1, a: vec![1.0] }, g: vec![2.0 - 0.5], q: cost(0.5), ..at(0.0) };
+        assert!((here.foretold(&[0.7]) - cost(1.2)).abs() < 1e-12);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::addition::Addition;
 use crate::candidates::Family;
 use crate::decide::{Decided, decide, is_worth_a_table};
 use crate::free_runs::NO_WORSE;
-use crate::grammar::is_formula;
+use crate::grammar::{has_grammar, is_formula};
 use crate::judged::Judged;
 use crate::prepare::{Prepared, misfit};
 use crate::result::Verdict;
@@ -17,11 +17,6 @@ const WORTH: f64 = 0.05;
 
 /// Misfit in standard deviations of the noise above which formulas are searched.
 const BEYOND_NOISE: f64 = 1.1;
-
-/// Whether a system has formulas of a grammar.
-pub(crate) fn has_grammar(prepared: &Prepared) -> bool {
-    prepared.data.system.library().iter().any(|effect| effect.grammar.is_some())
-}
 
 /// Whether tests see what the library leaves, and it is more than the noise: a tenth of it, in one channel at least. Tests of
 /// thousands of samples see less than that, and a formula for it takes minutes and improves no forecast.
@@ -98,6 +93,7 @@ pub(crate) fn answer(
     };
     let too_few = || DiscoveryError::TooFew { data: prepared.data.name.clone(), found: 0 };
     // With a grammar formulas come before tables.
-    let decided = decide(&mut search, base, &known, !has_grammar(prepared), progress).ok_or_else(too_few)?;
+    let decided = decide(&mut search, base, &known, !has_grammar(&*prepared.data.system), progress)
+        .ok_or_else(too_few)?;
     Ok((decided, family))
 }

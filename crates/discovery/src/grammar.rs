@@ -1,7 +1,13 @@
-//! Formulas of a grammar among what is added.
+//! Formulas of a grammar in a system and among what is added to it.
 
 use crate::addition::Addition;
 use crate::judged::Judged;
+use augsim_physics::system::System;
+
+/// Whether a system has formulas of a grammar.
+pub(crate) fn has_grammar(system: &dyn System) -> bool {
+    system.library().iter().any(|effect| effect.grammar.is_some())
+}
 
 /// Whether an addition is a formula of a grammar.
 pub(crate) fn is_formula(addition: &Addition) -> bool {

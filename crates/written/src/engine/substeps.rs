@@ -53,8 +53,8 @@ impl Change {
 
 impl System {
     /// The smallest number of steps (1, 2, 4, … 64) at which outputs move by less than a hundredth of their scale, root mean square, and
-    /// none by more than a tenth, when it is doubled; or the number that the file states. `scales` has one positive value an output, such as the standard deviation
-    /// of its sensor.
+    /// none by more than a tenth, when it is doubled; or the number that the file states. `scales` has one positive value an output, such
+    /// as the standard deviation of its sensor.
     ///
     /// # Errors
     /// [`SimulationError::Stiff`] if 64 steps are too few because a rate is too fast for them; any other error of the
