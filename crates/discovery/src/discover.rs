@@ -8,7 +8,7 @@ use crate::candidates::Family;
 use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
 use crate::decide::{Decided, heldout_gain, with_only};
-use crate::doubt::{Doubt, after_search, before_search, is_roughly_right, unsearched};
+use crate::doubt::{Doubt, after_search, before_search, unsearched};
 use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
@@ -136,25 +136,20 @@ pub fn discover(
         }
     };
     let mut last = full(&decided.best, joined[1]);
+    // What all of the data leave at its null is no finding, though a part of them took it for one; then, one after the other, what all of
+    // them do not tell from nothing.
     let moved = last.moved();
-    if !moved.is_empty() && moved.len() < decided.best.additions().len() {
-        // What all of the data leave at its null is no finding, though a part of them took it for one.
-        decided = with_only(&search, decided, &moved, progress);
-        (joined[1], searched[1]) = (None, decided.best.clone());
-        shown = on_split(&decided, limit);
-        if folds.is_empty() {
-            lists = shown.clone();
-        }
-        last = full(&decided.best, None);
-    }
-    while let Some(rest) = supported_by_all(&search, &mut decided.found, &searched[1], &last) {
+    let is_less = !moved.is_empty() && moved.len() < decided.best.additions().len();
+    let mut moving = is_less.then_some((moved, None));
+    loop {
+        let untold =
+            || Some((supported_by_all(&search, &mut decided.found, &searched[1], &last)?, joined[1]));
+        let Some((rest, over)) = moving.take().or_else(untold) else { break };
         decided = with_only(&search, decided, &rest, progress);
         searched[1] = decided.best.clone();
-        let longer = joined[1].and_then(|joined| search.over_windows_joined(&decided.best, joined));
-        (decided.best, joined[1]) = match longer {
-            Some(longer) => (longer, joined[1]),
-            None => (decided.best, None),
-        };
+        let longer = over.and_then(|joined| search.over_windows_joined(&decided.best, joined));
+        joined[1] = over.filter(|_| longer.is_some());
+        decided.best = longer.unwrap_or(decided.best);
         shown = on_split(&decided, limit);
         if folds.is_empty() {
             lists = shown.clone();
@@ -170,9 +165,7 @@ pub fn discover(
     let (mut error, mut errors) = tables(&lists, folds.len(), gain_of(&decided));
     if doubt.is_none() {
         let all: Vec<&ErrorTable> = std::iter::once(&error).chain(errors.values()).collect();
-        let roughly = is_roughly_right(&search, &error);
-        let held = search.heldout(&decided.best);
-        if let Some(found) = after_search(&decided, roughly, held, &all, schema.decides()) {
+        if let Some(found) = after_search(&search, &decided, &all) {
             let mut plain = unsearched(&search, decided.base.fit.clone());
             match found {
                 Doubt::NotThisSystem(why) => doubt = Some(why),

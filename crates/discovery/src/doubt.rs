@@ -53,16 +53,8 @@ pub(crate) enum Doubt {
     NothingHelps,
 }
 
-/// The doubt that the best model leaves. `roughly` is whether the calibrated model forecasts most of what the data do, `heldout` is the
-/// best's fit to the held-out part with starts of its own, `errors` are the tables of all measures, that which decides first, `unit` its
-/// unit in print and how many of it are in one unit of the table.
-pub(crate) fn after_search(
-    decided: &Decided,
-    roughly: bool,
-    heldout: &Fit,
-    errors: &[&ErrorTable],
-    unit: (&str, f64),
-) -> Option<Doubt> {
+/// The doubt that the best model leaves; `errors` are the tables of all measures, that which decides first.
+pub(crate) fn after_search(search: &Search<'_>, decided: &Decided, errors: &[&ErrorTable]) -> Option<Doubt> {
     let fit = &decided.best.fit;
     let h = &fit.hypothesis;
     if let Some(objection) = h.system.implausible(&values(fit)) {
@@ -95,13 +87,13 @@ pub(crate) fn after_search(
     if claims
         && far
         && !helps
-        && !follows(&heldout.misfits)
+        && !follows(&search.heldout(&decided.best).misfits)
         && let Some(error) = errors.first()
     {
-        if roughly {
+        if is_roughly_right(search, error) {
             return Some(Doubt::NothingHelps);
         }
-        let (unit, scale) = unit;
+        let (unit, scale) = h.system.schema().decides();
         return Some(Doubt::NotThisSystem(format!(
             "nothing in the library makes forecasts better: {:.2} {unit} as calibrated, {:.2} {unit} with what fits best, noise \
              floor {:.2} {unit}; check that the recording is of what the model declares",
@@ -115,13 +107,17 @@ pub(crate) fn after_search(
 
 /// Whether forecasts of the calibrated model err by little beside what the data do, where the equations are the user's own: by the
 /// measure that decides, whose errors are `error`.
-pub(crate) fn is_roughly_right(search: &Search<'_>, error: &ErrorTable) -> bool {
-    let Some(measure) = search.system().schema().measures.first() else { return false };
+fn is_roughly_right(search: &Search<'_>, error: &ErrorTable) -> bool {
+    let system = search.system();
+    let Some(measure) = system.schema().measures.first().filter(|_| system.begins_from_first_samples())
+    else {
+        return false;
+    };
     let records: Vec<Record> = search.test.records().map(|record| record.seen.clone()).collect();
     let squares: f64 = measure.channels.iter().map(|&channel| spread(&records, channel).powi(2)).sum();
     let count = if measure.length { 1 } else { measure.channels.len().max(1) };
     let moves = (squares / count as f64).sqrt();
-    search.system().begins_from_first_samples() && error.calibrated.rmse < ROUGHLY * moves
+    error.calibrated.rmse < ROUGHLY * moves
 }
 
 /// Whether most windows are followed from the best of starts, by the misfit of each in units of the noise and its degrees of

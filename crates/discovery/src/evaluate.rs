@@ -231,9 +231,7 @@ pub(crate) struct Normal {
 impl Normal {
     /// The cost after a change of what the lanes are of, in the quadratic approximation.
     pub fn foretold(&self, change: &[f64]) -> f64 {
-        let bent = |i: usize| change.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
-        let each = change.iter().enumerate().map(|(i, x)| x * (bent(i) - 2.0 * self.g[i]));
-        self.q + each.sum::<f64>()
+        self.q - self.h.fall(&self.g, change)
     }
 }
 

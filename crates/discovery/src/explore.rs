@@ -134,7 +134,7 @@ impl Search<'_> {
             ways: self.ways,
             free_runs: None,
             clock: self.clock.clone(),
-            goes_on: self.goes_on || !known.is_empty(),
+            goes_on: !known.is_empty(),
         };
         let start = fit(&search.train, &base.hypothesis, &base.theta, &[]);
         let on_part = |j: &Judged| search.judge(fit(&search.train, &j.fit.hypothesis, &j.fit.theta, &[]));

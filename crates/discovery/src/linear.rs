@@ -44,6 +44,12 @@ impl Square {
         d
     }
 
+    /// By how much a quadratic cost with this curvature falls along `step`, down the gradient: `step' (2 gradient - self step)`.
+    pub fn fall(&self, gradient: &[f64], step: &[f64]) -> f64 {
+        let bent = |i: usize| step.iter().enumerate().map(|(k, x)| self.at(i, k) * x).sum::<f64>();
+        step.iter().enumerate().map(|(i, x)| x * (2.0 * gradient[i] - bent(i))).sum()
+    }
+
     /// Cholesky factor. A pivot below 1e-13 of its diagonal is a direction without information: it is given an infinite
     /// pivot, so that solutions do not move along it.
     pub fn cholesky(&self) -> Cholesky {

@@ -351,14 +351,18 @@ impl<'a> Search<'a> {
 
     /// Whether a set runs worse than another, each over windows of its best length.
     pub fn runs_worse(&self, set: &Judged, other: &Judged) -> bool {
-        let lengths = self.lengths(other).zip(self.lengths(set));
-        lengths.is_some_and(|(other, set)| ratio_at_best(set, other) > NO_WORSE)
+        self.ratio_of_runs(set, other).is_some_and(|ratio| ratio > NO_WORSE)
     }
 
     /// Whether a set runs better than another, each over windows of its best length, by so much that it is preferred for that alone.
     pub fn runs_clearly_better(&self, set: &Judged, other: &Judged) -> bool {
-        let lengths = self.lengths(set).zip(self.lengths(other));
-        lengths.is_some_and(|(set, other)| ratio_at_best(set, other) < CLEARLY)
+        self.ratio_of_runs(set, other).is_some_and(|ratio| ratio < CLEARLY)
+    }
+
+    /// The error of a set's free runs over that of another's, each over windows of its best length; `None` where one has no lengths.
+    fn ratio_of_runs(&self, set: &Judged, other: &Judged) -> Option<f64> {
+        let other = self.lengths(other)?;
+        Some(ratio_at_best(self.lengths(set)?, other))
     }
 
     /// Whether a part of a set runs clearly worse than the set does, both over windows of the set's best length.

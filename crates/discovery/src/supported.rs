@@ -16,17 +16,13 @@ use crate::search::Search;
 /// again. Where no recording is fitted in several windows, records are witnesses of their own, and the set stays.
 pub(crate) fn supported(search: &Search<'_>, found: &mut Explored, base: &Judged, best: Judged) -> Judged {
     let mut best = best;
-    'dropped: while best.free_run.is_some() {
+    while best.free_run.is_some() {
         let is_told = tells_intervals(best.fit.clusters.len(), best.fit.theta.len());
-        for number in best.fit.unclear() {
-            let rest = without(best.additions(), number);
-            let less = if rest.is_empty() { base.clone() } else { place_of(search, found, &best, &rest) };
-            if less.is_finite() && (is_told || runs_as_well(less.free_run, best.free_run)) {
-                best = less;
-                continue 'dropped;
-            }
+        let may_go = |less: &Judged| is_told || runs_as_well(less.free_run, best.free_run);
+        match without_one(search, found, &best, best.fit.unclear(), Some(base), may_go) {
+            Some(less) => best = less,
+            None => break,
         }
-        break;
     }
     best
 }
@@ -42,11 +38,23 @@ pub(crate) fn supported_by_all(
 ) -> Option<Vec<Addition>> {
     let is_told = search.free_runs.is_some() && tells_intervals(all.clusters.len(), all.theta.len());
     let unclear = if is_told { all.unclear() } else { Vec::new() };
-    unclear.into_iter().map(|number| without(best.additions(), number)).find(|rest| {
-        !rest.is_empty() && {
-            let less = place_of(search, found, best, rest);
-            less.is_finite() && !search.part_runs_clearly_worse(&less, best)
-        }
+    let may_go = |less: &Judged| !search.part_runs_clearly_worse(less, best);
+    without_one(search, found, best, unclear, None, may_go).map(|less| less.additions().to_vec())
+}
+
+/// The set without the first of its additions numbered `unclear` that may go; `nothing` is the set without any, where the last may go, too.
+fn without_one(
+    search: &Search<'_>,
+    found: &mut Explored,
+    best: &Judged,
+    unclear: Vec<usize>,
+    nothing: Option<&Judged>,
+    may_go: impl Fn(&Judged) -> bool,
+) -> Option<Judged> {
+    unclear.into_iter().find_map(|number| {
+        let rest = without(best.additions(), number);
+        let less = if rest.is_empty() { nothing?.clone() } else { place_of(search, found, best, &rest) };
+        (less.is_finite() && may_go(&less)).then_some(less)
     })
 }
 

@@ -121,8 +121,7 @@ pub(crate) fn theta_step(
             }
         }
     }
-    let bent = |i: usize| (0..u.len()).map(|k| plain.at(i, k) * step[k]).sum::<f64>();
-    let promise = (0..u.len()).map(|i| step[i] * (2.0 * u[i] - bent(i))).sum();
+    let promise = plain.fall(&u, &step);
     let length = (0..u.len()).map(|i| plain.at(i, i) * step[i] * step[i]).sum::<f64>().sqrt();
     Step { change: step, promise, length }
 }
