@@ -107,7 +107,7 @@ impl Dataset {
     ///
     /// # Errors
     /// The errors of [`Dataset::new`].
-    pub(crate) fn with_trajectories(&self, trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
+    pub fn with_trajectories(&self, trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
         let other = Self::with_origin(self.columns.clone(), trajectories, self.origin.clone())?;
         Ok(other.with_notes(self.notes.clone()))
     }

@@ -39,9 +39,10 @@ pub fn discover(
     match subject {
         Subject::Written(model) => {
             told(Progress::Calibration);
-            let (declared, set) = written::discovery::measured(model, data)?;
-            let set = of_groups(groups, data, set)?;
-            let mut found = augsim_discovery::discover(&declared, &set, options, told)?;
+            let against = written::discovery::measured(model, data)?;
+            let set = of_groups(groups, data, against.data)?;
+            let mut found = augsim_discovery::discover(&against.declared, &set, options, told)?;
+            found.notes.splice(0..0, against.notes);
             written::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)
         }

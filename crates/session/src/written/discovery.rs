@@ -1,6 +1,7 @@
 //! A written system as the loop takes it: calibrated first, with windows over which the declared model follows the data.
 
 use super::fit::{fit, prepared, share_starts};
+use super::thinned::thinned;
 use super::{noise, records};
 use crate::DataFrom;
 use augsim_data::Dataset;
@@ -40,13 +41,25 @@ pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Re
     Ok(())
 }
 
-/// The declaration of a model for data, and the data in the columns of the model.
+/// A declaration and the data to hold it against.
+#[derive(Debug)]
+pub struct Against {
+    /// The model with the values that its fit found.
+    pub declared: MeasuredModel,
+    /// The data in the columns of the model.
+    pub data: Dataset,
+    /// How the data were made from those of the file, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// The declaration of a model for data, and the data in the columns of the model, of which as many samples are kept as tell
+/// something.
 ///
 /// # Errors
 /// A column is missing, or the declared model cannot be simulated.
-pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<(MeasuredModel, Dataset)> {
-    let measured = records::read(data, model)?;
-    let records = records::records(&measured.data, model, true)?;
+pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
+    let mut data = records::read(data, model)?.data;
+    let mut records = records::records(&data, model, true)?;
     let fitted = fit(model, &records)?;
     let stages = &fitted.calibration.stages;
     let lasts = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
@@ -57,11 +70,21 @@ pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<(MeasuredModel
     let shortest = fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.noise.clone());
     // Sizes, steps and widths are those of a simulation with the values that were found; what is declared stays declared.
     let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
-    let windows = prepared(&found, &records)?;
+    let mut windows = prepared(&found, &records)?;
+    let mut found = found.tuned(&windows)?;
+    let mut notes = Vec::new();
+    if let Some(thinned) = thinned(&fitted.model, &found, &data, &windows)? {
+        notes.push(thinned.sentence());
+        data = thinned.data;
+        records = records::records(&data, model, true)?;
+        windows = prepared(&found, &records)?;
+        found = found.tuned(&windows)?;
+    }
     let mut declared = model.clone();
     for (input, found) in declared.inputs.iter_mut().zip(&fitted.model.inputs) {
         input.hold = found.hold;
     }
-    let declared = found.tuned(&windows)?.measured(declared, &windows)?;
-    Ok((declared.calibrated(fitted.calibration.values, &shortest), measured.data))
+    let declared = found.measured(declared, &windows)?;
+    let declared = declared.calibrated(fitted.calibration.values, &shortest);
+    Ok(Against { declared, data, notes })
 }

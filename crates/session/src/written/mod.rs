@@ -8,6 +8,7 @@ pub mod noise;
 pub mod pictures;
 pub mod records;
 pub mod states;
+mod thinned;
 
 use augsim_written::{Model, ModelError};
 use std::path::Path;

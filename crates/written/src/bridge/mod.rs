@@ -6,6 +6,7 @@ mod records;
 mod schema;
 mod shown;
 mod tables;
+mod thinned;
 mod tune;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};

@@ -26,14 +26,7 @@ impl WrittenSystem {
         let fine = Options { substeps: self.options.substeps.max(8), ..self.options.clone() };
         let mut compiled = (*self.compiled).clone();
         compiled.fit_widths(&windows, &fine)?;
-        let noise: Vec<f64> = self
-            .model()
-            .outputs
-            .iter()
-            .enumerate()
-            .map(|(channel, output)| output.sd.unwrap_or_else(|| USUAL_NOISE * spread(records, channel)))
-            .collect();
-        self.options = compiled.choose_steps(&windows, &noise)?.options;
+        self.options = compiled.choose_steps(&windows, &self.noise(records))?.options;
         self.compiled = Arc::new(compiled);
         self.complete = Arc::default();
         Ok(self)
@@ -76,8 +69,16 @@ impl WrittenSystem {
         }
     }
 
+    /// Standard deviation of the sensor of each output: declared, or a usual share of what the output does.
+    pub(super) fn noise(&self, records: &[Record]) -> Vec<f64> {
+        let outputs = self.model().outputs.iter().enumerate();
+        outputs
+            .map(|(channel, output)| output.sd.unwrap_or_else(|| USUAL_NOISE * spread(records, channel)))
+            .collect()
+    }
+
     /// Beginnings of windows, spread over the records, at nominal values.
-    fn scenes(&self, records: &[Record]) -> Vec<Scene> {
+    pub(super) fn scenes(&self, records: &[Record]) -> Vec<Scene> {
         let total: usize = records.iter().map(|r| r.windows.len()).sum();
         let stride = total.div_ceil(LOOKED_AT).max(1);
         let parameters: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();

@@ -23,5 +23,5 @@ pub use failure::SimulationError;
 pub use signal::Signal;
 pub use simulate::Method;
 pub use substeps::ChosenSteps;
-pub(crate) use substeps::fastest;
+pub(crate) use substeps::{Change, fastest};
 pub use task::{EventSeen, Options, Record, Seed, Simulated, Window};

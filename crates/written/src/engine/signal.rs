@@ -88,6 +88,46 @@ impl Signal {
     pub fn at(&self, time: f64) -> f64 {
         self.around(time, time)[0]
     }
+
+    /// Values for a signal of the same hold with knots at `times` only (s, rising), which lose nothing of what was between them: the
+    /// mean until the next knot where values are held, otherwise the mean weighted by a triangle that ends at the knots on both
+    /// sides. A knot at an end that has no other beside it keeps its own value.
+    pub fn averaged(&self, times: &[f64]) -> Vec<f64> {
+        let mean = |k: usize| {
+            let at = times[k];
+            let before = k.checked_sub(1).map(|k| times[k]);
+            match (self.hold, before, times.get(k + 1).copied()) {
+                (Hold::Zero, _, Some(after)) => self.integral((at, after), |_| 1.0) / (after - at),
+                (Hold::Linear | Hold::Spline, Some(before), Some(after)) => {
+                    let ahead = self.integral((before, at), |t| (t - before) / (at - before));
+                    let behind = self.integral((at, after), |t| (after - t) / (after - at));
+                    (ahead + behind) / (0.5 * (after - before))
+                }
+                _ => self.at(at),
+            }
+        };
+        (0..times.len()).map(mean).collect()
+    }
+
+    /// Integral of the signal times a weight that is linear in time.
+    fn integral(&self, (begin, end): (f64, f64), weight: impl Fn(f64) -> f64) -> f64 {
+        let from = self.times.partition_point(|knot| *knot <= begin);
+        let inner = self.times[from..].iter().copied().take_while(|knot| *knot < end);
+        let mut sum = 0.0;
+        let mut left = begin;
+        for right in inner.chain(std::iter::once(end)).filter(|_| end > begin) {
+            let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
+            // The rule of Gauss with three points is exact for powers up to 5; a cubic times a line has 4.
+            let at = |x: f64| {
+                let time = middle + half * x;
+                self.around(middle, time)[0] * weight(time)
+            };
+            let off = 0.6_f64.sqrt();
+            sum += half * (5.0 * at(-off) + 8.0 * at(0.0) + 5.0 * at(off)) / 9.0;
+            left = right;
+        }
+        sum
+    }
 }
 
 /// Coefficients of the cubic over `h` seconds from the values and second derivatives at its ends.
@@ -113,4 +153,56 @@ fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
         curvature[i] = right[i] - upper[i] * curvature[i + 1];
     }
     curvature
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: fewer knots keep the integral of a signal and whatever is a line.
+    use super::*;
+
+    fn swing(hold: Hold) -> Signal {
+        let times: Vec<f64> = (0..33).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = times.iter().map(|t| (7.0 * t).sin()).collect();
+        Signal::new(&times, &values, hold)
+    }
+
+    fn area(signal: &Signal, to: f64) -> f64 {
+        signal.integral((0.0, to), |_| 1.0)
+    }
+
+    #[test]
+    fn a_held_signal_keeps_its_integral_from_knot_to_knot() {
+        let all = swing(Hold::Zero);
+        let kept: Vec<f64> = all.times.iter().copied().step_by(4).collect();
+        let fewer = Signal::new(&kept, &all.averaged(&kept), Hold::Zero);
+        for at in &kept {
+            assert!((area(&fewer, *at) - area(&all, *at)).abs() < 1e-12, "up to {at} s");
+        }
+    }
+
+    #[test]
+    fn a_line_stays_a_line() {
+        let times: Vec<f64> = (0..13).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = times.iter().map(|t| 2.0 - 3.0 * t).collect();
+        for hold in [Hold::Linear, Hold::Spline] {
+            let kept: Vec<f64> = times.iter().copied().step_by(3).collect();
+            let averaged = Signal::new(&times, &values, hold).averaged(&kept);
+            for (t, v) in kept.iter().zip(&averaged) {
+                assert!((v - (2.0 - 3.0 * t)).abs() < 1e-12, "{hold:?} at {t} s: {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_between_the_knots_is_averaged_and_not_picked() {
+        let times: Vec<f64> = (0..41).map(|k| 0.1 * f64::from(k)).collect();
+        // Every fourth sample alone would be +1.
+        let values: Vec<f64> = (0..41).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        for hold in [Hold::Zero, Hold::Linear] {
+            let kept: Vec<f64> = times.iter().copied().step_by(4).collect();
+            let averaged = Signal::new(&times, &values, hold).averaged(&kept);
+            let inner = &averaged[1..averaged.len() - 1];
+            assert!(inner.iter().all(|v| v.abs() < 1e-12), "{hold:?}: {averaged:?}");
+        }
+    }
 }

@@ -29,24 +29,25 @@ pub struct ChosenSteps {
 
 /// By how much outputs move, in units of their scales; no number where one of them is none.
 #[derive(Clone, Copy)]
-struct Change {
-    root_mean_square: f64,
+pub(crate) struct Change {
+    pub(crate) root_mean_square: f64,
     largest: f64,
 }
 
 impl Change {
     /// That of a simulation that fails.
-    const ENDLESS: Self = Self { root_mean_square: f64::INFINITY, largest: f64::INFINITY };
+    pub(crate) const ENDLESS: Self = Self { root_mean_square: f64::INFINITY, largest: f64::INFINITY };
 
     /// The difference of two simulations with these scales of their outputs.
-    fn of(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
+    pub(crate) fn of(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
         let each = a.iter().zip(b).zip(scales.iter().cycle()).map(|((a, b), scale)| (a - b).abs() / scale);
         let worse = |worst: f64, x: f64| if x > worst || x.is_nan() { x } else { worst };
         let (squares, largest) = each.fold((0.0, 0.0), |(sum, most), x| (sum + x * x, worse(most, x)));
         Self { root_mean_square: (squares / a.len().max(1) as f64).sqrt(), largest }
     }
 
-    fn is_accepted(self) -> bool {
+    /// Whether it is so small that the two are the same simulation.
+    pub(crate) fn is_accepted(self) -> bool {
         self.root_mean_square <= ACCEPTED && self.largest <= ACCEPTED_ONCE
     }
 }
