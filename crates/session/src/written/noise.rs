@@ -8,7 +8,7 @@ use augsim_written::model::Shaken;
 use augsim_written::{Model, WrittenSystem};
 
 /// Samples that the noise of a model is found on, at most.
-const MOST_SAMPLES: usize = 12_000;
+const MOST_SAMPLES: usize = 6_000;
 
 /// States of records at every sample, and the noise by which the records differ from runs of the model. Readings of later samples are
 /// used as well: states are estimates of the past, no forecasts.
