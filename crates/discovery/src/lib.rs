@@ -75,6 +75,7 @@ mod scored;
 mod search;
 mod sentence;
 mod separate;
+mod shaken;
 mod sound;
 mod spikes;
 mod spread;

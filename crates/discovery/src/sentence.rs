@@ -3,6 +3,9 @@
 use crate::answer::AnswerParts;
 use crate::result::{FoundEffect, Unexplained, Verdict};
 
+/// Growth of the error without an effect, in the error of the calibrated model, from which on forecasts run away: the number says
+/// only where they ended.
+const AWAY: f64 = 10.0;
 /// Share of the gain in likelihood, or of the error removed, below which an effect is small: it is named in a sentence of its
 /// own.
 const SMALL: f64 = 0.03;
@@ -81,9 +84,10 @@ pub(crate) fn sentence(
             .iter()
             .map(|e| {
                 let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                p.extend(e.removed.map(|r| match r > 0.0 {
-                    true => format!("{} {unit} of the error", told(scale * r, d)),
-                    false => "none of the error by itself".to_owned(),
+                p.extend(e.removed.map(|r| match r {
+                    r if r > AWAY * error.calibrated.rmse => "forecasts run away without it".to_owned(),
+                    r if r > 0.0 => format!("{} {unit} of the error", told(scale * r, d)),
+                    _ => "none of the error by itself".to_owned(),
                 }));
                 let values = p.join(", ");
                 let per = e.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));

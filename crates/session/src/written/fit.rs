@@ -11,9 +11,7 @@ const SHORTEST: f64 = 2.0;
 /// Samples that the shortest windows have at least: fewer could not tell the states of their start from noise.
 const FEWEST_SAMPLES: f64 = 10.0;
 /// Doublings of the shortest windows over which holds are compared.
-const HOLD_WINDOWS: u32 = 4;
-/// Samples on which holds are compared: of longer data stretches of neighbouring windows that lie all over.
-const HOLD_SAMPLES: usize = 8_000;
+const HOLD_WINDOWS: i32 = 4;
 /// Share of the misfit by which another hold has to be better to be worth telling.
 pub const TELLING: f64 = 0.05;
 
@@ -68,7 +66,7 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
 fn with_hold(
     model: &Model,
     records: &[Record],
-    doublings: Option<u32>,
+    doublings: Option<i32>,
 ) -> anyhow::Result<(Calibration, usize)> {
     let system = WrittenSystem::declared_only(model)?;
     // Steps, widths and the time constant are looked at over windows of some samples at many places.
@@ -79,27 +77,9 @@ fn with_hold(
     let constant = system.fastest_s(&looked_at).unwrap_or(0.0);
     let window_s = (SHORTEST * constant).max(FEWEST_SAMPLES * step);
     let system = system.with_windows(Some(window_s));
-    let mut records = prepared(&system, records)?;
-    let together = doublings.map(|n| 2_usize.pow(n));
-    if let Some(together) = together {
-        keep_stretches(&mut records, together);
-    }
-    let longest_s = together.map(|n| window_s * n as f64);
+    let records = prepared(&system, records)?;
+    let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
     Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
-}
-
-/// Leaves so many windows out of long records that about [`HOLD_SAMPLES`] are left, in stretches of so many neighbours.
-fn keep_stretches(records: &mut [Record], together: usize) {
-    let samples: usize = records.iter().map(|r| r.times.len()).sum();
-    let stride = (samples / HOLD_SAMPLES).max(1);
-    let mut number = 0;
-    for record in records {
-        let stretches = record.windows.chunks(together).filter(|_| {
-            number += 1;
-            (number - 1) % stride == 0
-        });
-        record.windows = stretches.flatten().cloned().collect();
-    }
 }
 
 /// Records prepared by a system.
