@@ -229,7 +229,8 @@ fn the_likelihood_of_a_shaken_motion_is_one_of_the_three_and_tells_a_wrong_law()
     let (shown, pushed) = system.with_states_shown().expect("a system that can be filtered");
     let records = [seen];
     let at = |damping_per_s: f64| {
-        ln_likelihood_if_shaken(&*shown, 1, &records, &[40.0, damping_per_s], &pushed, &[None]).expect("a number")
+        ln_likelihood_if_shaken(&*shown, 1, &records, &[40.0, damping_per_s], &pushed, &[None])
+            .expect("a number")
     };
     assert_eq!(at(0.1), three[2]);
     assert!(at(0.1) > at(3.0) + 20.0, "{} {}", at(0.1), at(3.0));
