@@ -15,5 +15,5 @@ mod windows;
 
 pub use growth::calibrate;
 pub use outcome::{Calibration, CalibrationError, Gauge, Stage};
-pub use smooth::{Cause, Smoothed, ln_likelihood_if_shaken, smooth};
+pub use smooth::{Cause, Smoothed, smooth};
 pub use starts::{Begun, fit_start};

@@ -2,7 +2,7 @@
 //! for how long, and comes nearer to the true states than what was measured; missing samples and the number of threads change
 //! nothing of that. The scene is a damped oscillator, integrated here once more.
 
-use augsim_calibrate::{CalibrationError, Cause, Smoothed, ln_likelihood_if_shaken, smooth};
+use augsim_calibrate::{CalibrationError, Cause, Smoothed, smooth};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_written::{WrittenSystem, model};
 
@@ -215,23 +215,4 @@ fn a_push_that_shows_at_once_leaves_the_sensor_its_noise() {
     within(found.drive_sd[0], 1.0, 0.15);
     within(found.memory_s, 2.0, 0.3);
     within(found.sensor_sd[0], 0.1, 0.25);
-}
-
-#[test]
-fn the_likelihood_of_a_shaken_motion_is_one_of_the_three_and_tells_a_wrong_law() {
-    let states = moved(&wandering(2, 2.0, 10.0));
-    let values: Vec<f64> = states.iter().enumerate().map(|(k, s)| s[0] + 2e-3 * normal(3, k)).collect();
-    let three = smoothed(record(values.clone())).expect("an answer").ln_likelihood;
-    let model = model::parse(MODEL, "oscillator.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system");
-    let mut seen = record(values);
-    system.prepare(&mut seen, &[]).expect("a record");
-    let (shown, pushed) = system.with_states_shown().expect("a system that can be filtered");
-    let records = [seen];
-    let at = |damping_per_s: f64| {
-        ln_likelihood_if_shaken(&*shown, 1, &records, &[40.0, damping_per_s], &pushed, &[None])
-            .expect("a number")
-    };
-    assert_eq!(at(0.1), three[2]);
-    assert!(at(0.1) > at(3.0) + 20.0, "{} {}", at(0.1), at(3.0));
 }

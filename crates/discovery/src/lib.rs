@@ -75,7 +75,6 @@ mod scored;
 mod search;
 mod sentence;
 mod separate;
-mod shaken;
 mod sound;
 mod spikes;
 mod spread;

@@ -33,8 +33,7 @@ pub(crate) fn over_long_windows(
     let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, ..short.train };
     let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, ..short.test };
     let free_runs = short.free_runs.clone();
-    // The sets that the first search came to are gone on from.
-    let mut long = Search { free_runs, goes_on: true, ..Search::new(train, test, family, &prepared.clock) };
+    let mut long = Search { free_runs, ..Search::new(train, test, family, &prepared.clock) };
     let over_long = |judged: &Judged| fit_anew(&long.train, &judged.fit);
     let base = over_long(&decided.base);
     let sets = decided.found.pool.iter().filter(|j| !j.additions().is_empty());

@@ -49,7 +49,7 @@ pub(crate) fn resolution(sample: &ChosenRecords<'_>) -> f64 {
 }
 
 /// Ratio of two free runs' errors below which a set is preferred for its runs alone, as one that was chosen among many by such runs.
-pub(crate) const CLEARLY: f64 = 0.8;
+const CLEARLY: f64 = 0.8;
 
 /// A draw of the events' parameter may belong to an event or to a record.
 const BOTH_WAYS: &[ScatterPer] = &[ScatterPer::Event, ScatterPer::Record];

@@ -94,8 +94,8 @@ position_m = { value = "x_m", sd = "estimate" }
         for k in 0..count {
             let t = step_s * f64::from(k);
             let push = (3.0 * t).sin() + 0.1 * f64::from(k % 4);
-            // A reading is off in a pattern without a period in powers of two.
-            let off = noise_m * (f64::from(k * 7 % 13) / 6.0 - 1.0);
+            let scrambled = (f64::from(k) * 12.9898 + 4.1).sin() * 43_758.545_3;
+            let off = noise_m * 2.0 * (scrambled - scrambled.floor() - 0.5);
             times.push(t);
             pushes.push(push);
             positions.push(x + off);
