@@ -93,7 +93,8 @@ position_m = { value = "x_m", sd = "estimate" }
         let (mut times, mut pushes, mut positions) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..count {
             let t = step_s * f64::from(k);
-            let push = (3.0 * t).sin() + 0.1 * f64::from(k % 4);
+            // The ripple pushes as much in the first half of four samples as in the second.
+            let push = (3.0 * t).sin() + 0.1 * f64::from(u8::from(matches!(k % 4, 1 | 2)));
             let scrambled = (f64::from(k) * 12.9898 + 4.1).sin() * 43_758.545_3;
             let off = noise_m * 2.0 * (scrambled - scrambled.floor() - 0.5);
             times.push(t);
