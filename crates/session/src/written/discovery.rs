@@ -59,7 +59,7 @@ pub struct Against {
 /// A column is missing, or the declared model cannot be simulated.
 pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
     let mut data = records::read(data, model)?.data;
-    let mut records = records::records(&data, model, true)?;
+    let records = records::records(&data, model, true)?;
     let fitted = fit(model, &records)?;
     let stages = &fitted.calibration.stages;
     let lasts = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
@@ -73,11 +73,10 @@ pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
     let mut windows = prepared(&found, &records)?;
     let mut found = found.tuned(&windows)?;
     let mut notes = Vec::new();
-    if let Some(thinned) = thinned(&fitted.model, &found, &data, &windows)? {
+    if let Some(thinned) = thinned(&found, &data, &windows)? {
         notes.push(thinned.sentence());
         data = thinned.data;
-        records = records::records(&data, model, true)?;
-        windows = prepared(&found, &records)?;
+        windows = prepared(&found, &records::records(&data, model, true)?)?;
         found = found.tuned(&windows)?;
     }
     let mut declared = model.clone();

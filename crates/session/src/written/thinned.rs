@@ -1,10 +1,9 @@
 //! Data that are sampled far more finely than the motion asks for.
 
-use super::records::records;
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::Record;
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::WrittenSystem;
 
 /// Most samples of which one is kept.
 const MOST: usize = 8;
@@ -33,26 +32,22 @@ impl Thinned {
 ///
 /// # Errors
 /// The data have no such columns.
-pub fn thinned(
-    model: &Model,
-    system: &WrittenSystem,
-    data: &Dataset,
-    seen: &[Record],
-) -> anyhow::Result<Option<Thinned>> {
+pub fn thinned(system: &WrittenSystem, data: &Dataset, seen: &[Record]) -> anyhow::Result<Option<Thinned>> {
+    let model = system.model();
     let is_both = |name: &str| model.outputs.iter().any(|o| o.name == name);
     let is_complete = |t: &Trajectory| t.values().iter().flatten().all(|v| v.is_finite());
     if model.inputs.iter().any(|i| is_both(&i.name)) || !data.trajectories().iter().all(is_complete) {
         return Ok(None);
     }
-    let told = std::iter::successors(Some(2), |every| Some(2 * every)).take_while(|every| *every <= MOST);
-    let Some(every) = told.take_while(|every| system.is_told_by(*every, seen)).last() else {
+    let every = system.told_by_every(MOST, seen);
+    if every == 1 {
         return Ok(None);
-    };
+    }
     let mut trajectories = Vec::new();
-    for (trajectory, record) in data.trajectories().iter().zip(records(data, model, false)?) {
+    for (trajectory, record) in data.trajectories().iter().zip(seen) {
         let picked = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
         let mut values: Vec<Vec<f64>> = trajectory.values().iter().map(|column| picked(column)).collect();
-        for (input, averaged) in model.inputs.iter().zip(system.thinned_inputs(&record, every)) {
+        for (input, averaged) in model.inputs.iter().zip(system.thinned_inputs(record, every)) {
             values[data.column_index(&input.name)?] = averaged;
         }
         trajectories.push(trajectory.with_samples(picked(trajectory.time_s()), values)?);
@@ -66,6 +61,7 @@ mod tests {
     //! Contract: samples are left out only where the others tell what they were, and with inputs that push as much.
     use super::*;
     use crate::written::fit::prepared;
+    use crate::written::records::records;
 
     const MODEL: &str = r#"
 scenario = "system"
@@ -113,7 +109,7 @@ position_m = { value = "x_m", sd = "estimate" }
         let system = WrittenSystem::declared_only(&model).unwrap();
         let seen = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
         let system = system.tuned(&seen).unwrap();
-        thinned(&model, &system, data, &seen).unwrap()
+        thinned(&system, data, &seen).unwrap()
     }
 
     #[test]

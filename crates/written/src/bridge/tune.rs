@@ -103,7 +103,8 @@ impl WrittenSystem {
     }
 }
 
-fn windows(scenes: &[Scene]) -> Vec<Window<'_>> {
+/// The window of each scene, from its first sample to its last.
+pub(super) fn windows(scenes: &[Scene]) -> Vec<Window<'_>> {
     let window = |scene: &'_ Scene| -> (usize, usize) { (0, scene.record.times().len() - 1) };
     scenes
         .iter()

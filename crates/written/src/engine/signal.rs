@@ -109,13 +109,13 @@ impl Signal {
         (0..times.len()).map(mean).collect()
     }
 
-    /// Integral of the signal times a weight that is linear in time.
+    /// Integral of the signal from `begin` to a later `end`, times a weight that is linear in time.
     fn integral(&self, (begin, end): (f64, f64), weight: impl Fn(f64) -> f64) -> f64 {
         let from = self.times.partition_point(|knot| *knot <= begin);
         let inner = self.times[from..].iter().copied().take_while(|knot| *knot < end);
         let mut sum = 0.0;
         let mut left = begin;
-        for right in inner.chain(std::iter::once(end)).filter(|_| end > begin) {
+        for right in inner.chain(std::iter::once(end)) {
             let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
             // The rule of Gauss with three points is exact for powers up to 5; a cubic times a line has 4.
             let at = |x: f64| {
