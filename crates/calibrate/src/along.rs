@@ -21,13 +21,16 @@ pub(crate) struct Interval {
     pub reached: Vec<f64>,
     /// Its derivatives by the point, `[N][N]`.
     pub by_state: Vec<f64>,
-    /// Outputs at the point, `[C]`, with their derivatives, `[C][N]`.
+    /// Its derivatives by the parameters that were asked for, `[N][P]`.
+    pub by_parameter: Vec<f64>,
+    /// Outputs at the point, `[C]`, with their derivatives, `[C][N]` and `[C][P]`.
     pub outputs: Vec<f64>,
     pub output_by_state: Vec<f64>,
+    pub output_by_parameter: Vec<f64>,
 }
 
 impl<'a> Shown<'a> {
-    /// The interval behind every sample of a record along a path `[sample][N]`.
+    /// The interval behind every sample of a record along a path `[sample][N]`, with derivatives by the parameters `by`.
     ///
     /// # Errors
     /// The first interval that cannot be simulated.
@@ -36,8 +39,9 @@ impl<'a> Shown<'a> {
         record: &Record,
         values: &[f64],
         path: &[f64],
+        by: &[usize],
     ) -> Result<Vec<Interval>, SimulationError> {
-        let seeds = self.seeds();
+        let seeds = self.seeds(by);
         let count = record.times.len();
         let places: Vec<usize> = (0..count).collect();
         let each = 16 * self.system.side_by_side().max(1);
@@ -64,14 +68,14 @@ impl<'a> Shown<'a> {
         k: usize,
         state: &[f64],
     ) -> Result<Interval, SimulationError> {
-        let seeds = self.seeds();
+        let seeds = self.seeds(&[]);
         let mut out = Simulated::default();
         self.system.simulate(&self.task(record, values, k, state, &seeds), &mut out)?;
         Ok(self.interval(&out))
     }
 
-    fn seeds(&self) -> Vec<Seed> {
-        (0..self.states).map(Seed::Start).collect()
+    fn seeds(&self, by: &[usize]) -> Vec<Seed> {
+        (0..self.states).map(Seed::Start).chain(by.iter().map(|p| Seed::Parameter(*p))).collect()
     }
 
     fn task<'t>(
@@ -92,11 +96,13 @@ impl<'a> Shown<'a> {
         for channel in 0..c {
             interval.outputs.push(out.value(0, channel));
             interval.output_by_state.extend(&out.slopes(0, channel)[..n]);
+            interval.output_by_parameter.extend(&out.slopes(0, channel)[n..out.lanes()]);
         }
         if out.samples() > 1 {
             for state in 0..n {
                 interval.reached.push(out.value(1, c + state));
                 interval.by_state.extend(&out.slopes(1, c + state)[..n]);
+                interval.by_parameter.extend(&out.slopes(1, c + state)[n..out.lanes()]);
             }
         }
         interval

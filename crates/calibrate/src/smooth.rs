@@ -54,9 +54,9 @@ pub struct Smoothed {
 }
 
 /// A cause along paths of its own.
-struct Judged {
-    hypothesis: Hypothesis,
-    paths: Vec<Vec<f64>>,
+pub(crate) struct Judged {
+    pub hypothesis: Hypothesis,
+    pub paths: Vec<Vec<f64>>,
     /// Ln likelihood less what its numbers have to bring.
     worth: f64,
     /// Whether the paths stay where they are when they are smoothed once more.
@@ -79,31 +79,15 @@ pub fn smooth(
     declared: &[Option<f64>],
 ) -> Result<Smoothed, CalibrationError> {
     let problem = Noisy::new(system, outputs, records, values, pushed, declared)?;
-    let mut paths: Vec<Vec<f64>> = records
-        .par_iter()
-        .map(|record| problem.rough_path(record, values))
-        .collect::<Result<_, _>>()
-        .map_err(CalibrationError::Simulation)?;
-    let shaken = problem.hypothesis(problem.rates_pushed(), 0.0);
-    problem.settled(shaken, values, &mut paths, 3)?;
-    // Each cause is judged along paths of its own: through an event, those of another are no motions of the model.
-    let judged = |drives: Vec<Drive>, mut paths: Vec<Vec<f64>>| {
-        let along = problem.intervals(values, &paths)?;
-        let found = with_memory(&problem, &drives, &paths, &along);
-        let (hypothesis, stays) = problem.settled(found, values, &mut paths, PATHS)?;
-        let numbers = hypothesis.drives.len() as f64 + if hypothesis.memory > 0.0 { 1.0 } else { 0.0 };
-        let worth = hypothesis.ll - WORTH * numbers;
-        Ok::<_, CalibrationError>(Judged { hypothesis, paths, worth, stays })
-    };
     // A shaken motion goes along with any readings; under another cause there may be no motion near them.
-    let mut best = judged(problem.rates_pushed(), paths)?;
+    let mut best = problem.shaken(values)?;
     let (mut cause, mut ln_likelihood) =
         (Cause::Motion, [f64::NEG_INFINITY, f64::NEG_INFINITY, best.hypothesis.ll]);
     let runs = problem.runs(values).unwrap_or_default();
     let readings: Vec<Drive> = (0..outputs).map(Drive::Reading).collect();
     let others = [(Cause::LastingSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
     for (other, drives, place) in others.into_iter().filter(|_| !runs.is_empty()) {
-        if let Ok(found) = judged(drives, runs.clone())
+        if let Ok(found) = problem.judged(values, drives, runs.clone())
             && found.stays
         {
             ln_likelihood[place] = found.hypothesis.ll;
@@ -122,6 +106,33 @@ pub fn smooth(
         ln_likelihood,
         paths,
     })
+}
+
+impl Noisy<'_> {
+    /// A shaken motion, along paths that rough variances lead to first.
+    pub(crate) fn shaken(&self, values: &[f64]) -> Result<Judged, CalibrationError> {
+        let rough_path = |record| self.rough_path(record, values);
+        let paths: Result<Vec<Vec<f64>>, _> = self.records.par_iter().map(rough_path).collect();
+        let mut paths = paths.map_err(CalibrationError::Simulation)?;
+        let shaken = self.hypothesis(self.rates_pushed(), 0.0);
+        self.settled(shaken, values, &mut paths, 3)?;
+        self.judged(values, self.rates_pushed(), paths)
+    }
+
+    /// A cause along paths of its own, which begin at these: through an event, those of another are no motions of the model.
+    pub(crate) fn judged(
+        &self,
+        values: &[f64],
+        drives: Vec<Drive>,
+        mut paths: Vec<Vec<f64>>,
+    ) -> Result<Judged, CalibrationError> {
+        let along = self.intervals(values, &paths, &[])?;
+        let found = with_memory(self, &drives, &paths, &along);
+        let (hypothesis, stays) = self.settled(found, values, &mut paths, PATHS)?;
+        let numbers = hypothesis.drives.len() as f64 + if hypothesis.memory > 0.0 { 1.0 } else { 0.0 };
+        let worth = hypothesis.ll - WORTH * numbers;
+        Ok(Judged { hypothesis, paths, worth, stays })
+    }
 }
 
 /// A cause with the memory under which its readings are likeliest along these paths. Each memory begins with rough variances: one

@@ -45,7 +45,7 @@ pub(crate) struct Hypothesis {
 
 impl Hypothesis {
     /// Correlation of a drive from one sample to the next.
-    fn correlation(&self) -> f64 {
+    pub fn correlation(&self) -> f64 {
         if self.memory > 0.0 { (-1.0 / self.memory).exp() } else { 0.0 }
     }
 }
@@ -154,7 +154,7 @@ impl<'a> Noisy<'a> {
     }
 
     /// Sets the variances of drives.
-    fn set_drives(&self, hypothesis: &mut Hypothesis, variances: &[f64]) {
+    pub fn set_drives(&self, hypothesis: &mut Hypothesis, variances: &[f64]) {
         let n = self.shown.states;
         let fresh = 1.0 - hypothesis.correlation().powi(2);
         hypothesis.noise.first.truncate(n);
@@ -225,9 +225,10 @@ impl<'a> Noisy<'a> {
         &self,
         values: &[f64],
         paths: &[Vec<f64>],
+        by: &[usize],
     ) -> Result<Vec<Vec<Interval>>, CalibrationError> {
         let all = self.records.iter().zip(paths);
-        let of = |(record, path): (&Record, &Vec<f64>)| self.shown.along(record, values, path);
+        let of = |(record, path): (&Record, &Vec<f64>)| self.shown.along(record, values, path, by);
         all.map(of).collect::<Result<_, _>>().map_err(CalibrationError::Simulation)
     }
 
@@ -299,7 +300,7 @@ impl<'a> Noisy<'a> {
         let d = n + hypothesis.drives.len();
         let mut largest = f64::INFINITY;
         for _ in 0..most {
-            let intervals = self.intervals(values, paths)?;
+            let intervals = self.intervals(values, paths, &[])?;
             let (found, smoothings) = self.balanced(hypothesis, paths, &intervals, &all);
             hypothesis = found;
             largest = 0.0;

@@ -2,7 +2,7 @@
 //! for how long, and comes nearer to the true states than what was measured; missing samples and the number of threads change
 //! nothing of that. The scene is a damped oscillator, integrated here once more.
 
-use augsim_calibrate::{CalibrationError, Cause, Smoothed, smooth};
+use augsim_calibrate::{CalibrationError, Cause, Fitted, Pushed, Readings, Smoothed, fit_if_shaken, smooth};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_written::{WrittenSystem, model};
 
@@ -215,4 +215,32 @@ fn a_push_that_shows_at_once_leaves_the_sensor_its_noise() {
     within(found.drive_sd[0], 1.0, 0.15);
     within(found.memory_s, 2.0, 0.3);
     within(found.sensor_sd[0], 0.1, 0.25);
+}
+
+#[test]
+fn parameters_of_a_shaken_motion_are_fitted_through_a_filter() {
+    let states = moved(&wandering(2, 2.0, 10.0));
+    let values: Vec<f64> = states.iter().enumerate().map(|(k, s)| s[0] + 2e-3 * normal(3, k)).collect();
+    let model = model::parse(MODEL, "oscillator.toml").unwrap_or_else(|e| panic!("{e}"));
+    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let mut seen = record(values);
+    system.prepare(&mut seen, &[]).expect("a record");
+    let (shown, pushed) = system.with_states_shown().expect("a system that can be filtered");
+    let records = [seen];
+    let at = |start: [f64; 2], free: &[Fitted]| {
+        let readings = Readings { outputs: 1, records: &records, declared: &[None] };
+        let model = Pushed { system: &*shown, states: &pushed, values: &start };
+        fit_if_shaken(readings, model, free, None).expect("a fit")
+    };
+    let both = [(0, [10.0, 100.0]), (1, [0.0, 20.0])];
+    let [still, near, far] =
+        [at([40.0, 0.1], &[]), at([40.0, 0.1], &both), at([46.0, 2.0], &both)];
+    // What is fitted is likelier than the truth, by no more than two numbers bring; and it is found from afar.
+    let gain = near.ln_likelihood - still.ln_likelihood;
+    assert!((0.0..6.0).contains(&gain), "{still:?} {near:?}");
+    assert!((near.ln_likelihood - far.ln_likelihood).abs() < 0.3, "{near:?} {far:?}");
+    within(far.values[0], 40.0, 0.05);
+    within(far.values[0], near.values[0], 0.01);
+    // Another damping is much less likely.
+    assert!(at([40.0, 3.0], &[]).ln_likelihood < still.ln_likelihood - 20.0);
 }

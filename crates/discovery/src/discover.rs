@@ -24,6 +24,7 @@ use crate::report::report;
 use crate::result::{Discovery, ErrorTable, FreeRun, Verdict, Windows};
 use crate::scattered;
 use crate::search::Search;
+use crate::shaken::under_noise_of_the_motion;
 use crate::supported::supported_by_all;
 use crate::tables::beyond_formulas;
 use augsim_data::checks::{Admitted, admit};
@@ -82,6 +83,9 @@ pub fn discover(
         decided = beyond_formulas(&prepared, decided, family, progress);
     }
     let search = Search::on(&prepared, family);
+    if is_open && leaves_something(&prepared, &decided) {
+        decided = under_noise_of_the_motion(&prepared, &search, decided, progress);
+    }
     let Prepared { data: measured, noise, .. } = &prepared;
     // How many windows of the search each window of the final fits joins, and what the search came to over its own windows: of the
     // calibrated model and of the best.

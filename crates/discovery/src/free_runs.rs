@@ -132,7 +132,7 @@ pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> 
 }
 
 /// A recording as one record of one window, with the weights of those of its parts that are `wanted` and none elsewhere.
-fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
+pub(crate) fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let mut record = weighted(data, index, wanted);
     let samples = 0..record.seen.times.len();
     let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());

@@ -46,6 +46,7 @@ mod hypothesis;
 mod inference;
 mod interval;
 mod judged;
+mod likeliest;
 mod linear;
 #[cfg(test)]
 mod linear_toy;
@@ -75,6 +76,7 @@ mod scored;
 mod search;
 mod sentence;
 mod separate;
+mod shaken;
 mod sound;
 mod spikes;
 mod spread;

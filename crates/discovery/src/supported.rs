@@ -69,7 +69,7 @@ fn runs_as_well(less: Option<f64>, best: Option<f64>) -> bool {
 }
 
 /// Additions without one of them, and without those that act through it.
-fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
+pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
     let gone = &additions[number];
     let stays = |(other, addition): &(usize, &Addition)| *other != number && !addition.acts_through(gone);
     additions.iter().enumerate().filter(stays).map(|(_, addition)| addition.clone()).collect()

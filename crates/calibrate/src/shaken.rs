@@ -1,0 +1,314 @@
+//! Parameters under a motion that is shaken.
+//!
+//! A fit over windows takes every misfit for one of the sensor. Under noise of the motion the likelihood of readings is that of what
+//! a filter does not foretell of them (Ljung, System Identification, 1999, section 7.4; Ansley and Kohn, Annals of Statistics 13, 1985);
+//! steps are those of Gauss and Newton at the filter's gains.
+
+use crate::along::{Interval, Layout};
+use crate::kalman::{Filter, Sample, diagonal};
+use crate::outcome::CalibrationError;
+use crate::smooth::Judged;
+use crate::variances::{Hypothesis, Noisy};
+use augsim_physics::system::{Begin, Record, System};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+/// Times that the memory of what shakes is chosen, and halvings of a step.
+const ROUNDS: usize = 4;
+const HALVINGS: usize = 4;
+/// Smoothed paths after each step.
+const PATHS: usize = 3;
+/// Factors by which the time is varied that what shakes the motion wanders for, and the least of it, in steps from sample to sample.
+const MEMORIES: [f64; 3] = [2.0, 1.4, 1.15];
+const LEAST_MEMORY: f64 = 0.5;
+/// Gain in ln likelihood below which a step is the last.
+const SETTLED: f64 = 0.05;
+/// Share of its own curvature that is added to each direction: no data tell parameters that do the same apart.
+const RIDGE: f64 = 1e-9;
+
+/// A parameter that is fitted: its place in the vector, and its range.
+pub type Fitted = (usize, [f64; 2]);
+
+/// Readings of a system whose motion is shaken.
+#[derive(Clone, Copy, Debug)]
+pub struct Readings<'a> {
+    /// Number of outputs.
+    pub outputs: usize,
+    /// Prepared records.
+    pub records: &'a [Record],
+    /// Standard deviations of sensors that are known, by output.
+    pub declared: &'a [Option<f64>],
+}
+
+/// A system that shows its states as channels behind its outputs, the states whose rates may be pushed, and values of all of its
+/// parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Pushed<'a> {
+    pub system: &'a dyn System,
+    pub states: &'a [usize],
+    pub values: &'a [f64],
+}
+
+/// Parameters under which readings are likeliest where the motion is shaken.
+#[derive(Clone, Debug)]
+pub struct FitIfShaken {
+    /// Values of all parameters.
+    pub values: Vec<f64>,
+    /// Ln likelihood of the readings with nothing known of where records begin.
+    pub ln_likelihood: f64,
+    hypothesis: Hypothesis,
+    paths: Vec<Vec<f64>>,
+}
+
+/// Fits the parameters in `free` under a motion that is shaken, from the values of `model` on. Noise and states begin as another model's
+/// fit has them, where that has as many states.
+///
+/// # Errors
+/// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated at the values given.
+pub fn fit_if_shaken(
+    readings: Readings<'_>,
+    model: Pushed<'_>,
+    free: &[Fitted],
+    other: Option<&FitIfShaken>,
+) -> Result<FitIfShaken, CalibrationError> {
+    let problem = readings.noisy(&model)?;
+    let mut values = model.values.to_vec();
+    let known = other.and_then(|other| problem.from_other(&values, other));
+    let mut at = match known {
+        Some(at) => at,
+        None => {
+            let Judged { hypothesis, paths, .. } = problem.shaken(&values)?;
+            Place { hypothesis, paths }
+        }
+    };
+    for _ in 0..ROUNDS {
+        let before = at.hypothesis.ll;
+        while !free.is_empty() && problem.descend(&mut at, &mut values, free)? > SETTLED {}
+        // Under other values what shakes the motion may wander for another time.
+        problem.remember(&mut at, &values)?;
+        if at.hypothesis.ll - before < SETTLED {
+            break;
+        }
+    }
+    let ln_likelihood = problem.diffuse(&at.hypothesis);
+    Ok(FitIfShaken { values, ln_likelihood, hypothesis: at.hypothesis, paths: at.paths })
+}
+
+/// The gain in ln likelihood over a fit that the parameters in `free` of a wider model promise, and the values that they promise it at: one
+/// step of Gauss and Newton from the values of `model`. `None` where the model has other states, or cannot be simulated there.
+pub fn promised_if_shaken(
+    readings: Readings<'_>,
+    model: Pushed<'_>,
+    free: &[Fitted],
+    fit: &FitIfShaken,
+) -> Option<(f64, Vec<f64>)> {
+    let problem = readings.noisy(&model).ok()?;
+    if !problem.has_states_of(fit) {
+        return None;
+    }
+    let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
+    let along = problem.intervals(model.values, &fit.paths, &moving).ok()?;
+    let found = problem.curvature(&fit.hypothesis, &fit.paths, &along, moving.len());
+    let step = found.step()?;
+    let mut values = model.values.to_vec();
+    let mut gain = found.ll - fit.hypothesis.ll;
+    for (((place, [low, high]), by), slope) in free.iter().zip(&step).zip(&found.slope) {
+        values[*place] = (values[*place] + by).clamp(*low, *high);
+        gain += 0.5 * by * slope;
+    }
+    gain.is_finite().then_some((gain, values))
+}
+
+/// Noise and states under some values.
+struct Place {
+    hypothesis: Hypothesis,
+    paths: Vec<Vec<f64>>,
+}
+
+impl<'a> Readings<'a> {
+    fn noisy(&self, model: &Pushed<'a>) -> Result<Noisy<'a>, CalibrationError> {
+        Noisy::new(model.system, self.outputs, self.records, model.values, model.states, self.declared)
+    }
+}
+
+/// How the ln likelihood of readings bends with parameters, and its slope.
+#[derive(Clone, Debug, Default)]
+struct Curvature {
+    ll: f64,
+    /// `[P][P]`, in rows.
+    bends: Vec<f64>,
+    /// `[P]`
+    slope: Vec<f64>,
+}
+
+impl Curvature {
+    /// The step of Gauss and Newton; none where nothing bends.
+    fn step(&self) -> Option<Vec<f64>> {
+        let p = self.slope.len();
+        let size = |i: usize| self.bends[i * p + i].max(f64::MIN_POSITIVE).sqrt();
+        let scaled = Mat::from_fn(p, p, |i, j| {
+            self.bends[i * p + j] / (size(i) * size(j)) + if i == j { RIDGE } else { 0.0 }
+        });
+        let right = Mat::from_fn(p, 1, |i, _| self.slope[i] / size(i));
+        let solution = scaled.llt(Side::Lower).ok()?.solve(&right);
+        let step: Vec<f64> = (0..p).map(|i| solution[(i, 0)] / size(i)).collect();
+        (p > 0 && step.iter().all(|x| x.is_finite())).then_some(step)
+    }
+}
+
+impl Noisy<'_> {
+    /// The ln likelihood as it would be with nothing known of where records begin (de Jong, Biometrika 75, 1988): how wide a start was
+    /// taken to be is a choice, and no model is likelier for it.
+    fn diffuse(&self, hypothesis: &Hypothesis) -> f64 {
+        let states = &self.shown.system.schema().states;
+        let open = states.iter().zip(&hypothesis.noise.first);
+        let open = open.filter(|(state, _)| matches!(state.begin, Begin::Free | Begin::Measured(_)));
+        let widths: f64 = open.map(|(_, variance)| variance.ln()).sum();
+        hypothesis.ll + 0.5 * widths * self.records.len() as f64
+    }
+
+    /// Whether the paths of a fit are of states such as these.
+    fn has_states_of(&self, fit: &FitIfShaken) -> bool {
+        let as_long =
+            |(record, path): (&Record, &Vec<f64>)| path.len() == record.times.len() * self.shown.states;
+        fit.hypothesis.drives == self.rates_pushed() && self.records.iter().zip(&fit.paths).all(as_long)
+    }
+
+    /// Noise and states that settle from those of another model; `None` where they cannot.
+    fn from_other(&self, values: &[f64], other: &FitIfShaken) -> Option<Place> {
+        let mut paths = self.has_states_of(other).then(|| other.paths.clone())?;
+        let (hypothesis, stays) =
+            self.settled(other.hypothesis.clone(), values, &mut paths, 2 * PATHS).ok()?;
+        (stays && hypothesis.ll.is_finite()).then_some(Place { hypothesis, paths })
+    }
+
+    /// Lets what shakes the motion wander for longer or for less long, as readings are likelier.
+    fn remember(&self, at: &mut Place, values: &[f64]) -> Result<(), CalibrationError> {
+        let along = self.intervals(values, &at.paths, &[])?;
+        let all: Vec<usize> = self.records.iter().map(|record| record.times.len()).collect();
+        let before = at.hypothesis.memory;
+        let mut best = at.hypothesis.clone();
+        for factor in MEMORIES {
+            for memory in [best.memory / factor, best.memory.max(LEAST_MEMORY) * factor] {
+                let other = self.with_memory(&best, memory);
+                let (found, _) = self.balanced(other, &at.paths, &along, &all);
+                if found.ll > best.ll {
+                    best = found;
+                }
+            }
+        }
+        if best.memory != before {
+            let mut paths = at.paths.clone();
+            let (hypothesis, _) = self.settled(best, values, &mut paths, PATHS)?;
+            if hypothesis.ll > at.hypothesis.ll {
+                *at = Place { hypothesis, paths };
+            }
+        }
+        Ok(())
+    }
+
+    /// A cause whose drives wander for another time, by as much.
+    fn with_memory(&self, from: &Hypothesis, memory: f64) -> Hypothesis {
+        let n = self.shown.states;
+        let variances = from.noise.first[n..].to_vec();
+        let mut other = Hypothesis { memory, ..from.clone() };
+        self.set_drives(&mut other, &variances);
+        other
+    }
+
+    /// One step of the parameters in `free`, with noise and paths that settle after it; what the ln likelihood gains by it.
+    fn descend(
+        &self,
+        at: &mut Place,
+        values: &mut Vec<f64>,
+        free: &[Fitted],
+    ) -> Result<f64, CalibrationError> {
+        let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
+        let along = self.intervals(values, &at.paths, &moving)?;
+        let curvature = self.curvature(&at.hypothesis, &at.paths, &along, moving.len());
+        let Some(step) = curvature.step() else { return Ok(0.0) };
+        let mut share = 1.0;
+        for _ in 0..HALVINGS {
+            let mut next = values.clone();
+            for ((place, [low, high]), by) in free.iter().zip(&step) {
+                next[*place] = (next[*place] + share * by).clamp(*low, *high);
+            }
+            let mut paths = at.paths.clone();
+            if let Ok((found, _)) = self.settled(at.hypothesis.clone(), &next, &mut paths, PATHS) {
+                let gain = found.ll - at.hypothesis.ll;
+                if gain > 0.0 {
+                    (at.hypothesis, at.paths, *values) = (found, paths, next);
+                    return Ok(gain);
+                }
+            }
+            share *= 0.5;
+        }
+        Ok(0.0)
+    }
+
+    /// The curvature by `parameters` parameters whose derivatives the intervals have, at the gains of a filter along these paths.
+    fn curvature(
+        &self,
+        hypothesis: &Hypothesis,
+        paths: &[Vec<f64>],
+        along: &[Vec<Interval>],
+        parameters: usize,
+    ) -> Curvature {
+        let layout =
+            Layout { shown: self.shown, drives: &hypothesis.drives, memory: hypothesis.correlation() };
+        let of_record = |((record, path), intervals): ((&Record, &Vec<f64>), &Vec<Interval>)| {
+            let samples = layout.samples(record, path, intervals);
+            curvature(&samples, intervals, hypothesis, parameters)
+        };
+        let parts: Vec<Curvature> =
+            self.records.par_iter().zip(paths).zip(along).map(of_record).collect();
+        let zero = Curvature { ll: 0.0, bends: vec![0.0; parameters * parameters], slope: vec![0.0; parameters] };
+        parts.iter().fold(zero, |mut sum, part| {
+            sum.ll += part.ll;
+            sum.bends.iter_mut().zip(&part.bends).for_each(|(to, from)| *to += from);
+            sum.slope.iter_mut().zip(&part.slope).for_each(|(to, from)| *to += from);
+            sum
+        })
+    }
+}
+
+/// The curvature of one record: the filter runs over its samples, and the derivatives of its mean along with it.
+fn curvature(samples: &[Sample], along: &[Interval], hypothesis: &Hypothesis, parameters: usize) -> Curvature {
+    let noise = &hypothesis.noise;
+    let (d, p) = (noise.first.len(), parameters);
+    let mut filter = Filter::new(diagonal(&noise.first), vec![0.0; d]);
+    // Derivatives of the filter's mean, `[D][P]`, in rows.
+    let mut moved = vec![0.0; d * p];
+    let mut sum = Curvature { ll: 0.0, bends: vec![0.0; p * p], slope: vec![0.0; p] };
+    for (k, (sample, interval)) in samples.iter().zip(along).enumerate() {
+        for reading in &sample.readings {
+            // Of what is foretold.
+            let mut foretold = interval.output_by_parameter[reading.channel * p..][..p].to_vec();
+            for (row, by) in moved.chunks_exact(p).zip(&reading.by) {
+                foretold.iter_mut().zip(row).for_each(|(to, from)| *to += by * from);
+            }
+            let (gain, unforeseen, variance) = filter.take(reading, noise.read[reading.channel]);
+            for i in 0..p {
+                sum.slope[i] += foretold[i] * unforeseen / variance;
+                (0..p).for_each(|j| sum.bends[i * p + j] += foretold[i] * foretold[j] / variance);
+            }
+            for (row, gain) in moved.chunks_exact_mut(p).zip(&gain) {
+                row.iter_mut().zip(&foretold).for_each(|(to, by)| *to -= gain * by);
+            }
+        }
+        if k + 1 < samples.len() {
+            filter.advance(sample, &noise.added);
+            let mut next = vec![0.0; d * p];
+            for (to, by) in next.chunks_exact_mut(p).zip(sample.next.chunks_exact(d)) {
+                for (row, by) in moved.chunks_exact(p).zip(by) {
+                    to.iter_mut().zip(row).for_each(|(to, from)| *to += by * from);
+                }
+            }
+            next.iter_mut().zip(&interval.by_parameter).for_each(|(to, by)| *to += by);
+            moved = next;
+        }
+    }
+    sum.ll = filter.ll;
+    sum
+}

@@ -1,0 +1,168 @@
+//! Sets of additions at the parameters under which a filter finds readings likeliest.
+
+use crate::addition::Addition;
+use crate::fit::Fit;
+use crate::free_runs::whole;
+use crate::hypothesis::Hypothesis;
+use crate::judged::Judged;
+use crate::record::Measured;
+use crate::search::Search;
+use augsim_calibrate::{
+    Cause, FitIfShaken, Fitted, Pushed, Readings, fit_if_shaken, promised_if_shaken, smooth,
+};
+use augsim_physics::model::Per;
+use augsim_physics::system::Record;
+
+/// Samples that are filtered: so many tell a law from noise.
+const MOST_SAMPLES: usize = 4_000;
+
+/// The beginnings of recordings, to be filtered.
+pub(crate) struct Filtered {
+    records: Vec<Record>,
+    declared: Vec<Option<f64>>,
+}
+
+impl Filtered {
+    /// The first samples of the recordings of data; nothing where fits see no recording in several windows, or where values differ
+    /// from group to group.
+    pub fn of(data: &Measured) -> Option<Self> {
+        let mut left = MOST_SAMPLES;
+        let mut records = Vec::new();
+        for index in 0..data.recordings.len() {
+            let whole = whole(data, index, |_| true);
+            let mut seen = whole.seen;
+            let samples = seen.times.len().min(left);
+            if samples < 2 {
+                break;
+            }
+            left -= samples;
+            for (values, weights) in seen.values.iter_mut().zip(&whole.weight) {
+                values.iter_mut().zip(weights).filter(|(_, w)| **w == 0.0).for_each(|(v, _)| *v = f64::NAN);
+                values.truncate(samples);
+            }
+            seen.times.truncate(samples);
+            seen.windows.iter_mut().for_each(|window| window.samples = 0..samples);
+            records.push(seen);
+        }
+        let declared = data.system.schema().channels.iter().map(|c| c.sd).collect();
+        (!records.is_empty() && data.groups.len() == 1).then_some(Self { records, declared })
+    }
+
+    /// Whether readings differ from runs of a set by more than noise of the sensor.
+    pub fn are_of_a_shaken_motion(&self, judged: &Judged) -> bool {
+        let fit = &judged.fit;
+        let values = fit.hypothesis.values_at(&fit.theta, 0);
+        let Some((shown, pushed)) = fit.hypothesis.system.with_states_shown() else { return false };
+        let found = smooth(&*shown, self.declared.len(), &self.records, &values, &pushed, &self.declared);
+        found.is_ok_and(|found| found.cause == Cause::Motion)
+    }
+
+    fn readings(&self) -> Readings<'_> {
+        Readings { outputs: self.declared.len(), records: &self.records, declared: &self.declared }
+    }
+}
+
+/// A set at its likeliest parameters.
+#[derive(Clone)]
+pub(crate) struct Likeliest {
+    hypothesis: Hypothesis,
+    fit: FitIfShaken,
+}
+
+impl Likeliest {
+    /// From the parameters of a fit over windows.
+    pub fn of(readings: &Filtered, fit: &Fit) -> Option<Self> {
+        Self::from(readings, fit.hypothesis.clone(), &fit.theta, None)
+    }
+
+    /// Another set beside this one, from its parameters on; those of what is new begin as `theta` has them, which is of the other set.
+    pub fn beside(
+        readings: &Filtered,
+        search: &Search<'_>,
+        additions: &[Addition],
+        set: &Self,
+        theta: Option<&[f64]>,
+    ) -> Option<Self> {
+        let hypothesis = Hypothesis::new(search.train.data, additions);
+        let theta = theta.map_or_else(|| set.carried(&hypothesis), <[f64]>::to_vec);
+        Self::from(readings, hypothesis, &theta, Some(&set.fit))
+    }
+
+    fn from(
+        readings: &Filtered,
+        hypothesis: Hypothesis,
+        theta: &[f64],
+        other: Option<&FitIfShaken>,
+    ) -> Option<Self> {
+        let (shown, pushed) = hypothesis.system.with_states_shown()?;
+        let values = hypothesis.values_at(theta, 0);
+        let model = Pushed { system: &*shown, states: &pushed, values: &values };
+        let fit = fit_if_shaken(readings.readings(), model, &fitted(&hypothesis), other).ok()?;
+        fit.ln_likelihood.is_finite().then_some(Self { hypothesis, fit })
+    }
+
+    /// The gain in ln likelihood that an addition promises beside this set, and the parameters of both at which it does: from each of its
+    /// nulls and each place that its thresholds are tried at, the best.
+    pub fn promise(
+        &self,
+        readings: &Filtered,
+        search: &Search<'_>,
+        addition: &Addition,
+    ) -> Option<(f64, Vec<f64>)> {
+        let Addition::Effect(listed, _) = addition else { return None };
+        let mut additions = self.additions().to_vec();
+        additions.push(addition.clone());
+        let hypothesis = Hypothesis::new(search.train.data, &additions);
+        let (shown, pushed) = hypothesis.system.with_states_shown()?;
+        let begin = self.carried(&hypothesis);
+        let own = hypothesis.range_of(additions.len() - 1);
+        let mut points = hypothesis.system.null_points(listed.index);
+        points.extend(hypothesis.system.scan_points(listed.index));
+        let at = |point: Vec<f64>| {
+            let mut theta = begin.clone();
+            theta.get_mut(own.clone())?.copy_from_slice(&point);
+            let values = hypothesis.values_at(&theta, 0);
+            let model = Pushed { system: &*shown, states: &pushed, values: &values };
+            let (gain, values) =
+                promised_if_shaken(readings.readings(), model, &fitted(&hypothesis), &self.fit)?;
+            Some((gain, theta_of(&hypothesis, &values)))
+        };
+        points.into_iter().filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    pub fn additions(&self) -> &[Addition] {
+        &self.hypothesis.additions
+    }
+
+    pub fn hypothesis(&self) -> &Hypothesis {
+        &self.hypothesis
+    }
+
+    pub fn ln_likelihood(&self) -> f64 {
+        self.fit.ln_likelihood
+    }
+
+    /// Parameters of another hypothesis as this set has them; of what it has not, where a fit begins.
+    fn carried(&self, other: &Hypothesis) -> Vec<f64> {
+        let own = theta_of(&self.hypothesis, &self.fit.values);
+        let mut theta = other.theta_start(0.2);
+        theta[..other.range_of_declared()].copy_from_slice(&other.declared_from(&self.hypothesis, &own));
+        for (number, addition) in other.additions.iter().enumerate() {
+            if let Some(known) = self.additions().iter().position(|a| a == addition) {
+                theta[other.range_of(number)].copy_from_slice(&own[self.hypothesis.range_of(known)]);
+            }
+        }
+        theta
+    }
+}
+
+/// What is fitted of a hypothesis on data of one group.
+fn fitted(hypothesis: &Hypothesis) -> Vec<Fitted> {
+    let common = hypothesis.free.iter().filter(|f| f.per != Per::Trajectory);
+    common.map(|f| (f.index, [f.min, f.max])).collect()
+}
+
+/// Entries of theta, on data of one group, from values of all parameters.
+fn theta_of(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
+    fitted(hypothesis).iter().map(|(index, _)| values[*index]).collect()
+}
