@@ -10,22 +10,24 @@ use crate::outcome::CalibrationError;
 use crate::smooth::Judged;
 use crate::variances::{Hypothesis, Noisy};
 use augsim_physics::system::{Begin, Record, System};
-use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-/// Times that the memory of what shakes is chosen, and halvings of a step.
+/// Times that the memory of what shakes is chosen anew.
 const ROUNDS: usize = 4;
+/// Halvings of a step.
 const HALVINGS: usize = 4;
 /// Smoothed paths after each step.
 const PATHS: usize = 3;
-/// Factors by which the time is varied that what shakes the motion wanders for, and the least of it, in steps from sample to sample.
+/// Factors by which the memory of what shakes is varied.
 const MEMORIES: [f64; 3] = [2.0, 1.4, 1.15];
+/// Memory from which a longer one is tried where there was none, in steps from sample to sample.
 const LEAST_MEMORY: f64 = 0.5;
 /// Gain in ln likelihood below which a step is the last.
 const SETTLED: f64 = 0.05;
-/// Share of its own curvature that is added to each direction: no data tell parameters that do the same apart.
-const RIDGE: f64 = 1e-9;
+/// Curvature of a direction, in that of its parameters alone, below which readings tell nothing of it: parameters that do the same there
+/// would promise what none of them brings.
+const TELLS: f64 = 1e-4;
 
 /// A parameter that is fitted: its place in the vector, and its range.
 pub type Fitted = (usize, [f64; 2]);
@@ -45,8 +47,11 @@ pub struct Readings<'a> {
 /// parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Pushed<'a> {
+    /// The system.
     pub system: &'a dyn System,
+    /// Numbers of the states that may be pushed.
     pub states: &'a [usize],
+    /// Values of all parameters.
     pub values: &'a [f64],
 }
 
@@ -74,7 +79,7 @@ pub fn fit_if_shaken(
 ) -> Result<FitIfShaken, CalibrationError> {
     let problem = readings.noisy(&model)?;
     let mut values = model.values.to_vec();
-    let known = other.and_then(|other| problem.from_other(&values, other));
+    let known = other.and_then(|other| problem.begun_at(&values, other));
     let mut at = match known {
         Some(at) => at,
         None => {
@@ -95,12 +100,13 @@ pub fn fit_if_shaken(
     Ok(FitIfShaken { values, ln_likelihood, hypothesis: at.hypothesis, paths: at.paths })
 }
 
-/// The gain in ln likelihood over a fit that the parameters in `free` of a wider model promise, and the values that they promise it at: one
-/// step of Gauss and Newton from the values of `model`. `None` where the model has other states, or cannot be simulated there.
+/// The gain in ln likelihood over a fit that the last `added` of the parameters in `free` of a wider model promise, and the values at which
+/// they do: one step of Gauss and Newton from the values of `model`, less what the others would gain alone. `None` where the model has
+/// other states, or cannot be simulated there.
 pub fn promised_if_shaken(
     readings: Readings<'_>,
     model: Pushed<'_>,
-    free: &[Fitted],
+    (free, added): (&[Fitted], usize),
     fit: &FitIfShaken,
 ) -> Option<(f64, Vec<f64>)> {
     let problem = readings.noisy(&model).ok()?;
@@ -110,12 +116,14 @@ pub fn promised_if_shaken(
     let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
     let along = problem.intervals(model.values, &fit.paths, &moving).ok()?;
     let found = problem.curvature(&fit.hypothesis, &fit.paths, &along, moving.len());
-    let step = found.step()?;
+    let step = found.step(free.len())?;
+    let gain_of =
+        |step: &[f64]| 0.5 * step.iter().zip(&found.slope).map(|(by, slope)| by * slope).sum::<f64>();
+    let others = found.step(free.len() - added).map_or(0.0, |step| gain_of(&step));
+    let gain = found.ll - fit.hypothesis.ll + gain_of(&step) - others;
     let mut values = model.values.to_vec();
-    let mut gain = found.ll - fit.hypothesis.ll;
-    for (((place, [low, high]), by), slope) in free.iter().zip(&step).zip(&found.slope) {
+    for ((place, [low, high]), by) in free.iter().zip(&step) {
         values[*place] = (values[*place] + by).clamp(*low, *high);
-        gain += 0.5 * by * slope;
     }
     gain.is_finite().then_some((gain, values))
 }
@@ -143,17 +151,20 @@ struct Curvature {
 }
 
 impl Curvature {
-    /// The step of Gauss and Newton; none where nothing bends.
-    fn step(&self) -> Option<Vec<f64>> {
-        let p = self.slope.len();
-        let size = |i: usize| self.bends[i * p + i].max(f64::MIN_POSITIVE).sqrt();
-        let scaled = Mat::from_fn(p, p, |i, j| {
-            self.bends[i * p + j] / (size(i) * size(j)) + if i == j { RIDGE } else { 0.0 }
-        });
-        let right = Mat::from_fn(p, 1, |i, _| self.slope[i] / size(i));
-        let solution = scaled.llt(Side::Lower).ok()?.solve(&right);
-        let step: Vec<f64> = (0..p).map(|i| solution[(i, 0)] / size(i)).collect();
-        (p > 0 && step.iter().all(|x| x.is_finite())).then_some(step)
+    /// The step of Gauss and Newton of the first `p` parameters, along directions that bend by more than [`TELLS`]; none where none does.
+    fn step(&self, p: usize) -> Option<Vec<f64>> {
+        let bend = |i: usize, j: usize| self.bends[i * self.slope.len() + j];
+        let size = |i: usize| bend(i, i).max(f64::MIN_POSITIVE).sqrt();
+        let scaled = Mat::from_fn(p, p, |i, j| bend(i, j) / (size(i) * size(j)));
+        let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+        let (directions, bends) = (eigen.U(), eigen.S());
+        let mut step = vec![0.0; p];
+        for direction in (0..p).filter(|d| bends[*d] > TELLS) {
+            let slope: f64 = (0..p).map(|i| directions[(i, direction)] * self.slope[i] / size(i)).sum();
+            let by = slope / bends[direction];
+            step.iter_mut().enumerate().for_each(|(i, to)| *to += by * directions[(i, direction)] / size(i));
+        }
+        (step.iter().any(|x| *x != 0.0) && step.iter().all(|x| x.is_finite())).then_some(step)
     }
 }
 
@@ -176,7 +187,7 @@ impl Noisy<'_> {
     }
 
     /// Noise and states that settle from those of another model; `None` where they cannot.
-    fn from_other(&self, values: &[f64], other: &FitIfShaken) -> Option<Place> {
+    fn begun_at(&self, values: &[f64], other: &FitIfShaken) -> Option<Place> {
         let mut paths = self.has_states_of(other).then(|| other.paths.clone())?;
         let (hypothesis, stays) =
             self.settled(other.hypothesis.clone(), values, &mut paths, 2 * PATHS).ok()?;
@@ -227,7 +238,7 @@ impl Noisy<'_> {
         let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
         let along = self.intervals(values, &at.paths, &moving)?;
         let curvature = self.curvature(&at.hypothesis, &at.paths, &along, moving.len());
-        let Some(step) = curvature.step() else { return Ok(0.0) };
+        let Some(step) = curvature.step(moving.len()) else { return Ok(0.0) };
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             let mut next = values.clone();
@@ -261,9 +272,9 @@ impl Noisy<'_> {
             let samples = layout.samples(record, path, intervals);
             curvature(&samples, intervals, hypothesis, parameters)
         };
-        let parts: Vec<Curvature> =
-            self.records.par_iter().zip(paths).zip(along).map(of_record).collect();
-        let zero = Curvature { ll: 0.0, bends: vec![0.0; parameters * parameters], slope: vec![0.0; parameters] };
+        let parts: Vec<Curvature> = self.records.par_iter().zip(paths).zip(along).map(of_record).collect();
+        let zero =
+            Curvature { ll: 0.0, bends: vec![0.0; parameters * parameters], slope: vec![0.0; parameters] };
         parts.iter().fold(zero, |mut sum, part| {
             sum.ll += part.ll;
             sum.bends.iter_mut().zip(&part.bends).for_each(|(to, from)| *to += from);
@@ -274,7 +285,12 @@ impl Noisy<'_> {
 }
 
 /// The curvature of one record: the filter runs over its samples, and the derivatives of its mean along with it.
-fn curvature(samples: &[Sample], along: &[Interval], hypothesis: &Hypothesis, parameters: usize) -> Curvature {
+fn curvature(
+    samples: &[Sample],
+    along: &[Interval],
+    hypothesis: &Hypothesis,
+    parameters: usize,
+) -> Curvature {
     let noise = &hypothesis.noise;
     let (d, p) = (noise.first.len(), parameters);
     let mut filter = Filter::new(diagonal(&noise.first), vec![0.0; d]);

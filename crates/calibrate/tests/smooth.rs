@@ -233,8 +233,7 @@ fn parameters_of_a_shaken_motion_are_fitted_through_a_filter() {
         fit_if_shaken(readings, model, free, None).expect("a fit")
     };
     let both = [(0, [10.0, 100.0]), (1, [0.0, 20.0])];
-    let [still, near, far] =
-        [at([40.0, 0.1], &[]), at([40.0, 0.1], &both), at([46.0, 2.0], &both)];
+    let [still, near, far] = [at([40.0, 0.1], &[]), at([40.0, 0.1], &both), at([46.0, 2.0], &both)];
     // What is fitted is likelier than the truth, by no more than two numbers bring; and it is found from afar.
     let gain = near.ln_likelihood - still.ln_likelihood;
     assert!((0.0..6.0).contains(&gain), "{still:?} {near:?}");

@@ -39,6 +39,16 @@ pub(crate) struct Decided {
     pub severe: bool,
     /// Parameters that are drawn anew for each record.
     pub scattered: Option<Scattered>,
+    pub judged_by: JudgedBy,
+}
+
+/// What terms were judged by in the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum JudgedBy {
+    /// Misfits over windows.
+    Windows,
+    /// A filter under which the motion may be shaken; whether what it leaves is noise and no law that was looked for.
+    Filter { leaves_noise: bool },
 }
 
 /// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked
@@ -147,7 +157,7 @@ pub(crate) fn settle(
             verdict = if named(&best) { Verdict::PartlyExplained } else { Verdict::Unknown };
         }
     }
-    Decided { found, base, best, tests, verdict, severe, scattered }
+    Decided { found, base, best, tests, verdict, severe, scattered, judged_by: JudgedBy::Windows }
 }
 
 /// The hypothesis with the additions that survive where records scatter, if it is confirmed. What only chance speaks for is

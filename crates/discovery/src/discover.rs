@@ -7,7 +7,7 @@ use crate::calibrate::calibrate;
 use crate::candidates::Family;
 use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
-use crate::decide::{Decided, heldout_gain, with_only};
+use crate::decide::{Decided, JudgedBy, heldout_gain, with_only};
 use crate::doubt::{Doubt, after_search, before_search, unsearched};
 use crate::error_table::Lists;
 use crate::examples::examples;
@@ -141,13 +141,17 @@ pub fn discover(
     };
     let mut last = full(&decided.best, joined[1]);
     // What all of the data leave at its null is no finding, though a part of them took it for one; then, one after the other, what all of
-    // them do not tell from nothing.
+    // them do not tell from nothing. (A filter's ratio of likelihoods tells more than intervals over a few windows.)
     let moved = last.moved();
     let is_less = !moved.is_empty() && moved.len() < decided.best.additions().len();
     let mut moving = is_less.then_some((moved, None));
     loop {
-        let untold =
-            || Some((supported_by_all(&search, &mut decided.found, &searched[1], &last)?, joined[1]));
+        let untold = || {
+            let of_windows = decided.judged_by == JudgedBy::Windows;
+            let found = &mut decided.found;
+            let rest = of_windows.then(|| supported_by_all(&search, found, &searched[1], &last)).flatten()?;
+            Some((rest, joined[1]))
+        };
         let Some((rest, over)) = moving.take().or_else(untold) else { break };
         decided = with_only(&search, decided, &rest, progress);
         searched[1] = decided.best.clone();

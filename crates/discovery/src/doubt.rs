@@ -3,7 +3,7 @@
 
 use crate::addition::{Addition, labels};
 use crate::adequacy::adequacy;
-use crate::decide::Decided;
+use crate::decide::{Decided, JudgedBy};
 use crate::explore::Explored;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
@@ -74,10 +74,11 @@ pub(crate) fn after_search(search: &Search<'_>, decided: &Decided, errors: &[&Er
         )));
     }
     // Idealised laws are always far from the noise, and few records then show no gain. What is drawn anew for each record is in
-    // no forecast, and not in its floor either.
+    // no forecast, and not in its floor either; what shakes a motion is in no forecast.
     let is_exact = (0..h.system.schema().channels.len()).all(|channel| h.system.resolution(channel) == 0.0);
     let claims = matches!(decided.verdict, Verdict::Explained | Verdict::PartlyExplained)
         && decided.scattered.is_none()
+        && decided.judged_by != (JudgedBy::Filter { leaves_noise: true })
         && is_exact;
     let runs_better =
         decided.best.free_run.zip(decided.base.free_run).is_some_and(|(best, base)| best < HELPED * base);
@@ -153,7 +154,16 @@ pub(crate) fn unsearched(search: &Search<'_>, base: Fit) -> Decided {
     let found = Explored { pool: vec![base.clone()], tried: vec![base.clone()], base_scores: Vec::new() };
     let tests = adequacy(search, &base, &found.tried, None);
     let (verdict, best) = (Verdict::NotThisSystem, base.clone());
-    Decided { found, best, base, tests, verdict, severe: false, scattered: None }
+    Decided {
+        found,
+        best,
+        base,
+        tests,
+        verdict,
+        severe: false,
+        scattered: None,
+        judged_by: JudgedBy::Windows,
+    }
 }
 
 #[cfg(test)]

@@ -82,6 +82,7 @@ struct Without {
 }
 
 /// The end of a search.
+#[derive(Clone)]
 pub(crate) struct Explored {
     /// Judged on both parts, best total first; the base among them.
     pub pool: Vec<Judged>,

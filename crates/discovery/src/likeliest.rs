@@ -75,17 +75,17 @@ impl Likeliest {
         Self::from(readings, fit.hypothesis.clone(), &fit.theta, None)
     }
 
-    /// Another set beside this one, from its parameters on; those of what is new begin as `theta` has them, which is of the other set.
+    /// Another set, from the parameters of this one on, or from `theta`, which is of the other.
     pub fn beside(
+        &self,
         readings: &Filtered,
         search: &Search<'_>,
         additions: &[Addition],
-        set: &Self,
         theta: Option<&[f64]>,
     ) -> Option<Self> {
         let hypothesis = Hypothesis::new(search.train.data, additions);
-        let theta = theta.map_or_else(|| set.carried(&hypothesis), <[f64]>::to_vec);
-        Self::from(readings, hypothesis, &theta, Some(&set.fit))
+        let theta = theta.map_or_else(|| self.carried(&hypothesis), <[f64]>::to_vec);
+        Self::from(readings, hypothesis, &theta, Some(&self.fit))
     }
 
     fn from(
@@ -116,6 +116,7 @@ impl Likeliest {
         let (shown, pushed) = hypothesis.system.with_states_shown()?;
         let begin = self.carried(&hypothesis);
         let own = hypothesis.range_of(additions.len() - 1);
+        let (fitted, added) = (fitted(&hypothesis), own.len());
         let mut points = hypothesis.system.null_points(listed.index);
         points.extend(hypothesis.system.scan_points(listed.index));
         let at = |point: Vec<f64>| {
@@ -123,8 +124,7 @@ impl Likeliest {
             theta.get_mut(own.clone())?.copy_from_slice(&point);
             let values = hypothesis.values_at(&theta, 0);
             let model = Pushed { system: &*shown, states: &pushed, values: &values };
-            let (gain, values) =
-                promised_if_shaken(readings.readings(), model, &fitted(&hypothesis), &self.fit)?;
+            let (gain, values) = promised_if_shaken(readings.readings(), model, (&fitted, added), &self.fit)?;
             Some((gain, theta_of(&hypothesis, &values)))
         };
         points.into_iter().filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0))

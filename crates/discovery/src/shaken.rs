@@ -7,10 +7,9 @@
 
 use crate::addition::{Addition, labels};
 use crate::candidates::{Family, may_join};
-use crate::decide::{Decided, settle};
-use crate::explore::place_of;
+use crate::decide::{Decided, JudgedBy, settle};
+use crate::explore::{Explored, place_of};
 use crate::forecast::first_rmse;
-use crate::free_runs::NO_WORSE;
 use crate::grammar::has_grammar;
 use crate::judged::Judged;
 use crate::likeliest::{Filtered, Likeliest};
@@ -36,29 +35,28 @@ pub(crate) fn under_noise_of_the_motion(
     if !readings.are_of_a_shaken_motion(&decided.best) {
         return decided;
     }
-    let Some(mut present) = Likeliest::of(&readings, &decided.best.fit) else { return decided };
-    let began = labels(decided.best.additions());
+    let Some(set) = Likeliest::of(&readings, &decided.best.fit) else { return decided };
+    let Decided { found, base, best, .. } = &decided;
+    let over_windows = OverWindows { search, found: found.clone(), base, best };
+    let mut walk = Walk { search, readings: &readings, over_windows, set, has_untold: false };
     loop {
-        while let Some(less) = less(search, &readings, &present) {
-            present = less;
-        }
-        match more(search, &readings, &present) {
-            Some(wider) if runs_no_worse(search, &decided, &present, &wider) => present = wider,
-            _ => break,
+        while walk.leave() {}
+        if !walk.join() {
+            break;
         }
     }
-    let is_all = !has_grammar(search.system()) || {
-        let formulas = Search::on(prepared, Family::Grammar);
-        promising(&formulas, &readings, &present).is_empty()
+    let leaves_noise = !walk.has_untold && walk.leaves_noise(prepared);
+    let Walk { mut over_windows, set, .. } = walk;
+    let mut decided = if labels(set.additions()) == labels(best.additions()) {
+        decided
+    } else {
+        let best = over_windows.of(&set);
+        let found = over_windows.found;
+        settle(search, found, decided.base, best, false, progress)
     };
-    let mut decided = decided;
-    if labels(present.additions()) != began {
-        let Decided { mut found, base, best, .. } = decided;
-        let best = fitted(search, &mut found, &base, &best, &present);
-        decided = settle(search, found, base, best, false, progress);
-    }
+    decided.judged_by = JudgedBy::Filter { leaves_noise };
     let has_table = decided.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
-    if is_all && decided.severe && !has_table {
+    if leaves_noise && decided.severe && !has_table {
         decided.severe = false;
         decided.verdict =
             if decided.best.additions().is_empty() { Verdict::NothingToAdd } else { Verdict::Explained };
@@ -66,79 +64,133 @@ pub(crate) fn under_noise_of_the_motion(
     decided
 }
 
-/// A set with its parameters over windows.
-fn fitted(
-    search: &Search<'_>,
-    found: &mut crate::explore::Explored,
-    base: &Judged,
-    best: &Judged,
-    set: &Likeliest,
-) -> Judged {
-    match set.additions() {
-        [] => base.clone(),
-        additions => place_of(search, found, best, additions),
+/// Sets with their parameters over windows.
+struct OverWindows<'s> {
+    search: &'s Search<'s>,
+    found: Explored,
+    base: &'s Judged,
+    best: &'s Judged,
+}
+
+impl OverWindows<'_> {
+    fn of(&mut self, set: &Likeliest) -> Judged {
+        match set.additions() {
+            [] => self.base.clone(),
+            additions => place_of(self.search, &mut self.found, self.best, additions),
+        }
+    }
+
+    /// Root mean square error of forecasts of held-out windows.
+    fn forecast(&mut self, set: &Likeliest) -> f64 {
+        first_rmse(&self.search.test, &self.of(set).fit)
     }
 }
 
-/// The set without that of its terms which readings speak for least, where they do not tell it from chance.
-fn less(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Likeliest> {
-    let numbers: Vec<usize> = (0..set.additions().len()).collect();
-    let rest = |number: &usize| {
-        let rest = Likeliest::beside(readings, search, &without(set.additions(), *number), set, None)?;
-        let margin = set.ln_likelihood() - rest.ln_likelihood() - needed(search, set, &rest);
-        (margin < 0.0).then_some((rest, margin))
-    };
-    let found: Vec<Option<(Likeliest, f64)>> = numbers.par_iter().map(rest).collect();
-    found.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(rest, _)| rest)
+/// A walk from set to set.
+struct Walk<'s> {
+    search: &'s Search<'s>,
+    readings: &'s Filtered,
+    over_windows: OverWindows<'s>,
+    /// The present set.
+    set: Likeliest,
+    /// Whether it has terms that readings do not tell from chance.
+    has_untold: bool,
 }
 
-/// The set with the term beside it that readings speak for most, where they tell one from chance.
-fn more(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Likeliest> {
+impl Walk<'_> {
+    /// Leaves the term that readings speak for least, of those that they do not tell from chance and without which free runs are not
+    /// clearly worse: a law that is slow is one that pushes can take the place of. False where all terms stay.
+    fn leave(&mut self) -> bool {
+        let mut parts = self.parts();
+        let likelier = parts.iter().filter(|part| part.ln_likelihood() > self.set.ln_likelihood());
+        let likeliest = likelier.max_by(|a, b| a.ln_likelihood().total_cmp(&b.ln_likelihood()));
+        // A set is at least as likely as a part of it: where it is not, its parameters are sought from those of the part.
+        let again =
+            likeliest.and_then(|part| part.beside(self.readings, self.search, self.set.additions(), None));
+        if let Some(again) = again.filter(|again| again.ln_likelihood() > self.set.ln_likelihood()) {
+            self.set = again;
+            parts = self.parts();
+        }
+        let mut list: Vec<(Likeliest, f64)> = parts
+            .into_iter()
+            .map(|part| {
+                let margin = margin(self.search, &self.set, &part);
+                (part, margin)
+            })
+            .filter(|(_, margin)| *margin < 0.0)
+            .collect();
+        list.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let whole = self.over_windows.of(&self.set);
+        self.has_untold = !list.is_empty();
+        for (part, _) in list {
+            if !self.search.part_runs_clearly_worse(&self.over_windows.of(&part), &whole) {
+                self.set = part;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether readings speak for no formula beside the set, where there are formulas.
+    fn leaves_noise(&self, prepared: &Prepared) -> bool {
+        !has_grammar(self.search.system()) || {
+            let formulas = Search::on(prepared, Family::Grammar);
+            wider(&formulas, self.readings, &self.set).is_none()
+        }
+    }
+
+    /// The set without each of its terms.
+    fn parts(&self) -> Vec<Likeliest> {
+        let numbers: Vec<usize> = (0..self.set.additions().len()).collect();
+        let part = |number: &usize| {
+            self.set.beside(self.readings, self.search, &without(self.set.additions(), *number), None)
+        };
+        numbers.par_iter().filter_map(part).collect()
+    }
+
+    /// Joins the term that readings speak for most, where they tell it from chance and held-out windows are forecast better with it.
+    /// False where none joins; what formulas there are a search over formulas has found.
+    fn join(&mut self) -> bool {
+        if self.search.family == Family::Grammar {
+            return false;
+        }
+        let Some(wider) = wider(self.search, self.readings, &self.set) else { return false };
+        let is_better = self.over_windows.forecast(&wider) < self.over_windows.forecast(&self.set);
+        if is_better {
+            self.set = wider;
+        }
+        is_better
+    }
+}
+
+/// What the likelihood of a set gains over a part of it, beyond what chance alone brings.
+fn margin(search: &Search<'_>, set: &Likeliest, part: &Likeliest) -> f64 {
+    let size = |set: &Likeliest| set.additions().iter().map(|a| search.size(a)).sum::<f64>();
+    let needed = 0.5 * search.quantile(size(set) - size(part));
+    set.ln_likelihood() - part.ln_likelihood() - needed
+}
+
+/// A set with the term of a search's library beside it that readings speak for most, where they tell one from chance.
+fn wider(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Likeliest> {
     if set.additions().len() >= MOST_EFFECTS {
         return None;
     }
-    let promising = promising(search, readings, set);
-    let wider = |(addition, theta): &(Addition, Vec<f64>)| {
-        let mut additions = set.additions().to_vec();
-        additions.push(addition.clone());
-        let wider = Likeliest::beside(readings, search, &additions, set, Some(theta))?;
-        let margin = wider.ln_likelihood() - set.ln_likelihood() - needed(search, &wider, set);
-        (margin > 0.0).then_some((wider, margin))
-    };
-    let best = &promising[..promising.len().min(MOST_FITTED)];
-    let found: Vec<Option<(Likeliest, f64)>> = best.par_iter().map(wider).collect();
-    found.into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(wider, _)| wider)
-}
-
-/// Terms of a search's library that promise more beside a set than chance does, the best first, with the parameters at which they do.
-fn promising(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Vec<(Addition, Vec<f64>)> {
-    let candidates: Vec<&Addition> = search
-        .library
-        .iter()
-        .filter(|a| matches!(a, Addition::Effect(..)) && may_join(a, set.hypothesis()))
-        .collect();
+    let may_join = |a: &&Addition| matches!(a, Addition::Effect(..)) && may_join(a, set.hypothesis());
+    let candidates: Vec<&Addition> = search.library.iter().filter(may_join).collect();
     let promise = |addition: &&Addition| {
         let (gain, theta) = set.promise(readings, search, addition)?;
         let margin = gain - 0.5 * search.quantile(search.size(addition));
         (margin > 0.0).then(|| ((*addition).clone(), theta, margin))
     };
-    let found: Vec<Option<(Addition, Vec<f64>, f64)>> = candidates.par_iter().map(promise).collect();
-    let mut found: Vec<(Addition, Vec<f64>, f64)> = found.into_iter().flatten().collect();
-    found.sort_by(|a, b| b.2.total_cmp(&a.2));
-    found.into_iter().map(|(addition, theta, _)| (addition, theta)).collect()
-}
-
-/// Gain in ln likelihood that chance alone exceeds, of a set over a part of it.
-fn needed(search: &Search<'_>, set: &Likeliest, part: &Likeliest) -> f64 {
-    let size = |set: &Likeliest| set.additions().iter().map(|a| search.size(a)).sum::<f64>();
-    0.5 * search.quantile(size(set) - size(part))
-}
-
-/// Whether a wider set forecasts held-out windows no worse than a part of it does.
-fn runs_no_worse(search: &Search<'_>, decided: &Decided, part: &Likeliest, wider: &Likeliest) -> bool {
-    let rmse = |set: &Likeliest| {
-        first_rmse(&search.test, &search.refit(&decided.best.fit, set.additions(), &[]).fit)
+    let mut promising: Vec<(Addition, Vec<f64>, f64)> = candidates.par_iter().filter_map(promise).collect();
+    promising.sort_by(|a, b| b.2.total_cmp(&a.2));
+    promising.truncate(MOST_FITTED);
+    let fitted = |(addition, theta, _): &(Addition, Vec<f64>, f64)| {
+        let additions: Vec<Addition> = set.additions().iter().chain([addition]).cloned().collect();
+        let wider = set.beside(readings, search, &additions, Some(theta))?;
+        let margin = margin(search, &wider, set);
+        (margin > 0.0).then_some((wider, margin))
     };
-    let [part, wider] = [part, wider].map(rmse);
-    wider <= NO_WORSE * part
+    let found: Vec<(Likeliest, f64)> = promising.par_iter().filter_map(fitted).collect();
+    found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(wider, _)| wider)
 }
