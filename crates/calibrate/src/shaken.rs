@@ -102,7 +102,7 @@ pub fn fit_if_shaken(
 
 /// The gain in ln likelihood over a fit that the last `added` of the parameters in `free` of a wider model promise, and the values at which
 /// they do: one step of Gauss and Newton from the values of `model`, less what the others would gain alone. `None` where the model has
-/// other states, or cannot be simulated there.
+/// other states, where the last parameters are of what is read and not of the motion, and where it cannot be simulated.
 pub fn promised_if_shaken(
     readings: Readings<'_>,
     model: Pushed<'_>,
@@ -115,11 +115,20 @@ pub fn promised_if_shaken(
     }
     let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
     let along = problem.intervals(model.values, &fit.paths, &moving).ok()?;
+    // At a filter's gains the slope of what changes readings alone is not that of the likelihood: gains would change with it.
+    let others = free.len() - added;
+    let by_readings = |interval: &Interval| {
+        let mut rows = interval.output_by_parameter.chunks_exact(free.len().max(1));
+        rows.any(|row| row[others..].iter().any(|by| *by != 0.0))
+    };
+    if along.iter().flatten().any(by_readings) {
+        return None;
+    }
     let found = problem.curvature(&fit.hypothesis, &fit.paths, &along, moving.len());
     let step = found.step(free.len())?;
     let gain_of =
         |step: &[f64]| 0.5 * step.iter().zip(&found.slope).map(|(by, slope)| by * slope).sum::<f64>();
-    let others = found.step(free.len() - added).map_or(0.0, |step| gain_of(&step));
+    let others = found.step(others).map_or(0.0, |step| gain_of(&step));
     let gain = found.ll - fit.hypothesis.ll + gain_of(&step) - others;
     let mut values = model.values.to_vec();
     for ((place, [low, high]), by) in free.iter().zip(&step) {

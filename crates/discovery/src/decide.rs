@@ -42,13 +42,13 @@ pub(crate) struct Decided {
     pub judged_by: JudgedBy,
 }
 
-/// What terms were judged by in the end.
+/// The judge of an answer's terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum JudgedBy {
     /// Misfits over windows.
     Windows,
-    /// A filter under which the motion may be shaken; whether what it leaves is noise and no law that was looked for.
-    Filter { leaves_noise: bool },
+    /// A filter under which the motion may be shaken, and readings speak for each of them.
+    Filter,
 }
 
 /// Decides what the calibrated model `base` lacks; `None` if no hypothesis can be judged. Laws outside the library are looked

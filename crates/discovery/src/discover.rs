@@ -84,7 +84,7 @@ pub fn discover(
     }
     let search = Search::on(&prepared, family);
     if is_open && leaves_something(&prepared, &decided) {
-        decided = under_noise_of_the_motion(&prepared, &search, decided, progress);
+        decided = under_noise_of_the_motion(&search, decided, progress);
     }
     let Prepared { data: measured, noise, .. } = &prepared;
     // How many windows of the search each window of the final fits joins, and what the search came to over its own windows: of the

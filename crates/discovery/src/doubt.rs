@@ -78,7 +78,7 @@ pub(crate) fn after_search(search: &Search<'_>, decided: &Decided, errors: &[&Er
     let is_exact = (0..h.system.schema().channels.len()).all(|channel| h.system.resolution(channel) == 0.0);
     let claims = matches!(decided.verdict, Verdict::Explained | Verdict::PartlyExplained)
         && decided.scattered.is_none()
-        && decided.judged_by != (JudgedBy::Filter { leaves_noise: true })
+        && decided.judged_by == JudgedBy::Windows
         && is_exact;
     let runs_better =
         decided.best.free_run.zip(decided.base.free_run).is_some_and(|(best, base)| best < HELPED * base);

@@ -156,7 +156,7 @@ impl Likeliest {
     }
 }
 
-/// What is fitted of a hypothesis on data of one group.
+/// Parameters of a hypothesis that are fitted on data of one group.
 fn fitted(hypothesis: &Hypothesis) -> Vec<Fitted> {
     let common = hypothesis.free.iter().filter(|f| f.per != Per::Trajectory);
     common.map(|f| (f.index, [f.min, f.max])).collect()

@@ -10,12 +10,9 @@ use crate::candidates::{Family, may_join};
 use crate::decide::{Decided, JudgedBy, settle};
 use crate::explore::{Explored, place_of};
 use crate::forecast::first_rmse;
-use crate::grammar::has_grammar;
 use crate::judged::Judged;
 use crate::likeliest::{Filtered, Likeliest};
 use crate::options::Progress;
-use crate::prepare::Prepared;
-use crate::result::Verdict;
 use crate::search::{MOST_EFFECTS, Search};
 use crate::supported::without;
 use rayon::prelude::*;
@@ -24,9 +21,8 @@ use rayon::prelude::*;
 const MOST_FITTED: usize = 3;
 
 /// The answer under noise of the motion, where what `decided` leaves is such noise: its terms that readings speak for, and those of the
-/// library that they speak for beside them. Where they speak for nothing else, not for a formula either, what is left is noise.
+/// library that they speak for beside them. What is left may be noise or a law that nobody described: a fine ripple looks the same.
 pub(crate) fn under_noise_of_the_motion(
-    prepared: &Prepared,
     search: &Search<'_>,
     decided: Decided,
     progress: &mut dyn FnMut(Progress),
@@ -45,8 +41,7 @@ pub(crate) fn under_noise_of_the_motion(
             break;
         }
     }
-    let leaves_noise = !walk.has_untold && walk.leaves_noise(prepared);
-    let Walk { mut over_windows, set, .. } = walk;
+    let Walk { mut over_windows, set, has_untold, .. } = walk;
     let mut decided = if labels(set.additions()) == labels(best.additions()) {
         decided
     } else {
@@ -54,13 +49,7 @@ pub(crate) fn under_noise_of_the_motion(
         let found = over_windows.found;
         settle(search, found, decided.base, best, false, progress)
     };
-    decided.judged_by = JudgedBy::Filter { leaves_noise };
-    let has_table = decided.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
-    if leaves_noise && decided.severe && !has_table {
-        decided.severe = false;
-        decided.verdict =
-            if decided.best.additions().is_empty() { Verdict::NothingToAdd } else { Verdict::Explained };
-    }
+    decided.judged_by = if has_untold { JudgedBy::Windows } else { JudgedBy::Filter };
     decided
 }
 
@@ -131,14 +120,6 @@ impl Walk<'_> {
         false
     }
 
-    /// Whether readings speak for no formula beside the set, where there are formulas.
-    fn leaves_noise(&self, prepared: &Prepared) -> bool {
-        !has_grammar(self.search.system()) || {
-            let formulas = Search::on(prepared, Family::Grammar);
-            wider(&formulas, self.readings, &self.set).is_none()
-        }
-    }
-
     /// The set without each of its terms.
     fn parts(&self) -> Vec<Likeliest> {
         let numbers: Vec<usize> = (0..self.set.additions().len()).collect();
@@ -163,7 +144,7 @@ impl Walk<'_> {
     }
 }
 
-/// What the likelihood of a set gains over a part of it, beyond what chance alone brings.
+/// Gain in ln likelihood of a set over a part of it, less that which chance alone brings.
 fn margin(search: &Search<'_>, set: &Likeliest, part: &Likeliest) -> f64 {
     let size = |set: &Likeliest| set.additions().iter().map(|a| search.size(a)).sum::<f64>();
     let needed = 0.5 * search.quantile(size(set) - size(part));
@@ -175,15 +156,7 @@ fn wider(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Li
     if set.additions().len() >= MOST_EFFECTS {
         return None;
     }
-    let may_join = |a: &&Addition| matches!(a, Addition::Effect(..)) && may_join(a, set.hypothesis());
-    let candidates: Vec<&Addition> = search.library.iter().filter(may_join).collect();
-    let promise = |addition: &&Addition| {
-        let (gain, theta) = set.promise(readings, search, addition)?;
-        let margin = gain - 0.5 * search.quantile(search.size(addition));
-        (margin > 0.0).then(|| ((*addition).clone(), theta, margin))
-    };
-    let mut promising: Vec<(Addition, Vec<f64>, f64)> = candidates.par_iter().filter_map(promise).collect();
-    promising.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let mut promising = promising(search, readings, set);
     promising.truncate(MOST_FITTED);
     let fitted = |(addition, theta, _): &(Addition, Vec<f64>, f64)| {
         let additions: Vec<Addition> = set.additions().iter().chain([addition]).cloned().collect();
@@ -193,4 +166,19 @@ fn wider(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Li
     };
     let found: Vec<(Likeliest, f64)> = promising.par_iter().filter_map(fitted).collect();
     found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(wider, _)| wider)
+}
+
+/// Terms of a search's library that promise more beside a set than chance brings, the best first: with the parameters at which they do, and
+/// by how much more.
+fn promising(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Vec<(Addition, Vec<f64>, f64)> {
+    let may_join = |a: &&Addition| matches!(a, Addition::Effect(..)) && may_join(a, set.hypothesis());
+    let candidates: Vec<&Addition> = search.library.iter().filter(may_join).collect();
+    let promise = |addition: &&Addition| {
+        let (gain, theta) = set.promise(readings, search, addition)?;
+        let margin = gain - 0.5 * search.quantile(search.size(addition));
+        (margin > 0.0).then(|| ((*addition).clone(), theta, margin))
+    };
+    let mut found: Vec<(Addition, Vec<f64>, f64)> = candidates.par_iter().filter_map(promise).collect();
+    found.sort_by(|a, b| b.2.total_cmp(&a.2));
+    found
 }
