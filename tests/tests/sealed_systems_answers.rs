@@ -1,16 +1,19 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
 //! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
 //! other system, an impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no
-//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Rates
-//! over many sets are those of `discover_battery systems-single`, ….
+//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Where the
+//! motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
-use augsim_tests::sealed_systems::{Kind, PLANTS, draw, truth};
+use augsim_tests::sealed_systems::{Kind, PLANTS, Plant, draw, truth};
 use augsim_written::model;
 
 fn answer(kind: Kind, seed: u64) -> Discovery {
-    let plant = PLANTS[(seed % 8) as usize];
-    let csv = draw(&plant, &truth(kind, &plant, seed), seed).csv;
+    answer_of(&PLANTS[(seed % 8) as usize], kind, seed)
+}
+
+fn answer_of(plant: &Plant, kind: Kind, seed: u64) -> Discovery {
+    let csv = draw(plant, &truth(kind, plant, seed), seed).csv;
     let model = model::parse(plant.model, "model.toml").unwrap_or_else(|e| panic!("{e}"));
     let data = DataFrom::Table { name: "data.csv".into(), csv: csv.into_bytes().into() };
     let subject = Subject::Written(Box::new(model));
@@ -77,4 +80,11 @@ fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
         "{}",
         found.sentence
     );
+}
+
+#[test]
+fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
+    let plant = PLANTS[(8_310_011 % 8) as usize].in_one_recording();
+    let found = answer_of(&plant, Kind::Single, 8_310_011);
+    assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
 }

@@ -100,43 +100,6 @@ pub fn fit_if_shaken(
     Ok(FitIfShaken { values, ln_likelihood, hypothesis: at.hypothesis, paths: at.paths })
 }
 
-/// The gain in ln likelihood over a fit that the last `added` of the parameters in `free` of a wider model promise, and the values at which
-/// they do: one step of Gauss and Newton from the values of `model`, less what the others would gain alone. `None` where the model has
-/// other states, where the last parameters are of what is read and not of the motion, and where it cannot be simulated.
-pub fn promised_if_shaken(
-    readings: Readings<'_>,
-    model: Pushed<'_>,
-    (free, added): (&[Fitted], usize),
-    fit: &FitIfShaken,
-) -> Option<(f64, Vec<f64>)> {
-    let problem = readings.noisy(&model).ok()?;
-    if !problem.has_states_of(fit) {
-        return None;
-    }
-    let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
-    let along = problem.intervals(model.values, &fit.paths, &moving).ok()?;
-    // At a filter's gains the slope of what changes readings alone is not that of the likelihood: gains would change with it.
-    let others = free.len() - added;
-    let by_readings = |interval: &Interval| {
-        let mut rows = interval.output_by_parameter.chunks_exact(free.len().max(1));
-        rows.any(|row| row[others..].iter().any(|by| *by != 0.0))
-    };
-    if along.iter().flatten().any(by_readings) {
-        return None;
-    }
-    let found = problem.curvature(&fit.hypothesis, &fit.paths, &along, moving.len());
-    let step = found.step(free.len())?;
-    let gain_of =
-        |step: &[f64]| 0.5 * step.iter().zip(&found.slope).map(|(by, slope)| by * slope).sum::<f64>();
-    let others = found.step(others).map_or(0.0, |step| gain_of(&step));
-    let gain = found.ll - fit.hypothesis.ll + gain_of(&step) - others;
-    let mut values = model.values.to_vec();
-    for ((place, [low, high]), by) in free.iter().zip(&step) {
-        values[*place] = (values[*place] + by).clamp(*low, *high);
-    }
-    gain.is_finite().then_some((gain, values))
-}
-
 /// Noise and states under some values.
 struct Place {
     hypothesis: Hypothesis,
@@ -152,7 +115,6 @@ impl<'a> Readings<'a> {
 /// How the ln likelihood of readings bends with parameters, and its slope.
 #[derive(Clone, Debug, Default)]
 struct Curvature {
-    ll: f64,
     /// `[P][P]`, in rows.
     bends: Vec<f64>,
     /// `[P]`
@@ -160,9 +122,10 @@ struct Curvature {
 }
 
 impl Curvature {
-    /// The step of Gauss and Newton of the first `p` parameters, along directions that bend by more than [`TELLS`]; none where none does.
-    fn step(&self, p: usize) -> Option<Vec<f64>> {
-        let bend = |i: usize, j: usize| self.bends[i * self.slope.len() + j];
+    /// The step of Gauss and Newton, along directions that bend by more than [`TELLS`]; none where none does.
+    fn step(&self) -> Option<Vec<f64>> {
+        let p = self.slope.len();
+        let bend = |i: usize, j: usize| self.bends[i * p + j];
         let size = |i: usize| bend(i, i).max(f64::MIN_POSITIVE).sqrt();
         let scaled = Mat::from_fn(p, p, |i, j| bend(i, j) / (size(i) * size(j)));
         let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
@@ -247,7 +210,7 @@ impl Noisy<'_> {
         let moving: Vec<usize> = free.iter().map(|(place, _)| *place).collect();
         let along = self.intervals(values, &at.paths, &moving)?;
         let curvature = self.curvature(&at.hypothesis, &at.paths, &along, moving.len());
-        let Some(step) = curvature.step(moving.len()) else { return Ok(0.0) };
+        let Some(step) = curvature.step() else { return Ok(0.0) };
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             let mut next = values.clone();
@@ -282,10 +245,8 @@ impl Noisy<'_> {
             curvature(&samples, intervals, hypothesis, parameters)
         };
         let parts: Vec<Curvature> = self.records.par_iter().zip(paths).zip(along).map(of_record).collect();
-        let zero =
-            Curvature { ll: 0.0, bends: vec![0.0; parameters * parameters], slope: vec![0.0; parameters] };
+        let zero = Curvature { bends: vec![0.0; parameters * parameters], slope: vec![0.0; parameters] };
         parts.iter().fold(zero, |mut sum, part| {
-            sum.ll += part.ll;
             sum.bends.iter_mut().zip(&part.bends).for_each(|(to, from)| *to += from);
             sum.slope.iter_mut().zip(&part.slope).for_each(|(to, from)| *to += from);
             sum
@@ -305,7 +266,7 @@ fn curvature(
     let mut filter = Filter::new(diagonal(&noise.first), vec![0.0; d]);
     // Derivatives of the filter's mean, `[D][P]`, in rows.
     let mut moved = vec![0.0; d * p];
-    let mut sum = Curvature { ll: 0.0, bends: vec![0.0; p * p], slope: vec![0.0; p] };
+    let mut sum = Curvature { bends: vec![0.0; p * p], slope: vec![0.0; p] };
     for (k, (sample, interval)) in samples.iter().zip(along).enumerate() {
         for reading in &sample.readings {
             // Of what is foretold.
@@ -334,6 +295,5 @@ fn curvature(
             moved = next;
         }
     }
-    sum.ll = filter.ll;
     sum
 }

@@ -7,9 +7,7 @@ use crate::hypothesis::Hypothesis;
 use crate::judged::Judged;
 use crate::record::Measured;
 use crate::search::Search;
-use augsim_calibrate::{
-    Cause, FitIfShaken, Fitted, Pushed, Readings, fit_if_shaken, promised_if_shaken, smooth,
-};
+use augsim_calibrate::{Cause, FitIfShaken, Fitted, Pushed, Readings, fit_if_shaken, smooth};
 use augsim_physics::model::Per;
 use augsim_physics::system::Record;
 
@@ -75,16 +73,10 @@ impl Likeliest {
         Self::from(readings, fit.hypothesis.clone(), &fit.theta, None)
     }
 
-    /// Another set, from the parameters of this one on, or from `theta`, which is of the other.
-    pub fn beside(
-        &self,
-        readings: &Filtered,
-        search: &Search<'_>,
-        additions: &[Addition],
-        theta: Option<&[f64]>,
-    ) -> Option<Self> {
+    /// Another set, from the parameters of this one on.
+    pub fn beside(&self, readings: &Filtered, search: &Search<'_>, additions: &[Addition]) -> Option<Self> {
         let hypothesis = Hypothesis::new(search.train.data, additions);
-        let theta = theta.map_or_else(|| self.carried(&hypothesis), <[f64]>::to_vec);
+        let theta = self.carried(&hypothesis);
         Self::from(readings, hypothesis, &theta, Some(&self.fit))
     }
 
@@ -101,41 +93,8 @@ impl Likeliest {
         fit.ln_likelihood.is_finite().then_some(Self { hypothesis, fit })
     }
 
-    /// The gain in ln likelihood that an addition promises beside this set, and the parameters of both at which it does: from each of its
-    /// nulls and each place that its thresholds are tried at, the best.
-    pub fn promise(
-        &self,
-        readings: &Filtered,
-        search: &Search<'_>,
-        addition: &Addition,
-    ) -> Option<(f64, Vec<f64>)> {
-        let Addition::Effect(listed, _) = addition else { return None };
-        let mut additions = self.additions().to_vec();
-        additions.push(addition.clone());
-        let hypothesis = Hypothesis::new(search.train.data, &additions);
-        let (shown, pushed) = hypothesis.system.with_states_shown()?;
-        let begin = self.carried(&hypothesis);
-        let own = hypothesis.range_of(additions.len() - 1);
-        let (fitted, added) = (fitted(&hypothesis), own.len());
-        let mut points = hypothesis.system.null_points(listed.index);
-        points.extend(hypothesis.system.scan_points(listed.index));
-        let at = |point: Vec<f64>| {
-            let mut theta = begin.clone();
-            theta.get_mut(own.clone())?.copy_from_slice(&point);
-            let values = hypothesis.values_at(&theta, 0);
-            let model = Pushed { system: &*shown, states: &pushed, values: &values };
-            let (gain, values) = promised_if_shaken(readings.readings(), model, (&fitted, added), &self.fit)?;
-            Some((gain, theta_of(&hypothesis, &values)))
-        };
-        points.into_iter().filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
     pub fn additions(&self) -> &[Addition] {
         &self.hypothesis.additions
-    }
-
-    pub fn hypothesis(&self) -> &Hypothesis {
-        &self.hypothesis
     }
 
     pub fn ln_likelihood(&self) -> f64 {

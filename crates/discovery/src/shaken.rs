@@ -2,45 +2,35 @@
 //!
 //! Over windows every misfit counts as one of the sensor. Where the motion is shaken, misfits grow and drift along a window, and a
 //! ripple or a slow swing follows them better than none does, however little it is there. Under a filter that lets something push the
-//! motion a law has to foretell readings that the pushes before them do not: terms leave the set, and others join it, by what the
-//! likelihood of readings gains with them there (a ratio of likelihoods, each at its own parameters).
+//! motion a law has to foretell readings that the pushes before them do not: terms leave the set by what the likelihood of readings gains
+//! with them there (a ratio of likelihoods, each at its own parameters).
 
-use crate::addition::{Addition, labels};
-use crate::candidates::{Family, may_join};
+use crate::addition::labels;
 use crate::decide::{Decided, JudgedBy, settle};
 use crate::explore::{Explored, place_of};
-use crate::forecast::first_rmse;
 use crate::judged::Judged;
 use crate::likeliest::{Filtered, Likeliest};
 use crate::options::Progress;
-use crate::search::{MOST_EFFECTS, Search};
+use crate::search::Search;
 use crate::supported::without;
 use rayon::prelude::*;
 
-/// Candidates that are fitted of those that promise most.
-const MOST_FITTED: usize = 3;
-
-/// The answer under noise of the motion, where what `decided` leaves is such noise: its terms that readings speak for, and those of the
-/// library that they speak for beside them. What is left may be noise or a law that nobody described: a fine ripple looks the same.
+/// The answer under noise of the motion, where what `decided` leaves is such noise: its terms that readings speak for. The rest may be
+/// noise or a law that nobody described: a fine ripple looks the same.
 pub(crate) fn under_noise_of_the_motion(
     search: &Search<'_>,
     decided: Decided,
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     let Some(readings) = Filtered::of(search.train.data) else { return decided };
-    if !readings.are_of_a_shaken_motion(&decided.best) {
+    if decided.best.additions().is_empty() || !readings.are_of_a_shaken_motion(&decided.best) {
         return decided;
     }
     let Some(set) = Likeliest::of(&readings, &decided.best.fit) else { return decided };
     let Decided { found, base, best, .. } = &decided;
     let over_windows = OverWindows { search, found: found.clone(), base, best };
     let mut walk = Walk { search, readings: &readings, over_windows, set, has_untold: false };
-    loop {
-        while walk.leave() {}
-        if !walk.join() {
-            break;
-        }
-    }
+    while walk.leave() {}
     let Walk { mut over_windows, set, has_untold, .. } = walk;
     let mut decided = if labels(set.additions()) == labels(best.additions()) {
         decided
@@ -68,11 +58,6 @@ impl OverWindows<'_> {
             additions => place_of(self.search, &mut self.found, self.best, additions),
         }
     }
-
-    /// Root mean square error of forecasts of held-out windows.
-    fn forecast(&mut self, set: &Likeliest) -> f64 {
-        first_rmse(&self.search.test, &self.of(set).fit)
-    }
 }
 
 /// A walk from set to set.
@@ -94,8 +79,7 @@ impl Walk<'_> {
         let likelier = parts.iter().filter(|part| part.ln_likelihood() > self.set.ln_likelihood());
         let likeliest = likelier.max_by(|a, b| a.ln_likelihood().total_cmp(&b.ln_likelihood()));
         // A set is at least as likely as a part of it: where it is not, its parameters are sought from those of the part.
-        let again =
-            likeliest.and_then(|part| part.beside(self.readings, self.search, self.set.additions(), None));
+        let again = likeliest.and_then(|part| part.beside(self.readings, self.search, self.set.additions()));
         if let Some(again) = again.filter(|again| again.ln_likelihood() > self.set.ln_likelihood()) {
             self.set = again;
             parts = self.parts();
@@ -124,23 +108,9 @@ impl Walk<'_> {
     fn parts(&self) -> Vec<Likeliest> {
         let numbers: Vec<usize> = (0..self.set.additions().len()).collect();
         let part = |number: &usize| {
-            self.set.beside(self.readings, self.search, &without(self.set.additions(), *number), None)
+            self.set.beside(self.readings, self.search, &without(self.set.additions(), *number))
         };
         numbers.par_iter().filter_map(part).collect()
-    }
-
-    /// Joins the term that readings speak for most, where they tell it from chance and held-out windows are forecast better with it.
-    /// False where none joins; what formulas there are a search over formulas has found.
-    fn join(&mut self) -> bool {
-        if self.search.family == Family::Grammar {
-            return false;
-        }
-        let Some(wider) = wider(self.search, self.readings, &self.set) else { return false };
-        let is_better = self.over_windows.forecast(&wider) < self.over_windows.forecast(&self.set);
-        if is_better {
-            self.set = wider;
-        }
-        is_better
     }
 }
 
@@ -149,36 +119,4 @@ fn margin(search: &Search<'_>, set: &Likeliest, part: &Likeliest) -> f64 {
     let size = |set: &Likeliest| set.additions().iter().map(|a| search.size(a)).sum::<f64>();
     let needed = 0.5 * search.quantile(size(set) - size(part));
     set.ln_likelihood() - part.ln_likelihood() - needed
-}
-
-/// A set with the term of a search's library beside it that readings speak for most, where they tell one from chance.
-fn wider(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Option<Likeliest> {
-    if set.additions().len() >= MOST_EFFECTS {
-        return None;
-    }
-    let mut promising = promising(search, readings, set);
-    promising.truncate(MOST_FITTED);
-    let fitted = |(addition, theta, _): &(Addition, Vec<f64>, f64)| {
-        let additions: Vec<Addition> = set.additions().iter().chain([addition]).cloned().collect();
-        let wider = set.beside(readings, search, &additions, Some(theta))?;
-        let margin = margin(search, &wider, set);
-        (margin > 0.0).then_some((wider, margin))
-    };
-    let found: Vec<(Likeliest, f64)> = promising.par_iter().filter_map(fitted).collect();
-    found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(wider, _)| wider)
-}
-
-/// Terms of a search's library that promise more beside a set than chance brings, the best first: with the parameters at which they do, and
-/// by how much more.
-fn promising(search: &Search<'_>, readings: &Filtered, set: &Likeliest) -> Vec<(Addition, Vec<f64>, f64)> {
-    let may_join = |a: &&Addition| matches!(a, Addition::Effect(..)) && may_join(a, set.hypothesis());
-    let candidates: Vec<&Addition> = search.library.iter().filter(may_join).collect();
-    let promise = |addition: &&Addition| {
-        let (gain, theta) = set.promise(readings, search, addition)?;
-        let margin = gain - 0.5 * search.quantile(search.size(addition));
-        (margin > 0.0).then(|| ((*addition).clone(), theta, margin))
-    };
-    let mut found: Vec<(Addition, Vec<f64>, f64)> = candidates.par_iter().filter_map(promise).collect();
-    found.sort_by(|a, b| b.2.total_cmp(&a.2));
-    found
 }
