@@ -16,6 +16,6 @@ mod windows;
 
 pub use growth::calibrate;
 pub use outcome::{Calibration, CalibrationError, Gauge, Stage};
-pub use shaken::{FitIfShaken, Fitted, Pushed, Readings, fit_if_shaken};
+pub use shaken::{FitIfShaken, Fitted, Known, Pushed, Readings, fit_if_shaken};
 pub use smooth::{Cause, Smoothed, smooth};
 pub use starts::{Begun, fit_start};

@@ -7,7 +7,7 @@
 use crate::along::{Interval, Layout};
 use crate::kalman::{Filter, Sample, diagonal};
 use crate::outcome::CalibrationError;
-use crate::smooth::Judged;
+use crate::smooth::{Cause, Judged, Smoothed};
 use crate::variances::{Hypothesis, Noisy};
 use augsim_physics::system::{Begin, Record, System};
 use faer::{Mat, Side};
@@ -25,8 +25,8 @@ const MEMORIES: [f64; 3] = [2.0, 1.4, 1.15];
 const LEAST_MEMORY: f64 = 0.5;
 /// Gain in ln likelihood below which a step is the last.
 const SETTLED: f64 = 0.05;
-/// Curvature of a direction, in that of its parameters alone, below which readings tell nothing of it: parameters that do the same there
-/// would promise what none of them brings.
+/// Curvature of a direction, in that of its parameters alone, below which readings tell nothing of it, as where parameters do
+/// the same.
 const TELLS: f64 = 1e-4;
 
 /// A parameter that is fitted: its place in the vector, and its range.
@@ -66,8 +66,17 @@ pub struct FitIfShaken {
     paths: Vec<Vec<f64>>,
 }
 
-/// Fits the parameters in `free` under a motion that is shaken, from the values of `model` on. Noise and states begin as another model's
-/// fit has them, where that has as many states.
+/// Noise and states as they are known before a fit.
+#[derive(Clone, Copy, Debug)]
+pub enum Known<'a> {
+    /// Those of the same model, smoothed at the values that the fit begins at, where their cause is the motion.
+    Smoothed(&'a Smoothed),
+    /// The fit of another model to the same records, where that has as many states.
+    Other(&'a FitIfShaken),
+}
+
+/// Fits the parameters in `free` under a motion that is shaken, from the values of `model` on, with what is known of noise and states; where
+/// that does not hold for this model, they are found first.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated at the values given.
@@ -75,11 +84,15 @@ pub fn fit_if_shaken(
     readings: Readings<'_>,
     model: Pushed<'_>,
     free: &[Fitted],
-    other: Option<&FitIfShaken>,
+    known: Known<'_>,
 ) -> Result<FitIfShaken, CalibrationError> {
     let problem = readings.noisy(&model)?;
     let mut values = model.values.to_vec();
-    let known = other.and_then(|other| problem.begun_at(&values, other));
+    let known = match known {
+        Known::Smoothed(found) => (found.cause == Cause::Motion)
+            .then(|| Place { hypothesis: found.hypothesis.clone(), paths: found.paths.clone() }),
+        Known::Other(fit) => problem.begun_at(&values, fit),
+    };
     let mut at = match known {
         Some(at) => at,
         None => {
@@ -113,7 +126,7 @@ impl<'a> Readings<'a> {
 }
 
 /// How the ln likelihood of readings bends with parameters, and its slope.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Curvature {
     /// `[P][P]`, in rows.
     bends: Vec<f64>,

@@ -51,6 +51,8 @@ pub struct Smoothed {
     pub ln_likelihood: [f64; 3],
     /// States of each record given all of its readings, `[record][sample][state]` in one row.
     pub paths: Vec<Vec<f64>>,
+    /// The cause with its variances.
+    pub(crate) hypothesis: Hypothesis,
 }
 
 /// A cause along paths of its own.
@@ -105,6 +107,7 @@ pub fn smooth(
         sensor_sd: best.noise.read.iter().map(|v| v.sqrt()).collect(),
         ln_likelihood,
         paths,
+        hypothesis: best,
     })
 }
 

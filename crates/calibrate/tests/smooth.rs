@@ -2,7 +2,9 @@
 //! for how long, and comes nearer to the true states than what was measured; missing samples and the number of threads change
 //! nothing of that. The scene is a damped oscillator, integrated here once more.
 
-use augsim_calibrate::{CalibrationError, Cause, Fitted, Pushed, Readings, Smoothed, fit_if_shaken, smooth};
+use augsim_calibrate::{
+    CalibrationError, Cause, Fitted, Known, Pushed, Readings, Smoothed, fit_if_shaken, smooth,
+};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_written::{WrittenSystem, model};
 
@@ -230,7 +232,8 @@ fn parameters_of_a_shaken_motion_are_fitted_through_a_filter() {
     let at = |start: [f64; 2], free: &[Fitted]| {
         let readings = Readings { outputs: 1, records: &records, declared: &[None] };
         let model = Pushed { system: &*shown, states: &pushed, values: &start };
-        fit_if_shaken(readings, model, free, None).expect("a fit")
+        let known = smooth(&*shown, 1, &records, &start, &pushed, &[None]).expect("an answer");
+        fit_if_shaken(readings, model, free, Known::Smoothed(&known)).expect("a fit")
     };
     let both = [(0, [10.0, 100.0]), (1, [0.0, 20.0])];
     let [still, near, far] = [at([40.0, 0.1], &[]), at([40.0, 0.1], &both), at([46.0, 2.0], &both)];

@@ -244,6 +244,15 @@ impl Hypothesis {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
+    /// Gives the entries of additions that another hypothesis has as well the values that they have there.
+    pub fn carry_additions(&self, to: &mut [f64], other: &Hypothesis, theta: &[f64]) {
+        for (number, addition) in self.additions.iter().enumerate() {
+            if let Some(known) = other.additions.iter().position(|a| a == addition) {
+                to[self.range_of(number)].copy_from_slice(&theta[other.range_of(known)]);
+            }
+        }
+    }
+
     /// Entries of the declared parameters as another hypothesis has them: a value for all becomes that of each group, and
     /// values by group their mean.
     pub fn declared_from(&self, other: &Hypothesis, theta: &[f64]) -> Vec<f64> {

@@ -4,10 +4,9 @@ use crate::addition::Addition;
 use crate::fit::Fit;
 use crate::free_runs::whole;
 use crate::hypothesis::Hypothesis;
-use crate::judged::Judged;
 use crate::record::Measured;
 use crate::search::Search;
-use augsim_calibrate::{Cause, FitIfShaken, Fitted, Pushed, Readings, fit_if_shaken, smooth};
+use augsim_calibrate::{Cause, FitIfShaken, Fitted, Known, Pushed, Readings, fit_if_shaken, smooth};
 use augsim_physics::model::Per;
 use augsim_physics::system::Record;
 
@@ -46,50 +45,43 @@ impl Filtered {
         (!records.is_empty() && data.groups.len() == 1).then_some(Self { records, declared })
     }
 
-    /// Whether readings differ from runs of a set by more than noise of the sensor.
-    pub fn are_of_a_shaken_motion(&self, judged: &Judged) -> bool {
-        let fit = &judged.fit;
-        let values = fit.hypothesis.values_at(&fit.theta, 0);
-        let Some((shown, pushed)) = fit.hypothesis.system.with_states_shown() else { return false };
-        let found = smooth(&*shown, self.declared.len(), &self.records, &values, &pushed, &self.declared);
-        found.is_ok_and(|found| found.cause == Cause::Motion)
-    }
-
     fn readings(&self) -> Readings<'_> {
         Readings { outputs: self.declared.len(), records: &self.records, declared: &self.declared }
     }
 }
 
 /// A set at its likeliest parameters.
-#[derive(Clone)]
 pub(crate) struct Likeliest {
     hypothesis: Hypothesis,
     fit: FitIfShaken,
 }
 
 impl Likeliest {
-    /// From the parameters of a fit over windows.
+    /// From the parameters of a fit over windows; nothing where readings differ from its runs by no more than noise of the sensor.
     pub fn of(readings: &Filtered, fit: &Fit) -> Option<Self> {
-        Self::from(readings, fit.hypothesis.clone(), &fit.theta, None)
+        let hypothesis = fit.hypothesis.clone();
+        let (shown, pushed) = hypothesis.system.with_states_shown()?;
+        let values = hypothesis.values_at(&fit.theta, 0);
+        let Readings { outputs, records, declared } = readings.readings();
+        let found = smooth(&*shown, outputs, records, &values, &pushed, declared).ok()?;
+        if found.cause != Cause::Motion {
+            return None;
+        }
+        Self::from(readings, hypothesis, &fit.theta, Known::Smoothed(&found))
     }
 
     /// Another set, from the parameters of this one on.
     pub fn beside(&self, readings: &Filtered, search: &Search<'_>, additions: &[Addition]) -> Option<Self> {
         let hypothesis = Hypothesis::new(search.train.data, additions);
         let theta = self.carried(&hypothesis);
-        Self::from(readings, hypothesis, &theta, Some(&self.fit))
+        Self::from(readings, hypothesis, &theta, Known::Other(&self.fit))
     }
 
-    fn from(
-        readings: &Filtered,
-        hypothesis: Hypothesis,
-        theta: &[f64],
-        other: Option<&FitIfShaken>,
-    ) -> Option<Self> {
+    fn from(readings: &Filtered, hypothesis: Hypothesis, theta: &[f64], known: Known<'_>) -> Option<Self> {
         let (shown, pushed) = hypothesis.system.with_states_shown()?;
         let values = hypothesis.values_at(theta, 0);
         let model = Pushed { system: &*shown, states: &pushed, values: &values };
-        let fit = fit_if_shaken(readings.readings(), model, &fitted(&hypothesis), other).ok()?;
+        let fit = fit_if_shaken(readings.readings(), model, &fitted(&hypothesis), known).ok()?;
         fit.ln_likelihood.is_finite().then_some(Self { hypothesis, fit })
     }
 
@@ -106,11 +98,7 @@ impl Likeliest {
         let own = theta_of(&self.hypothesis, &self.fit.values);
         let mut theta = other.theta_start(0.2);
         theta[..other.range_of_declared()].copy_from_slice(&other.declared_from(&self.hypothesis, &own));
-        for (number, addition) in other.additions.iter().enumerate() {
-            if let Some(known) = self.additions().iter().position(|a| a == addition) {
-                theta[other.range_of(number)].copy_from_slice(&own[self.hypothesis.range_of(known)]);
-            }
-        }
+        other.carry_additions(&mut theta, &self.hypothesis, &own);
         theta
     }
 }

@@ -209,12 +209,11 @@ impl<'a> Search<'a> {
             // A fit without scatter can sit far off when the scatter is large: the declared part begins anew as well.
             theta[..base].copy_from_slice(&calibration_start(&self.train, &h)[..base]);
         }
+        h.carry_additions(&mut theta, old, &from.theta);
         for (number, addition) in additions.iter().enumerate() {
             let place = h.range_of(number);
             let known = starts.iter().find(|(a, v)| a == addition && v.len() == place.len());
-            if let Some(k) = old.additions.iter().position(|a| a == addition) {
-                theta[place].copy_from_slice(&from.theta[old.range_of(k)]);
-            } else if let Some((_, values)) = known {
+            if let Some((_, values)) = known.filter(|_| !old.additions.contains(addition)) {
                 let bounds = h.bounds();
                 // Values by group begin as differences from the common one.
                 let differ = matches!(addition, Addition::Split(_));

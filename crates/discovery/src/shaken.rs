@@ -23,7 +23,7 @@ pub(crate) fn under_noise_of_the_motion(
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     let Some(readings) = Filtered::of(search.train.data) else { return decided };
-    if decided.best.additions().is_empty() || !readings.are_of_a_shaken_motion(&decided.best) {
+    if decided.best.additions().is_empty() {
         return decided;
     }
     let Some(set) = Likeliest::of(&readings, &decided.best.fit) else { return decided };
