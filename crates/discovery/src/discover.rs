@@ -9,6 +9,7 @@ use crate::crossed::{crossed, forecast_limit, worth_crossing};
 use crate::cut::cut_short;
 use crate::decide::{Decided, JudgedBy, heldout_gain, with_only};
 use crate::doubt::{Doubt, after_search, before_search, unsearched};
+use crate::end_of_sensor::with_stops;
 use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{Fit, fit, fit_nuisance, merged};
@@ -70,6 +71,7 @@ pub fn discover(
     if has_recordings && goes_on && leaves_something(&prepared, &decided) {
         progress(Progress::LongWindows);
         decided = over_long_windows(&prepared, decided, family, progress);
+        decided = with_stops(&prepared, decided, family, progress);
     }
     if has_grammar(&*prepared.data.system)
         && goes_on

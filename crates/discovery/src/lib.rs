@@ -24,6 +24,7 @@ mod discover;
 mod dispersion;
 mod doubt;
 mod drawn;
+mod end_of_sensor;
 mod error;
 mod error_table;
 mod evaluate;

@@ -54,7 +54,7 @@ pub(crate) fn over_long_windows(
 
 /// A set of the search over windows that join so many of `short`'s, fitted over the windows of `short`, with the values that it came
 /// with as those of the longer ones: from short windows, which forgive more, the way there may not be found again.
-fn back(short: &Search<'_>, longer: &Judged, joined: usize) -> Judged {
+pub(crate) fn back(short: &Search<'_>, longer: &Judged, joined: usize) -> Judged {
     let starts = fit_nuisance(&short.train, &longer.fit.hypothesis, &longer.fit.theta, &[]);
     let best = short.refit(&starts, longer.additions(), &[]);
     short.know_longer(&best, joined, &starts);

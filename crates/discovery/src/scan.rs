@@ -36,13 +36,7 @@ pub(crate) fn scan(sample: &ChosenRecords<'_>, fit: &Fit, library: &[Addition]) 
 /// The decrease in cost that a Gauss-Newton step from `start` leads to; `None` where nothing can be simulated there.
 fn foretold(sample: &ChosenRecords<'_>, fit: &Fit, addition: &Addition, start: &[f64]) -> Option<f64> {
     sample.data.tally.score();
-    let mut additions = fit.hypothesis.additions.clone();
-    additions.push(addition.clone());
-    let h = Hypothesis::new(sample.data, &additions);
-    let mut theta = h.theta_start(0.0);
-    theta[..fit.theta.len()].copy_from_slice(&fit.theta);
-    let own = h.range_of(additions.len() - 1);
-    theta[own].copy_from_slice(start);
+    let (h, theta) = with_one_more(sample, fit, addition, start);
     let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(&h, at, &[])).collect();
     let there = assembled(sample, &h, &lanes, &theta, &fit.nuisance);
     let (s, u, starts) = reduce(&h, &lanes, &there, 0.0);
@@ -51,4 +45,20 @@ fn foretold(sample: &ChosenRecords<'_>, fit: &Fit, addition: &Addition, start: &
     let promised = starts + u.iter().zip(&step).map(|(u, d)| u * d).sum::<f64>();
     let gain = fit.cost - there.iter().map(|n| n.q).sum::<f64>() + promised;
     gain.is_finite().then_some(gain)
+}
+
+/// The hypothesis of a fit with one addition more, and the values of the fit with those that this one starts from.
+pub(crate) fn with_one_more(
+    sample: &ChosenRecords<'_>,
+    fit: &Fit,
+    addition: &Addition,
+    start: &[f64],
+) -> (Hypothesis, Vec<f64>) {
+    let mut additions = fit.hypothesis.additions.clone();
+    additions.push(addition.clone());
+    let h = Hypothesis::new(sample.data, &additions);
+    let mut theta = h.theta_start(0.0);
+    theta[..fit.theta.len()].copy_from_slice(&fit.theta);
+    theta[h.range_of(additions.len() - 1)].copy_from_slice(start);
+    (h, theta)
 }

@@ -110,6 +110,12 @@ pub trait System: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Where a sensor ends, if that is what an effect may be taken for: one that keeps the state which the sensor reads from passing a
+    /// threshold, its one parameter. `None` for every other effect, and where no end is declared.
+    fn end_of_sensor(&self, _effect: usize) -> Option<f64> {
+        None
+    }
+
     /// Name and unit of a declared parameter in results.
     fn quantity(&self, parameter: usize) -> Quantity {
         let name = self.parameters().get(parameter).map_or("", |p| &p.name);

@@ -30,6 +30,9 @@ const SUBSTEPS: usize = 4;
 /// Samples that a forecast may begin from: as many as `slope` in a `start` looks at.
 const KNOWN: usize = 5;
 
+/// The library's word for the end of a sensor, which a stop of a state may be taken for.
+const SENSOR_RANGE: &str = "sensor-range";
+
 /// A system of equations behind the loop's trait.
 #[derive(Debug, Clone)]
 pub struct WrittenSystem {
@@ -346,6 +349,19 @@ impl System for WrittenSystem {
 
     fn scan_points(&self, effect: usize) -> Vec<Vec<f64>> {
         self.free_points(effect, Candidate::scan_points)
+    }
+
+    fn end_of_sensor(&self, effect: usize) -> Option<f64> {
+        let (candidate, model) = (self.candidates.get(effect)?, self.model());
+        candidate.stands_for.iter().find(|other| *other == SENSOR_RANGE)?;
+        let mut free = candidate.parameters.iter().filter(|p| !p.frozen);
+        let (Some(threshold), None) = (free.next(), free.next()) else { return None };
+        let state = model.states.iter().position(|s| s.name == candidate.on)?;
+        let output = (0..model.outputs.len()).find(|output| schema::shows(model, *output, state))?;
+        let [low, high] = model.outputs[output].range?;
+        // The effect vanishes beyond the end that it acts at.
+        let end = if threshold.null > threshold.min { high } else { low };
+        Some(end).filter(|end| (threshold.min..=threshold.max).contains(end))
     }
 
     fn fit_from(&self, parameter: usize) -> Option<f64> {

@@ -90,7 +90,8 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     (0..model.states.len()).map(|i| State { quantity: quantity(i), begin: begin(i) }).collect()
 }
 
-fn shows(model: &Model, output: usize, state: usize) -> bool {
+/// Whether an output is a state and nothing else.
+pub(super) fn shows(model: &Model, output: usize, state: usize) -> bool {
     matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
 }
 
