@@ -71,7 +71,7 @@ pub fn discover(
     if has_recordings && goes_on && leaves_something(&prepared, &decided) {
         progress(Progress::LongWindows);
         decided = over_long_windows(&prepared, decided, family, progress);
-        decided = with_stops(&prepared, decided, family, progress);
+        decided = with_stops(&prepared, &data, decided, family, progress);
     }
     if has_grammar(&*prepared.data.system)
         && goes_on

@@ -14,20 +14,25 @@ use crate::longer::fit_joined;
 use crate::prepare::Prepared;
 use crate::scan::with_one_more;
 use crate::search::Search;
+use augsim_data::Dataset;
 use augsim_physics::model::Per;
 use augsim_physics::system::System;
+
+/// Readings at the end of a sensor from which on it is a plateau, and no lone sample.
+const PLATEAU: usize = 5;
 
 /// The answer `decided` with every stop of a state at the end of its sensor under which free runs are better. A stop takes the place
 /// of that end and is no further law: it joins however many there are.
 pub(crate) fn with_stops(
     prepared: &Prepared,
+    readings: &Dataset,
     decided: Decided,
     family: Family,
     progress: &mut dyn FnMut(Progress),
 ) -> Decided {
     let search = Search::on(prepared, family);
     let mut decided = decided;
-    for (stop, end) in stops(search.system()) {
+    for (stop, end) in stops(search.system(), readings) {
         if !may_join(&stop, &decided.best.fit.hypothesis) {
             continue;
         }
@@ -49,8 +54,14 @@ pub(crate) fn with_stops(
     decided
 }
 
-/// Effects that stop a state where the sensor that reads it ends, each with that value.
-fn stops(system: &dyn System) -> Vec<(Addition, f64)> {
-    let of = |index: usize| Addition::effect(system, index, Per::All).zip(system.end_of_sensor(index));
+/// Effects that stop a state where the sensor that reads it ends and several readings stand, each with that value.
+fn stops(system: &dyn System, readings: &Dataset) -> Vec<(Addition, f64)> {
+    let of = |index: usize| {
+        let end = system.end_of_sensor(index)?;
+        let all = readings.series(&system.schema().channels[end.channel].column).ok()?;
+        let standing = all.flatten().filter(|reading| end.is_at(**reading)).count();
+        let stop = Addition::effect(system, index, Per::All)?;
+        (standing >= PLATEAU).then_some((stop, end.value))
+    };
     (0..system.library().len()).filter_map(of).collect()
 }

@@ -38,7 +38,9 @@ pub use law::{Law, Table};
 pub use quantity::Quantity;
 pub use record::{MEMORY, Record, SeenEvent, Stream, Window, pieces_of, spread, typical_step};
 pub use scatter::{Scatter, ScatterPer};
-pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
+pub use schema::{
+    Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, SensorEnd, State, Target,
+};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;
@@ -110,9 +112,9 @@ pub trait System: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Where a sensor ends, if that is what an effect may be taken for: one that keeps the state which the sensor reads from passing a
-    /// threshold, its one parameter. `None` for every other effect, and where no end is declared.
-    fn end_of_sensor(&self, _effect: usize) -> Option<f64> {
+    /// The sensor whose end an effect may be taken for: one that keeps the state which the sensor reads from passing a threshold, its one
+    /// parameter. `None` for every other effect, and where no end is declared.
+    fn end_of_sensor(&self, _effect: usize) -> Option<SensorEnd> {
         None
     }
 

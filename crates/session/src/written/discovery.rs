@@ -1,9 +1,10 @@
 //! A written system as the loop takes it: calibrated first, with windows over which the declared model follows the data.
 
-use super::fit::{fit, prepared, share_starts};
+use super::fit::{fit, gauge_sentence, gauge_untold, prepared, share_starts};
 use super::thinned::thinned;
-use super::{noise, records};
+use super::{noise, records, unit_text};
 use crate::DataFrom;
+use augsim_calibrate::Gauge;
 use augsim_data::Dataset;
 use augsim_discovery::{Discovery, Verdict};
 use augsim_physics::system::Record;
@@ -57,10 +58,17 @@ pub struct Against {
 ///
 /// # Errors
 /// A column is missing, or the declared model cannot be simulated.
-pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
-    let mut data = records::read(data, model)?.data;
+pub fn measured(model: &Model, source: &DataFrom) -> anyhow::Result<Against> {
+    let mut data = records::read(source, model)?.data;
     let records = records::records(&data, model, true)?;
     let fitted = fit(model, &records)?;
+    let gauges = &fitted.calibration.gauges;
+    if let Some((held, sentence)) = gauges.iter().find_map(|gauge| without(model, gauge)) {
+        let mut against = measured(&held, source)?;
+        against.notes.insert(0, sentence);
+        return Ok(against);
+    }
+    let mut notes: Vec<String> = gauges.iter().map(|gauge| gauge_sentence(model, gauge)).collect();
     let stages = &fitted.calibration.stages;
     let lasts = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
     let step_s = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
@@ -72,7 +80,6 @@ pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
     let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let mut windows = prepared(&found, &records)?;
     let mut found = found.tuned(&windows)?;
-    let mut notes = Vec::new();
     if let Some(thinned) = thinned(&found, &data, &windows)? {
         notes.push(thinned.sentence());
         data = thinned.data;
@@ -86,4 +93,43 @@ pub fn measured(model: &Model, data: &DataFrom) -> anyhow::Result<Against> {
     let declared = found.measured(declared, &windows)?;
     let declared = declared.calibrated(fitted.calibration.values, &shortest);
     Ok(Against { declared, data, notes })
+}
+
+/// A model in which the last of the parameters of a gauge, which can move together without a change of what is measured, is held at
+/// its declared value, and the sentence that says so. `None` where more than one would have to be held: which, is for the user to say.
+fn without(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
+    let [_, .., last] = gauge.parameters[..] else { return None };
+    if gauge.combinations + 1 != gauge.parameters.len() {
+        return None;
+    }
+    let mut held = model.clone();
+    let p = held.parameters.get_mut(last)?;
+    p.frozen = true;
+    let (name, value, unit) = (p.name.clone(), p.nominal, unit_text(p.unit));
+    Some((held, format!("{}: `{name}` is held at {value}{unit}", gauge_untold(model, gauge))))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: one parameter of a gauge is held where one has to be; where two have to be, or one has no effect at all, none is.
+    use super::*;
+
+    #[test]
+    fn one_parameter_is_held_where_one_combination_is_free() {
+        let text = augsim_written::EXAMPLES.iter().find(|(name, _)| *name == "tanks").expect("an example").1;
+        let model = augsim_written::model::parse(text, "tanks.toml").expect("an example");
+        let free: Vec<usize> = (0..model.parameters.len()).filter(|i| !model.parameters[*i].frozen).collect();
+        let gauge =
+            |parameters: &[usize], combinations| Gauge { parameters: parameters.to_vec(), combinations };
+        let (held, sentence) = without(&model, &gauge(&free[..2], 1)).expect("one is held");
+        let frozen = |i: &usize| held.parameters[*i].frozen;
+        assert!(!frozen(&free[0]) && frozen(&free[1]));
+        let name = &model.parameters[free[1]].name;
+        assert!(
+            sentence.contains("only one combination")
+                && sentence.contains(&format!(": `{name}` is held at "))
+        );
+        assert!(without(&model, &gauge(&free[..3], 1)).is_none(), "two would have to be held");
+        assert!(without(&model, &gauge(&free[..1], 0)).is_none(), "it has no effect");
+    }
 }

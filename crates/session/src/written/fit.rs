@@ -1,6 +1,6 @@
 //! Calibration of a written system: the hold of its inputs, its parameters and its starts.
 
-use augsim_calibrate::{Calibration, calibrate};
+use augsim_calibrate::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::{Record, System};
 use augsim_written::model::Hold;
@@ -139,8 +139,14 @@ fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     }
 }
 
-/// The sentence for parameters that cannot be found one by one.
-pub fn gauge_sentence(model: &Model, gauge: &augsim_calibrate::Gauge) -> String {
+/// The sentence for parameters that cannot be found one by one, with the remedy.
+pub fn gauge_sentence(model: &Model, gauge: &Gauge) -> String {
+    let remedy = if gauge.parameters.len() == 1 { "freeze it" } else { "freeze one" };
+    format!("{}; {remedy}", gauge_untold(model, gauge))
+}
+
+/// How many combinations can be found of parameters that cannot be found one by one, in words.
+pub fn gauge_untold(model: &Model, gauge: &Gauge) -> String {
     let names: Vec<String> = gauge
         .parameters
         .iter()
@@ -165,6 +171,5 @@ pub fn gauge_sentence(model: &Model, gauge: &augsim_calibrate::Gauge) -> String 
         many => format!(" (scale of the unseen states {})", many.join(", ")),
     };
     let parameters = if names.len() == 1 { "parameter" } else { "parameters" };
-    let remedy = if names.len() == 1 { "freeze it" } else { "freeze one" };
-    format!("{parameters} {}: {combinations} can be found{scale}; {remedy}", names.join(", "))
+    format!("{parameters} {}: {combinations} can be found{scale}", names.join(", "))
 }

@@ -16,8 +16,8 @@ use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
-    SystemError, Table, Task,
+    Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, SensorEnd, Simulated, SimulationError,
+    System, SystemError, Table, Task,
 };
 pub use declaration::MeasuredModel;
 use std::collections::BTreeMap;
@@ -351,17 +351,18 @@ impl System for WrittenSystem {
         self.free_points(effect, Candidate::scan_points)
     }
 
-    fn end_of_sensor(&self, effect: usize) -> Option<f64> {
+    fn end_of_sensor(&self, effect: usize) -> Option<SensorEnd> {
         let (candidate, model) = (self.candidates.get(effect)?, self.model());
         candidate.stands_for.iter().find(|other| *other == SENSOR_RANGE)?;
         let mut free = candidate.parameters.iter().filter(|p| !p.frozen);
         let (Some(threshold), None) = (free.next(), free.next()) else { return None };
         let state = model.states.iter().position(|s| s.name == candidate.on)?;
-        let output = (0..model.outputs.len()).find(|output| schema::shows(model, *output, state))?;
-        let [low, high] = model.outputs[output].range?;
+        let channel = (0..model.outputs.len()).find(|output| schema::shows(model, *output, state))?;
+        let [low, high] = model.outputs[channel].range?;
         // The effect vanishes beyond the end that it acts at.
-        let end = if threshold.null > threshold.min { high } else { low };
-        Some(end).filter(|end| (threshold.min..=threshold.max).contains(end))
+        let is_upper = threshold.null > threshold.min;
+        let end = SensorEnd { channel, value: if is_upper { high } else { low }, is_upper };
+        (threshold.min..=threshold.max).contains(&end.value).then_some(end)
     }
 
     fn fit_from(&self, parameter: usize) -> Option<f64> {
