@@ -1,8 +1,9 @@
-//! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law
-//! that is not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no
-//! other system, an impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no
-//! part of the data allows ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. Where the
-//! motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of `discover_battery systems-single`, ….
+//! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law that is
+//! not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no other system, an
+//! impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no part of the data allows
+//! ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. What records do not tell from
+//! nothing is not named. Where the motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of
+//! `discover_battery systems-single`, ….
 use augsim_discovery::{Discovery, Options, Verdict};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use augsim_tests::sealed_systems::{Kind, PLANTS, Plant, draw, truth};
@@ -57,6 +58,13 @@ fn unstable_motion_that_is_followed_is_of_the_declared_system() {
 fn an_impact_that_comes_or_goes_leaves_nothing_to_explain() {
     let found = answer(Kind::Null, 6_400_009);
     assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+}
+
+#[test]
+fn a_knee_that_the_records_themselves_do_not_tell_from_nothing_is_none() {
+    let found = answer(Kind::Null, 8_500_085);
+    assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
 }
 
 #[test]

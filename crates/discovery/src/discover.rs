@@ -150,8 +150,8 @@ pub fn discover(
     loop {
         let untold = || {
             let of_windows = decided.judged_by == JudgedBy::Windows;
-            let found = &mut decided.found;
-            let rest = of_windows.then(|| supported_by_all(&search, found, &searched[1], &last)).flatten()?;
+            let (found, sets) = (&mut decided.found, [&decided.base, &searched[1]]);
+            let rest = of_windows.then(|| supported_by_all(&search, found, sets, &last)).flatten()?;
             Some((rest, joined[1]))
         };
         let Some((rest, over)) = moving.take().or_else(untold) else { break };

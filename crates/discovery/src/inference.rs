@@ -89,6 +89,32 @@ impl Fit {
         near.into_iter().map(|(number, _)| number).collect()
     }
 
+    /// The numbers of the effects of which every amount lies within so many half-widths of its 95 % interval of its null, those nearest
+    /// to them first.
+    pub fn unsure(&self, half_widths: f64) -> Vec<usize> {
+        let (intervals, open) = (self.intervals(), undetermined(&self.information));
+        let farthest = |(number, addition): (usize, &Addition)| {
+            let Addition::Effect(listed, _) = addition else { return None };
+            let (effect, range) = (&listed.effect, self.hypothesis.range_of(number));
+            if range.is_empty() || range.clone().any(|i| open[i]) {
+                return None;
+            }
+            let width = range.len() / effect.parameters.len().max(1);
+            let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
+            let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
+            let distance = |(i, null): (usize, f64)| {
+                let unit: Vec<f64> = (0..self.theta.len()).map(|j| f64::from(u8::from(i == j))).collect();
+                (self.theta[i] - null).abs() / intervals.half_width(&unit)
+            };
+            Some((number, range.zip(nulls).take(amounts).map(distance).fold(0.0, f64::max)))
+        };
+        let additions = self.hypothesis.additions.iter().enumerate();
+        let mut near: Vec<(usize, f64)> =
+            additions.filter_map(farthest).filter(|(_, distance)| *distance <= half_widths).collect();
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        near.into_iter().map(|(number, _)| number).collect()
+    }
+
     /// Whether the addition of that number does nothing: it has amounts, and all of them are at their nulls. An effect without
     /// amounts (`inertia`) is there or not, and does something wherever it is.
     pub fn is_inert(&self, number: usize) -> bool {

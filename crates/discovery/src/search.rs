@@ -126,6 +126,11 @@ impl<'a> Search<'a> {
         chi2_quantile(ALPHA / (self.tests.max(1) as f64 + 2.0), size)
     }
 
+    /// Half-widths of a 95 % interval within which chance alone leaves an amount with probability 1 - [`ALPHA`] over the library.
+    pub fn level(&self) -> f64 {
+        (self.quantile(1.0) / chi2_quantile(0.05, 1.0)).sqrt()
+    }
+
     /// Gain in -2 ln likelihood by an addition that chance alone exceeds with probability [`ALPHA`] over the library, where
     /// residuals are white.
     pub fn penalty(&self, addition: &Addition) -> f64 {

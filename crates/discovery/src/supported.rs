@@ -28,14 +28,20 @@ pub(crate) fn supported(search: &Search<'_>, found: &mut Explored, base: &Judged
 }
 
 /// The additions without one that all of the data do not tell from nothing, though the training part did: `all` is the fit of `best`
-/// to all of them. It stays where free runs are clearly worse without it, where it is the only one, and where records are witnesses
-/// of their own.
+/// to all of them. Of recordings in several windows it stays where free runs are clearly worse without it, and where it is the only
+/// one. Records that are witnesses of their own tell it at the level of the search, which tried many: a likelihood takes every sample
+/// of them for one.
 pub(crate) fn supported_by_all(
     search: &Search<'_>,
     found: &mut Explored,
-    best: &Judged,
+    [base, best]: [&Judged; 2],
     all: &Fit,
 ) -> Option<Vec<Addition>> {
+    if search.free_runs.is_none() && !search.train.data.is_idealised() {
+        let unsure = all.unsure(search.level());
+        return without_one(search, found, best, unsure, Some(base), |_| true)
+            .map(|less| less.additions().to_vec());
+    }
     let is_told = search.free_runs.is_some() && tells_intervals(all.clusters.len(), all.theta.len());
     let unclear = if is_told { all.unclear() } else { Vec::new() };
     let may_go = |less: &Judged| !search.part_runs_clearly_worse(less, best);
