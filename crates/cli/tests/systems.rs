@@ -356,8 +356,7 @@ fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
 }
 
 #[test]
-fn tanks_have_a_free_scale_an_overflow_and_a_ceiling_with_shares_over_windows_as_long_as_those_of_their_parameters()
- {
+fn tanks_have_a_free_scale_an_overflow_and_a_ceiling() {
     let Some(folder) = shared_data::shared_data("cascaded-tanks") else { return };
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
