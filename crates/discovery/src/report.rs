@@ -125,6 +125,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     if !list.iter().any(|j| j.additions() == best.additions()) && !best.additions().is_empty() {
         list.insert(0, best);
     }
+    let is_first = !parts.found.pool.iter().any(|j| j.total() < best.total());
+    let them = if best.additions().is_empty() { "the calibrated model" } else { "the chosen set" };
     let mut seen: Vec<Vec<String>> = Vec::new();
     for j in list {
         let key = labels(j.additions());
@@ -141,24 +143,21 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
         let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / j.unit);
         let heldout_gain = heldout_gain.filter(|gain| gain.is_finite());
         let chosen = labels(j.additions()) == labels(best.additions());
-        let why = if chosen {
+        let worse = (j.criterion - best.criterion) / best.unit;
+        let why = if chosen && is_first {
             format!("chosen: best on training and held-out {records} together")
+        } else if chosen {
+            "chosen: others fit better, but free runs or intervals speak against them".into()
         } else if gain < penalty {
             format!("gain {gain:.1} does not pay for its penalty {penalty:.1}")
         } else if heldout_gain.is_some_and(|g| g <= 0.0) {
             format!("gains on the training {records} only")
+        } else if worse > 0.0 {
+            format!("fits worse than {them} by {worse:.1}")
+        } else if pooled.heldout_ll.is_some() && pooled.total() > best.total() {
+            format!("worse than {them} on held-out {records}")
         } else {
-            let worse = (j.criterion - best.criterion) / best.unit;
-            let them = if best.additions().is_empty() {
-                "the calibrated model".into()
-            } else {
-                kinds(best.additions()).join(" + ")
-            };
-            if worse > 0.0 {
-                format!("fits worse than {them} by {worse:.1}")
-            } else {
-                format!("worse than {them} on held-out {records}")
-            }
+            format!("fits better than {them}, but free runs or intervals speak against it")
         };
         let mut parameters = BTreeMap::new();
         for (n, a) in j.additions().iter().enumerate() {
