@@ -9,6 +9,7 @@ use crate::addition::Addition;
 use crate::explore::{Explored, place_of};
 use crate::fit::Fit;
 use crate::free_runs::NO_WORSE;
+use crate::grammar::has_grammar;
 use crate::judged::Judged;
 use crate::search::Search;
 
@@ -30,14 +31,14 @@ pub(crate) fn supported(search: &Search<'_>, found: &mut Explored, base: &Judged
 /// The additions without one that all of the data do not tell from nothing, though the training part did: `all` is the fit of `best`
 /// to all of them. Of recordings in several windows it stays where free runs are clearly worse without it, and where it is the only
 /// one. Records that are witnesses of their own tell it at the level of the search, which tried many: a likelihood takes every sample
-/// of them for one.
+/// of them for one. (Systems without a grammar are not asked: measured drops lose a law by it beside their table.)
 pub(crate) fn supported_by_all(
     search: &Search<'_>,
     found: &mut Explored,
     [base, best]: [&Judged; 2],
     all: &Fit,
 ) -> Option<Vec<Addition>> {
-    if search.free_runs.is_none() && !search.train.data.is_idealised() {
+    if search.free_runs.is_none() && has_grammar(search.system()) {
         let unsure = all.unsure(search.level());
         return without_one(search, found, best, unsure, Some(base), |_| true)
             .map(|less| less.additions().to_vec());
