@@ -4,23 +4,18 @@
 //! ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. What records do not tell from
 //! nothing is not named. Where the motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of
 //! `discover_battery systems-single`, ….
-use augsim_discovery::{Discovery, Options, Verdict};
-use augsim_session::{DataFrom, Subject, Wanted, discover};
+mod common;
+
+use augsim_discovery::{Discovery, Verdict};
 use augsim_tests::sealed_systems::{Kind, PLANTS, Plant, draw, truth};
-use augsim_written::model;
+use common::answer_to;
 
 fn answer(kind: Kind, seed: u64) -> Discovery {
     answer_of(&PLANTS[(seed % 8) as usize], kind, seed)
 }
 
 fn answer_of(plant: &Plant, kind: Kind, seed: u64) -> Discovery {
-    let csv = draw(plant, &truth(kind, plant, seed), seed).csv;
-    let model = model::parse(plant.model, "model.toml").unwrap_or_else(|e| panic!("{e}"));
-    let data = DataFrom::Table { name: "data.csv".into(), csv: csv.into_bytes().into() };
-    let subject = Subject::Written(Box::new(model));
-    // The seed of the command line: it deals the trajectories out.
-    let wanted = Wanted { options: Options { seed: 1, ..Options::default() }, ..Wanted::default() };
-    discover(&subject, &data, &wanted, &mut |_| {}).unwrap_or_else(|e| panic!("{seed}: {e}"))
+    answer_to(plant.model, draw(plant, &truth(kind, plant, seed), seed).csv)
 }
 
 fn kinds(found: &Discovery) -> Vec<&str> {

@@ -1,8 +1,12 @@
 //! Contract: readings that stand still at the end of a sensor are told from a state that stops there. Both tanks leak, which the model
 //! does not know; one is full where its sensor ends, the other rises beyond.
-use augsim_discovery::{Discovery, Options};
-use augsim_session::{DataFrom, Subject, Wanted, discover};
-use augsim_written::model;
+mod common;
+
+use augsim_discovery::Discovery;
+use common::answer_to;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
 
 const MODEL: &str = r#"
@@ -29,18 +33,14 @@ level_V = { value = "full_V", sd = "estimate", range = [0.0, 8.0] }
 /// One recording of a tank that leaks, with a pump that is set anew every minute; `full` is the level that it cannot exceed.
 fn recording(full: f64) -> String {
     let mut csv = "trajectory,t_s,pump_V,level_V\n".to_owned();
-    let mut seed = 12_345_u32;
-    let mut uniform = || {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(seed) / f64::from(u32::MAX)
-    };
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12_345);
     let (mut level, mut pump) = (3.0_f64, 3.0);
     for sample in 0..800 {
         if sample % 15 == 0 {
-            pump = 6.0 * uniform();
+            pump = rng.random_range(0.0..6.0);
         }
-        let noise = 0.02 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
-        let read = (level + noise).clamp(0.0, 8.0);
+        let noise: f64 = StandardNormal.sample(&mut rng);
+        let read = (level + 0.02 * noise).clamp(0.0, 8.0);
         writeln!(csv, "1,{},{pump},{read}", 4 * sample).expect("a text takes everything");
         for _ in 0..400 {
             let rate = 0.05 * pump - 0.03 * level.sqrt() - 0.006 * level;
@@ -51,11 +51,7 @@ fn recording(full: f64) -> String {
 }
 
 fn answer(full: f64) -> Discovery {
-    let model = model::parse(MODEL, "model.toml").unwrap_or_else(|e| panic!("{e}"));
-    let data = DataFrom::Table { name: "data.csv".into(), csv: recording(full).into_bytes().into() };
-    let subject = Subject::Written(Box::new(model));
-    let wanted = Wanted { options: Options { seed: 1, ..Options::default() }, ..Wanted::default() };
-    discover(&subject, &data, &wanted, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
+    answer_to(MODEL, recording(full))
 }
 
 #[test]

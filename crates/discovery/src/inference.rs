@@ -8,7 +8,7 @@ use crate::fit::Fit;
 use crate::interval::Intervals;
 use crate::linear::Square;
 use crate::statistics::chi2_quantile;
-use augsim_physics::system::EffectParameter;
+use augsim_physics::system::{Effect, EffectParameter};
 use std::ops::Range;
 
 /// Share of its usual size below which an amount is none.
@@ -48,8 +48,7 @@ impl Fit {
                 if open[i] {
                     return [bounds[i].0, bounds[i].1];
                 }
-                let unit: Vec<f64> = (0..p).map(|j| f64::from(u8::from(i == j))).collect();
-                let half = intervals.half_width(&unit);
+                let half = intervals.half_width(&self.unit(i));
                 [(self.theta[i] - half).max(bounds[i].0), (self.theta[i] + half).min(bounds[i].1)]
             })
             .collect()
@@ -95,24 +94,38 @@ impl Fit {
         let (intervals, open) = (self.intervals(), undetermined(&self.information));
         let farthest = |(number, addition): (usize, &Addition)| {
             let Addition::Effect(listed, _) = addition else { return None };
-            let (effect, range) = (&listed.effect, self.hypothesis.range_of(number));
-            if range.is_empty() || range.clone().any(|i| open[i]) {
+            if self.hypothesis.range_of(number).is_empty() || self.is_open(number, &open) {
                 return None;
             }
-            let width = range.len() / effect.parameters.len().max(1);
-            let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
-            let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
-            let distance = |(i, null): (usize, f64)| {
-                let unit: Vec<f64> = (0..self.theta.len()).map(|j| f64::from(u8::from(i == j))).collect();
-                (self.theta[i] - null).abs() / intervals.half_width(&unit)
-            };
-            Some((number, range.zip(nulls).take(amounts).map(distance).fold(0.0, f64::max)))
+            let distance =
+                |(i, null): (usize, f64)| (self.theta[i] - null).abs() / intervals.half_width(&self.unit(i));
+            let amounts = self.amounts(number, &listed.effect).into_iter();
+            Some((number, amounts.map(distance).fold(0.0, f64::max)))
         };
         let additions = self.hypothesis.additions.iter().enumerate();
         let mut near: Vec<(usize, f64)> =
             additions.filter_map(farthest).filter(|(_, distance)| *distance <= half_widths).collect();
         near.sort_by(|a, b| a.1.total_cmp(&b.1));
         near.into_iter().map(|(number, _)| number).collect()
+    }
+
+    /// Places in theta of the amounts of an effect, with their nulls: a direction or a scale has no null of its own.
+    fn amounts(&self, number: usize, effect: &Effect) -> Vec<(usize, f64)> {
+        let range = self.hypothesis.range_of(number);
+        let width = range.len() / effect.parameters.len().max(1);
+        let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
+        let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
+        range.zip(nulls).take(amounts).collect()
+    }
+
+    /// Whether the data leave an entry of the addition of that number open.
+    fn is_open(&self, number: usize, open: &[bool]) -> bool {
+        self.hypothesis.range_of(number).any(|i| open[i])
+    }
+
+    /// The direction of one entry of theta.
+    fn unit(&self, entry: usize) -> Vec<f64> {
+        (0..self.theta.len()).map(|j| f64::from(u8::from(entry == j))).collect()
     }
 
     /// Whether the addition of that number does nothing: it has amounts, and all of them are at their nulls. An effect without
@@ -142,7 +155,7 @@ impl Fit {
     ) -> Option<f64> {
         let range = self.hypothesis.range_of(number);
         // What the data tell only together with something else is not zero for that.
-        if range.is_empty() || range.clone().any(|i| open[i]) {
+        if range.is_empty() || self.is_open(number, open) {
             return None;
         }
         let values = &self.theta[range.clone()];
@@ -161,16 +174,12 @@ impl Fit {
                 (values[1..].iter().map(|v| v - values[0]).collect::<Vec<_>>(), variance)
             }
             Addition::Effect(listed, _) => {
-                // A direction or a scale has no null of its own.
-                let effect = &listed.effect;
-                let width = own.len() / effect.parameters.len().max(1);
-                let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
-                let own: Vec<usize> = own.into_iter().take(amounts).collect();
-                let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
-                (
-                    values.iter().zip(nulls).take(amounts).map(|(v, null)| v - null).collect(),
-                    covariance.sub(&own),
-                )
+                let (own, x) = self
+                    .amounts(number, &listed.effect)
+                    .into_iter()
+                    .map(|(i, null)| (i, self.theta[i] - null))
+                    .unzip::<_, _, Vec<usize>, Vec<f64>>();
+                (x, covariance.sub(&own))
             }
         };
         variance.cholesky().forward(&mut x);

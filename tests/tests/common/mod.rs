@@ -1,0 +1,14 @@
+//! The answer of `discover` to a model of equations and a table, as the command line gives it.
+
+use augsim_discovery::{Discovery, Options};
+use augsim_session::{DataFrom, Subject, Wanted, discover};
+use augsim_written::model;
+
+/// What the model of a text lacks to explain the trajectories of a table, which are dealt out by the seed of the command line.
+pub fn answer_to(text: &str, csv: String) -> Discovery {
+    let model = model::parse(text, "model.toml").unwrap_or_else(|e| panic!("{e}"));
+    let data = DataFrom::Table { name: "data.csv".into(), csv: csv.into_bytes().into() };
+    let subject = Subject::Written(Box::new(model));
+    let wanted = Wanted { options: Options { seed: 1, ..Options::default() }, ..Wanted::default() };
+    discover(&subject, &data, &wanted, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"))
+}
