@@ -59,10 +59,8 @@ pub(crate) struct Smoothing {
 }
 
 /// A reading as the filter took it.
-struct Taken {
-    channel: usize,
-    by: Vec<f64>,
-    gain: Vec<f64>,
+struct Taken<'s> {
+    reading: &'s Reading,
     unforeseen: f64,
     variance: f64,
 }
@@ -71,62 +69,105 @@ struct Taken {
 pub(crate) struct Filter {
     pub mean: Vec<f64>,
     pub covariance: Vec<f64>,
+    /// Gain of the reading that was taken last, `[D]`.
+    pub gain: Vec<f64>,
     pub ll: f64,
+    /// Room for a step: two vectors and a matrix.
+    spread: Vec<f64>,
+    moved: Vec<f64>,
+    half: Vec<f64>,
 }
 
 impl Filter {
     /// Before the first sample, with a covariance `[D][D]`.
     pub fn new(covariance: Vec<f64>, mean: Vec<f64>) -> Self {
-        Self { mean, covariance, ll: 0.0 }
+        let d = mean.len();
+        let [gain, spread, moved] = [(); 3].map(|()| vec![0.0; d]);
+        Self { mean, covariance, gain, ll: 0.0, spread, moved, half: vec![0.0; d * d] }
     }
 
-    /// Takes a reading; its gain, what was unforeseen of it, and the variance of that.
-    pub fn take(&mut self, reading: &Reading, noise: f64) -> (Vec<f64>, f64, f64) {
-        let d = self.mean.len();
-        let spread = times(&self.covariance, &reading.by);
-        let variance = dot(&reading.by, &spread) + noise;
-        let unforeseen = reading.missed - dot(&reading.by, &self.mean);
-        let gain: Vec<f64> = spread.iter().map(|s| s / variance).collect();
-        self.mean.iter_mut().zip(&gain).for_each(|(m, g)| *m += g * unforeseen);
-        // Joseph's form, which rounding cannot make negative: (I - K H) P (I - K H)' + K r K'.
-        let reduced: Vec<f64> =
-            (0..d * d).map(|i| self.covariance[i] - gain[i / d] * spread[i % d]).collect();
-        let read = times(&reduced, &reading.by);
-        for i in 0..d {
-            for j in 0..d {
-                self.covariance[i * d + j] =
-                    reduced[i * d + j] - read[i] * gain[j] + noise * gain[i] * gain[j];
-            }
-        }
-        self.ll -= 0.5 * (variance.ln() + unforeseen * unforeseen / variance);
-        (gain, unforeseen, variance)
+    /// Takes a reading; what was unforeseen of it, and the variance of that.
+    pub fn take(&mut self, reading: &Reading, noise: f64) -> (f64, f64) {
+        self.take_in(self.mean.len(), reading, noise)
     }
 
     /// Moves on to the next sample.
     pub fn advance(&mut self, sample: &Sample, added: &[f64]) {
-        let d = self.mean.len();
-        let mean = times(&sample.next, &self.mean);
-        self.mean = mean.iter().zip(&sample.offset).map(|(m, o)| m + o).collect();
-        self.covariance = conjugate(&sample.next, &self.covariance, d);
+        self.advance_in(self.mean.len(), sample, added);
+    }
+
+    /// Takes a reading where deviations have `d` components.
+    #[inline(always)]
+    fn take_in(&mut self, d: usize, reading: &Reading, noise: f64) -> (f64, f64) {
+        let (mean, covariance) = (&mut self.mean[..d], &mut self.covariance[..d * d]);
+        let (by, gain, spread) = (&reading.by[..d], &mut self.gain[..d], &mut self.spread[..d]);
+        times(covariance, by, spread);
+        let variance = dot(by, spread) + noise;
+        let unforeseen = reading.missed - dot(by, mean);
+        for ((gain, mean), spread) in gain.iter_mut().zip(mean).zip(&*spread) {
+            *gain = spread / variance;
+            *mean += *gain * unforeseen;
+        }
+        // Joseph's form, which rounding cannot make negative: (I - K H) P (I - K H)' + K r K'.
+        for (row, gain) in covariance.chunks_exact_mut(d.max(1)).zip(&*gain) {
+            row.iter_mut().zip(&*spread).for_each(|(p, spread)| *p -= gain * spread);
+        }
+        times(covariance, by, spread);
+        for ((row, read), own) in covariance.chunks_exact_mut(d.max(1)).zip(&*spread).zip(&*gain) {
+            for (p, other) in row.iter_mut().zip(&*gain) {
+                *p = *p - read * other + noise * own * other;
+            }
+        }
+        self.ll -= 0.5 * (variance.ln() + unforeseen * unforeseen / variance);
+        (unforeseen, variance)
+    }
+
+    /// Moves on to the next sample where deviations have `d` components.
+    #[inline(always)]
+    fn advance_in(&mut self, d: usize, sample: &Sample, added: &[f64]) {
+        let (next, mean, moved) = (&sample.next[..d * d], &mut self.mean[..d], &mut self.moved[..d]);
+        times(next, mean, moved);
+        let each = mean.iter_mut().zip(moved).zip(&sample.offset);
+        each.for_each(|((to, moved), offset)| *to = *moved + offset);
+        conjugate(next, &mut self.covariance[..d * d], &mut self.half[..d * d], d);
         added.iter().enumerate().for_each(|(i, a)| self.covariance[i * d + i] += a);
     }
 }
 
 /// Filters and smooths a record.
 pub(crate) fn smoothed(samples: &[Sample], noise: &Noise) -> Smoothing {
-    let (d, channels) = (noise.first.len(), noise.read.len());
+    // Loops of a length that is known when they are compiled take a third of the time.
+    match noise.first.len() {
+        1 => smoothed_in(1, samples, noise),
+        2 => smoothed_in(2, samples, noise),
+        3 => smoothed_in(3, samples, noise),
+        4 => smoothed_in(4, samples, noise),
+        5 => smoothed_in(5, samples, noise),
+        6 => smoothed_in(6, samples, noise),
+        d => smoothed_in(d, samples, noise),
+    }
+}
+
+/// Filters and smooths a record whose deviations have `d` components.
+#[inline(always)]
+fn smoothed_in(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
+    let channels = noise.read.len();
     let mut filter = Filter::new(diagonal(&noise.first), vec![0.0; d]);
-    let mut foretold: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(samples.len());
-    let mut taken: Vec<Vec<Taken>> = Vec::with_capacity(samples.len());
+    // Of each sample: what was foretold, and the readings with their gains.
+    let mut means: Vec<f64> = Vec::with_capacity(samples.len() * d);
+    let mut covariances: Vec<f64> = Vec::with_capacity(samples.len() * d * d);
+    let mut taken: Vec<Taken<'_>> = Vec::with_capacity(samples.len() * channels);
+    let mut gains: Vec<f64> = Vec::with_capacity(samples.len() * channels * d);
     for (k, sample) in samples.iter().enumerate() {
-        foretold.push((filter.mean.clone(), filter.covariance.clone()));
-        let take = |reading: &Reading| {
-            let (gain, unforeseen, variance) = filter.take(reading, noise.read[reading.channel]);
-            Taken { channel: reading.channel, by: reading.by.clone(), gain, unforeseen, variance }
-        };
-        taken.push(sample.readings.iter().map(take).collect());
+        means.extend_from_slice(&filter.mean);
+        covariances.extend_from_slice(&filter.covariance);
+        for reading in &sample.readings {
+            let (unforeseen, variance) = filter.take_in(d, reading, noise.read[reading.channel]);
+            taken.push(Taken { reading, unforeseen, variance });
+            gains.extend_from_slice(&filter.gain);
+        }
         if k + 1 < samples.len() {
-            filter.advance(sample, &noise.added);
+            filter.advance_in(d, sample, &noise.added);
         }
     }
     let mut out = Smoothing {
@@ -138,38 +179,44 @@ pub(crate) fn smoothed(samples: &[Sample], noise: &Noise) -> Smoothing {
     };
     // Sums over everything behind the present sample: of what was unforeseen, and of how much that varies.
     let (mut pull, mut curve) = (vec![0.0; d], vec![0.0; d * d]);
+    let (mut moved, mut half) = (vec![0.0; d], vec![0.0; d * d]);
+    let mut last = taken.len();
     for (k, sample) in samples.iter().enumerate().rev() {
         if k + 1 < samples.len() {
-            for i in 0..d {
-                out.added[i].found += pull[i] * pull[i];
-                out.added[i].expected += curve[i * d + i];
+            for (i, added) in out.added.iter_mut().enumerate() {
+                added.found += pull[i] * pull[i];
+                added.expected += curve[i * d + i];
             }
-            pull = times_transposed(&sample.next, &pull);
-            curve = conjugate_transposed(&sample.next, &curve, d);
+            let next = &sample.next[..d * d];
+            times_transposed(next, &pull, &mut moved);
+            std::mem::swap(&mut pull, &mut moved);
+            conjugate_transposed(next, &mut curve, &mut half, d);
         }
-        for t in taken[k].iter().rev() {
-            let along = dot(&t.gain, &pull);
-            let bent = times(&curve, &t.gain);
-            let balance = &mut out.read[t.channel];
+        for _ in &sample.readings {
+            last -= 1;
+            let (t, gain) = (&taken[last], &gains[last * d..(last + 1) * d]);
+            let by = &t.reading.by[..d];
+            let along = dot(gain, &pull);
+            let bent = &mut moved[..];
+            times(&curve, gain, bent);
+            let balance = &mut out.read[t.reading.channel];
             balance.found += (t.unforeseen / t.variance - along).powi(2);
-            let curved = dot(&t.gain, &bent);
+            let curved = dot(gain, bent);
             balance.expected += 1.0 / t.variance + curved;
             // Through I - K H, transposed.
             let back = t.unforeseen / t.variance - along;
-            pull.iter_mut().zip(&t.by).for_each(|(p, h)| *p += h * back);
-            for i in 0..d {
-                for j in 0..d {
-                    let change = t.by[i] * t.by[j] * (1.0 / t.variance + curved)
-                        - t.by[i] * bent[j]
-                        - bent[i] * t.by[j];
-                    curve[i * d + j] += change;
+            pull.iter_mut().zip(by).for_each(|(p, h)| *p += h * back);
+            for (i, row) in curve.chunks_exact_mut(d.max(1)).enumerate() {
+                for (j, to) in row.iter_mut().enumerate() {
+                    let change =
+                        by[i] * by[j] * (1.0 / t.variance + curved) - by[i] * bent[j] - bent[i] * by[j];
+                    *to += change;
                 }
             }
         }
-        let (mean, covariance) = &foretold[k];
-        let moved = times(covariance, &pull);
-        let at = &mut out.deviations[k * d..(k + 1) * d];
-        at.iter_mut().zip(mean).zip(moved).for_each(|((to, m), v)| *to = m + v);
+        times(&covariances[k * d * d..(k + 1) * d * d], &pull, &mut moved);
+        let at = out.deviations[k * d..(k + 1) * d].iter_mut().zip(&means[k * d..(k + 1) * d]);
+        at.zip(&moved).for_each(|((to, mean), by)| *to = mean + by);
     }
     for i in 0..d {
         out.first[i] = Balance { found: pull[i] * pull[i], expected: curve[i * d + i] };
@@ -183,47 +230,61 @@ pub(crate) fn diagonal(values: &[f64]) -> Vec<f64> {
     (0..d * d).map(|i| if i / d == i % d { values[i % d] } else { 0.0 }).collect()
 }
 
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `M v`.
-fn times(m: &[f64], v: &[f64]) -> Vec<f64> {
-    m.chunks_exact(v.len().max(1)).map(|row| dot(row, v)).collect()
+#[inline(always)]
+fn times(m: &[f64], v: &[f64], out: &mut [f64]) {
+    m.chunks_exact(v.len().max(1)).zip(out).for_each(|(row, to)| *to = dot(row, v));
 }
 
 /// `M' v`.
-fn times_transposed(m: &[f64], v: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; v.len()];
+#[inline(always)]
+fn times_transposed(m: &[f64], v: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
     for (row, x) in m.chunks_exact(v.len().max(1)).zip(v) {
         out.iter_mut().zip(row).for_each(|(o, r)| *o += r * x);
     }
-    out
 }
 
-/// `M P M'`.
-fn conjugate(m: &[f64], p: &[f64], d: usize) -> Vec<f64> {
-    let mut half = vec![0.0; d * d];
-    for i in 0..d {
-        for k in (0..d).filter(|k| m[i * d + k] != 0.0) {
-            let factor = m[i * d + k];
-            (0..d).for_each(|j| half[i * d + j] += factor * p[k * d + j]);
+/// `M P M'` in the place of `P`; `half` has room for a matrix.
+#[inline(always)]
+fn conjugate(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
+    half.fill(0.0);
+    for (to, row) in half.chunks_exact_mut(d.max(1)).zip(m.chunks_exact(d.max(1))) {
+        for (factor, p) in row.iter().zip(p.chunks_exact(d.max(1))).filter(|(factor, _)| **factor != 0.0) {
+            to.iter_mut().zip(p).for_each(|(to, p)| *to += factor * p);
         }
     }
-    let mut out = vec![0.0; d * d];
     for i in 0..d {
         for j in 0..=i {
             let value = dot(&half[i * d..(i + 1) * d], &m[j * d..(j + 1) * d]);
-            (out[i * d + j], out[j * d + i]) = (value, value);
+            (p[i * d + j], p[j * d + i]) = (value, value);
         }
     }
-    out
 }
 
-/// `M' P M`.
-fn conjugate_transposed(m: &[f64], p: &[f64], d: usize) -> Vec<f64> {
-    let transposed: Vec<f64> = (0..d * d).map(|i| m[(i % d) * d + i / d]).collect();
-    conjugate(&transposed, p, d)
+/// `M' P M` in the place of `P`; `half` has room for a matrix.
+#[inline(always)]
+fn conjugate_transposed(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
+    half.fill(0.0);
+    for (k, p) in p.chunks_exact(d.max(1)).enumerate() {
+        for (i, to) in half.chunks_exact_mut(d.max(1)).enumerate() {
+            let factor = m[k * d + i];
+            if factor != 0.0 {
+                to.iter_mut().zip(p).for_each(|(to, p)| *to += factor * p);
+            }
+        }
+    }
+    for i in 0..d {
+        for j in 0..=i {
+            let value = (0..d).map(|k| half[i * d + k] * m[k * d + j]).sum();
+            (p[i * d + j], p[j * d + i]) = (value, value);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -287,12 +287,12 @@ fn curvature(
             for (row, by) in moved.chunks_exact(p).zip(&reading.by) {
                 foretold.iter_mut().zip(row).for_each(|(to, from)| *to += by * from);
             }
-            let (gain, unforeseen, variance) = filter.take(reading, noise.read[reading.channel]);
+            let (unforeseen, variance) = filter.take(reading, noise.read[reading.channel]);
             for i in 0..p {
                 sum.slope[i] += foretold[i] * unforeseen / variance;
                 (0..p).for_each(|j| sum.bends[i * p + j] += foretold[i] * foretold[j] / variance);
             }
-            for (row, gain) in moved.chunks_exact_mut(p).zip(&gain) {
+            for (row, gain) in moved.chunks_exact_mut(p).zip(&filter.gain) {
                 row.iter_mut().zip(&foretold).for_each(|(to, by)| *to -= gain * by);
             }
         }
