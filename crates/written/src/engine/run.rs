@@ -28,6 +28,9 @@ pub(super) struct Run<'r, const L: usize> {
     pub(super) states: Option<Vec<f64>>,
     /// Scratch: state and sensitivities at the begin of a step.
     before: (Rows<L>, Rows<L>),
+    /// Scratch: states at the end of a step, and conditions of events in its middle and at its end.
+    end: Rows<L>,
+    conditions: [Rows<L>; 2],
     /// Scratch: outputs at a sample, and their derivatives, `[output][seed]`.
     measured: Rows<L>,
     slopes: Rows<L>,
@@ -101,6 +104,8 @@ impl<'r, const L: usize> Run<'r, L> {
             jumps: None,
             states: None,
             before: (filled(n, [0.0; L]), filled(n * seeds, [0.0; L])),
+            end: filled(n, [0.0; L]),
+            conditions: [(); 2].map(|()| filled(system.model.events.len(), [0.0; L])),
             measured: filled(outputs, [0.0; L]),
             slopes: filled(outputs * seeds, [0.0; L]),
         };
@@ -243,11 +248,11 @@ impl<'r, const L: usize> Run<'r, L> {
         }
         self.before.0.copy_from_slice(&self.block.x);
         self.before.1.copy_from_slice(&self.block.s);
-        let alone: Vec<bool> = if self.options.method == Method::RungeKutta {
+        let alone = if self.options.method == Method::RungeKutta {
             self.block.step(system, &self.drive, (time, h), columns, &[]);
             self.happening(time, h)
         } else {
-            vec![true; L]
+            [true; L]
         };
         for index in 0..L {
             let failed = self.failures.get(index).is_some_and(Option::is_some);
@@ -271,44 +276,45 @@ impl<'r, const L: usize> Run<'r, L> {
     }
 
     /// Lanes in which something may have happened during the step that was just taken.
-    fn happening(&mut self, time: &[f64; L], h: &[f64; L]) -> Vec<bool> {
+    fn happening(&mut self, time: &[f64; L], h: &[f64; L]) -> [bool; L] {
         let (system, n) = (self.system, self.system.states());
-        let end = self.block.x.clone();
-        let at_end: [f64; L] = std::array::from_fn(|lane| time[lane] + h[lane]);
-        let events = system.model.events.len();
-        let read = |block: &Block<L>, results: &[u32]| -> Vec<[f64; L]> {
-            results.iter().map(|r| block.registers[*r as usize]).collect()
+        let (events, block) = (system.model.events.len(), &mut self.block);
+        let [middle, last] = &mut self.conditions;
+        let read = |block: &Block<L>, to: &mut Rows<L>| {
+            let results = to.iter_mut().zip(&system.conditions.results);
+            results.for_each(|(to, r)| to.copy_from_slice(&block.registers[*r as usize]));
         };
-        self.block.evaluate(system, &system.conditions, &self.drive, &at_end);
-        let last = read(&self.block, &system.conditions.results[..events]);
-        let first_rate = self.block.first_rate.clone();
-        self.block.evaluate(system, &system.rates, &self.drive, &at_end);
-        let last_rate = read(&self.block, &system.rates.results);
+        self.end.copy_from_slice(&block.x);
+        let at_end: [f64; L] = std::array::from_fn(|lane| time[lane] + h[lane]);
+        block.evaluate(system, &system.conditions, &self.drive, &at_end);
+        read(block, last);
+        block.evaluate(system, &system.rates, &self.drive, &at_end);
         for i in 0..n {
+            let last_rate = &block.registers[system.rates.results[i] as usize];
             for lane in 0..L {
-                let bend = 0.125 * h[lane] * (first_rate[i][lane] - last_rate[i][lane]);
-                self.block.x[i][lane] = 0.5 * (self.before.0[i][lane] + end[i][lane]) + bend;
+                let bend = 0.125 * h[lane] * (block.first_rate[i][lane] - last_rate[lane]);
+                block.x[i][lane] = 0.5 * (self.before.0[i][lane] + self.end[i][lane]) + bend;
             }
         }
         let half: [f64; L] = std::array::from_fn(|lane| time[lane] + 0.5 * h[lane]);
-        self.block.evaluate(system, &system.conditions, &self.drive, &half);
-        let middle = read(&self.block, &system.conditions.results[..events]);
+        block.evaluate(system, &system.conditions, &self.drive, &half);
+        read(block, middle);
         let beyond = |i: usize, x: f64| {
             let state = &system.model.states[i];
             state.min.is_some_and(|min| x < min) || state.max.is_some_and(|max| x > max)
         };
-        let mut alone = vec![false; L];
-        for (lane, own) in self.lanes.iter_mut().enumerate() {
+        let mut alone = [false; L];
+        for (lane, own) in self.lanes.iter().enumerate() {
             let turns = |event: usize| {
                 let side = own.mode.sides[event];
                 side * middle[event][lane] <= 0.0
                     || side * last[event][lane] <= 0.0
                     || middle[event][lane] * last[event][lane] <= 0.0
             };
-            let hits = |i: usize| beyond(i, end[i][lane]) || beyond(i, self.block.x[i][lane]);
+            let hits = |i: usize| beyond(i, self.end[i][lane]) || beyond(i, block.x[i][lane]);
             alone[lane] = !own.mode.is_free() || (0..events).any(turns) || (0..n).any(hits);
         }
-        self.block.x = end;
+        block.x.copy_from_slice(&self.end);
         alone
     }
 
