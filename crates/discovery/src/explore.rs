@@ -15,6 +15,7 @@ use crate::sound::{best_sound, is_sound};
 use crate::structural::probe;
 use augsim_physics::system::Start;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How many hypotheses a search fits.
 struct Effort {
@@ -339,11 +340,17 @@ impl Search<'_> {
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
         let effort = Effort::of(self);
+        let mut before: Option<Judged> = None;
         for round in 0..effort.rounds {
             if self.clock.is_over() {
                 return;
             }
             let Some(best) = best_sound(tried).cloned() else { return };
+            // Around the same set a round would come to the same fits.
+            if before.as_ref().is_some_and(|before| Arc::ptr_eq(&before.memory, &best.memory)) {
+                return;
+            }
+            before = Some(best.clone());
             let now = best.additions().to_vec();
             if now.is_empty() {
                 return;
