@@ -371,6 +371,11 @@ fn tanks_have_a_free_scale_an_overflow_and_a_ceiling() {
     let notes = found["notes"].as_array().unwrap();
     let gauge = "only two combinations can be found (scale of the unseen state `upper`): `k4_per_s` is held at 0.05 1/s";
     assert!(notes.iter().any(|note| note.as_str().unwrap().ends_with(gauge)), "{found}");
+    let written = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
+    assert!(
+        written.contains("k4_per_s = { nominal = 0.05, min = 0.0, max = 1.0, frozen = true }"),
+        "{written}"
+    );
     // Parameters over windows of the search forecast worse than the calibrated model: told beside them, an effect removed more
     // error than there was, and none had a share of the gain.
     assert!(found["error"]["free_run"].is_object(), "{found}");

@@ -258,6 +258,23 @@ fn what_was_found_is_written_and_read_back() {
 }
 
 #[test]
+fn a_parameter_that_is_held_is_written_so() {
+    let text = "scenario = \"system\"\n[inputs]\npush = { hold = \"zero\", delay_s = 0.1 }\n[states]\nx = { start = \"y\" }\n\
+                [parameters]\nrate = 0.3 # of decay\ngain = { nominal = 2.0, min = 0.0, max = 9.0 } # of the push\n\
+                [rates]\nx = \"gain * push - rate * x\"\n[outputs]\ny = { value = \"x\" }\n";
+    let mut declared = model::parse(text, "decay.toml").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(declared.to_toml().expect("a text"), text);
+    declared.parameters.iter_mut().for_each(|p| p.frozen = true);
+    let written = declared.to_toml().expect("a text");
+    let expected = text
+        .replace("rate = 0.3", "rate = { nominal = 0.3, frozen = true }")
+        .replace("max = 9.0 }", "max = 9.0, frozen = true }");
+    assert_eq!(written, expected);
+    let again = model::parse(&written, "decay.toml").unwrap_or_else(|e| panic!("{e}"));
+    assert!(again.parameters.iter().all(|p| p.frozen));
+}
+
+#[test]
 fn steps_suit_a_record_that_begins_at_rest() {
     let steps = |at_rest: i32| {
         let declared = system("servo", 1);

@@ -1,4 +1,4 @@
-//! A model written back into its file: new values of parameters, intervals and effects; everything else, comments and order
+//! A model written back into its file: new values of parameters, intervals, what is held, and effects; everything else, comments and order
 //! included, stays as the user wrote it.
 
 use super::{Addition, How, Model, Parameter, Shaken};
@@ -119,10 +119,15 @@ impl Model {
     }
 }
 
-/// Puts a parameter's value and interval into its entry, which is a number or a table.
+/// Puts a parameter's value and interval into its entry, which is a number or a table, and whether it is held.
 fn fill(entry: &mut Item, p: &Parameter) {
+    // A delay that is a number is held without a word.
+    let is_held = p.frozen && (entry.is_table_like() || !p.name.contains('.'));
     if entry.is_table_like() {
         set(entry, "nominal", p.nominal.into());
+        if is_held {
+            set(entry, "frozen", true.into());
+        }
         match p.ci95 {
             Some(ci95) => set(entry, "ci95", ci95.into_iter().collect::<Array>().into()),
             None => {
@@ -132,15 +137,17 @@ fn fill(entry: &mut Item, p: &Parameter) {
             }
         }
     } else if let Some(there) = entry.as_value_mut() {
-        *there = match p.ci95 {
-            None => decorated(p.nominal.into(), there),
-            Some(ci95) => {
-                let mut table = InlineTable::new();
-                table.insert("nominal", p.nominal.into());
-                table.insert("ci95", ci95.into_iter().collect::<Array>().into());
-                decorated(Value::InlineTable(table), there)
-            }
-        };
+        let mut table = InlineTable::new();
+        table.insert("nominal", p.nominal.into());
+        if is_held {
+            table.insert("frozen", true.into());
+        }
+        if let Some(ci95) = p.ci95 {
+            table.insert("ci95", ci95.into_iter().collect::<Array>().into());
+        }
+        let is_number = table.len() == 1;
+        let new = if is_number { p.nominal.into() } else { Value::InlineTable(table) };
+        *there = decorated(new, there);
     }
 }
 
