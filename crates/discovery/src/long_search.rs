@@ -16,10 +16,6 @@ use crate::part::is_long;
 use crate::prepare::Prepared;
 use crate::search::Search;
 
-/// Samples from which on a fit over long windows takes about a second: what the first search came to is looked over in them, and not
-/// searched for anew as where few samples may have led it astray.
-const DEAR: usize = 2_000;
-
 /// The answer `decided`, or that of the search over longer windows where what it finds runs better. Data of very many samples
 /// are not searched again: a pass over few long windows takes as long as one over many short ones.
 pub(crate) fn over_long_windows(
@@ -36,9 +32,8 @@ pub(crate) fn over_long_windows(
     let [of_train, of_test] = [&short.train, &short.test].map(|sample| joined_windows(sample, joined));
     let train = ChosenRecords { data: &of_train.0, chosen: &of_train.1, ..short.train };
     let test = ChosenRecords { data: &of_test.0, chosen: &of_test.1, ..short.test };
-    let samples: usize = short.train.records().map(|record| record.seen.times.len()).sum();
-    let (free_runs, goes_on) = (short.free_runs.clone(), samples >= DEAR);
-    let mut long = Search { free_runs, goes_on, ..Search::new(train, test, family, &prepared.clock) };
+    let free_runs = short.free_runs.clone();
+    let mut long = Search { free_runs, ..Search::new(train, test, family, &prepared.clock) };
     let over_long = |judged: &Judged| fit_anew(&long.train, &judged.fit);
     let base = over_long(&decided.base);
     let sets = decided.found.pool.iter().filter(|j| !j.additions().is_empty());
