@@ -5,6 +5,7 @@
 //! longer one is taken where all parts of the data, each left out in turn, are foretold better by it.
 
 use crate::blocks::block;
+use crate::cut::Clock;
 use crate::fit::{ChosenRecords, Fit, fit, fit_nuisance};
 use crate::folded::LeftOut;
 use crate::free_runs::{NO_WORSE, weighted};
@@ -21,10 +22,19 @@ pub(crate) struct Length {
 }
 
 /// Lengths up to whole recordings with the errors of the hypothesis of `from`, fitted from its values to what each part leaves. Where
-/// a doubling changes no forecast, as under noise of the sensor alone, windows are long enough, and none longer is tried.
-pub(crate) fn lengthened(sample: &ChosenRecords<'_>, parts: &[LeftOut], from: &Fit) -> Vec<Length> {
+/// a doubling changes no forecast, as under noise of the sensor alone, windows are long enough, and none longer is tried; nor where
+/// the time is over.
+pub(crate) fn lengthened(
+    sample: &ChosenRecords<'_>,
+    parts: &[LeftOut],
+    from: &Fit,
+    clock: &Clock,
+) -> Vec<Length> {
     let mut found: Vec<Length> = Vec::new();
     for joined in std::iter::once(1).chain(lengths(sample.data)) {
+        if !found.is_empty() && clock.is_over() {
+            break;
+        }
         let Some(length) = at_length(sample, parts, from, joined) else { break };
         let is_settled = found.last().is_some_and(|last| runs_alike(&length.errors, &last.errors));
         found.push(length);

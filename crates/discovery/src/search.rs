@@ -329,7 +329,7 @@ impl<'a> Search<'a> {
     /// recording in several windows, or nothing can be fitted.
     pub fn lengths<'j>(&self, judged: &'j Judged) -> Option<&'j [Length]> {
         let found = || {
-            let lengths = lengthened(&self.train, &self.left_out(judged)?, &judged.fit);
+            let lengths = lengthened(&self.train, &self.left_out(judged)?, &judged.fit, &self.clock);
             (!lengths.is_empty()).then_some(lengths)
         };
         judged.memory.lengths.get_or_init(found).as_deref()
