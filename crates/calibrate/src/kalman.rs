@@ -179,7 +179,7 @@ fn smoothed_in(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
     };
     // Sums over everything behind the present sample: of what was unforeseen, and of how much that varies.
     let (mut pull, mut curve) = (vec![0.0; d], vec![0.0; d * d]);
-    let (mut moved, mut half) = (vec![0.0; d], vec![0.0; d * d]);
+    let (mut moved, mut half, mut back) = (vec![0.0; d], vec![0.0; d * d], vec![0.0; d * d]);
     let mut last = taken.len();
     for (k, sample) in samples.iter().enumerate().rev() {
         if k + 1 < samples.len() {
@@ -187,10 +187,10 @@ fn smoothed_in(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
                 added.found += pull[i] * pull[i];
                 added.expected += curve[i * d + i];
             }
-            let next = &sample.next[..d * d];
-            times_transposed(next, &pull, &mut moved);
+            transpose(&sample.next[..d * d], &mut back, d);
+            times(&back, &pull, &mut moved);
             std::mem::swap(&mut pull, &mut moved);
-            conjugate_transposed(next, &mut curve, &mut half, d);
+            conjugate(&back, &mut curve, &mut half, d);
         }
         for _ in &sample.readings {
             last -= 1;
@@ -204,8 +204,8 @@ fn smoothed_in(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
             let curved = dot(gain, bent);
             balance.expected += 1.0 / t.variance + curved;
             // Through I - K H, transposed.
-            let back = t.unforeseen / t.variance - along;
-            pull.iter_mut().zip(by).for_each(|(p, h)| *p += h * back);
+            let through = t.unforeseen / t.variance - along;
+            pull.iter_mut().zip(by).for_each(|(p, h)| *p += h * through);
             for (i, row) in curve.chunks_exact_mut(d.max(1)).enumerate() {
                 for (j, to) in row.iter_mut().enumerate() {
                     let change =
@@ -241,12 +241,11 @@ fn times(m: &[f64], v: &[f64], out: &mut [f64]) {
     m.chunks_exact(v.len().max(1)).zip(out).for_each(|(row, to)| *to = dot(row, v));
 }
 
-/// `M' v`.
+/// `M'`.
 #[inline(always)]
-fn times_transposed(m: &[f64], v: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (row, x) in m.chunks_exact(v.len().max(1)).zip(v) {
-        out.iter_mut().zip(row).for_each(|(o, r)| *o += r * x);
+fn transpose(m: &[f64], out: &mut [f64], d: usize) {
+    for (i, row) in out.chunks_exact_mut(d.max(1)).enumerate() {
+        row.iter_mut().enumerate().for_each(|(k, to)| *to = m[k * d + i]);
     }
 }
 
@@ -262,26 +261,6 @@ fn conjugate(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
     for i in 0..d {
         for j in 0..=i {
             let value = dot(&half[i * d..(i + 1) * d], &m[j * d..(j + 1) * d]);
-            (p[i * d + j], p[j * d + i]) = (value, value);
-        }
-    }
-}
-
-/// `M' P M` in the place of `P`; `half` has room for a matrix.
-#[inline(always)]
-fn conjugate_transposed(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
-    half.fill(0.0);
-    for (k, p) in p.chunks_exact(d.max(1)).enumerate() {
-        for (i, to) in half.chunks_exact_mut(d.max(1)).enumerate() {
-            let factor = m[k * d + i];
-            if factor != 0.0 {
-                to.iter_mut().zip(p).for_each(|(to, p)| *to += factor * p);
-            }
-        }
-    }
-    for i in 0..d {
-        for j in 0..=i {
-            let value = (0..d).map(|k| half[i * d + k] * m[k * d + j]).sum();
             (p[i * d + j], p[j * d + i]) = (value, value);
         }
     }

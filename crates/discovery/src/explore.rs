@@ -5,7 +5,7 @@ use crate::addition::{Addition, labels};
 use crate::candidates::{Family, may_join};
 use crate::fit::{ChosenRecords, Fit, Reach, fit};
 use crate::grammar::is_formula;
-use crate::judged::Judged;
+use crate::judged::{Judged, Memory};
 use crate::pairs::pairs;
 use crate::part::{part, searches_some_windows};
 use crate::scan::scan;
@@ -340,17 +340,17 @@ impl Search<'_> {
     /// Drops, swaps and adds around the best until nothing is better.
     fn refine(&self, tried: &mut Vec<Judged>, progress: &mut dyn FnMut(Progress)) {
         let effort = Effort::of(self);
-        let mut before: Option<Judged> = None;
+        let mut before: Option<Arc<Memory>> = None;
         for round in 0..effort.rounds {
             if self.clock.is_over() {
                 return;
             }
             let Some(best) = best_sound(tried).cloned() else { return };
             // Around the same set a round would come to the same fits.
-            if before.as_ref().is_some_and(|before| Arc::ptr_eq(&before.memory, &best.memory)) {
+            if before.is_some_and(|before| Arc::ptr_eq(&before, &best.memory)) {
                 return;
             }
-            before = Some(best.clone());
+            before = Some(best.memory.clone());
             let now = best.additions().to_vec();
             if now.is_empty() {
                 return;

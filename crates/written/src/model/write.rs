@@ -1,5 +1,5 @@
-//! A model written back into its file: new values of parameters, intervals, what is held, and effects; everything else, comments and order
-//! included, stays as the user wrote it.
+//! A model written back into its file: new values of parameters, intervals, what is held, and effects; everything else, comments
+//! and order included, stays as the user wrote it.
 
 use super::{Addition, How, Model, Parameter, Shaken};
 use crate::error::{Fault, ModelError, Place};
