@@ -1,7 +1,8 @@
 //! Contract: the code that `docs/recipes` hands to a newcomer compiles and does what the recipe says. The files are included
 //! from there by path, and stand in this crate as they will in the crate that they are copied to: `effects`, `convert` and
 //! the names at the root are those of `augsim-physics` and `augsim-data`. What needs no code of Rust is followed by
-//! `crates/cli/tests/readme.rs`.
+//! `crates/cli/tests/it/readme.rs`. A binary of its own, because the
+//! code of the recipes names modules at the root of the crate that it is copied to.
 
 use augsim_data::convert::Converted;
 use augsim_data::{DataError, Dataset, Trajectory, random_stream, read_text};

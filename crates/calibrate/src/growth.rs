@@ -5,8 +5,8 @@ use crate::minima::deepest;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
 use crate::steps::{Begin, Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
 use crate::windows::{NEGLIGIBLE, Problem, Shot, doubled};
+use augsim_linear::{Mat, SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Record, System};
-use faer::{Mat, Side};
 
 /// Growth of the misfit from one length to its double beyond which the model no longer follows: sensor noise does not grow,
 /// white noise of a force grows by 2.8 in a position, a lost fit by much more.
@@ -138,8 +138,7 @@ fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
     let reduced = Reduced::of(problem, &normal, 0.0)?;
     let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
     let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
-    let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (eigen.S(), eigen.U());
+    let SymmetricEigen { values, vectors } = symmetric_eigen(&scaled)?;
     let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
     let untold: Vec<usize> = (0..p).filter(|k| values[*k] <= UNTOLD * largest).collect();
     if untold.is_empty() {
@@ -175,9 +174,8 @@ fn outcome(
         let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
         let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
         if p > 0
-            && let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower)
+            && let Some(SymmetricEigen { values, vectors }) = symmetric_eigen(&scaled)
         {
-            let (values, vectors) = (eigen.S(), eigen.U());
             let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
             let told: Vec<usize> = (0..p).filter(|k| values[*k] > UNTOLD * largest).collect();
             for i in 0..p {

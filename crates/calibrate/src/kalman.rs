@@ -271,8 +271,7 @@ mod tests {
     //! Contract: smoothed deviations and the likelihood are those of the joint Gaussian of all numbers, conditioned at once; the
     //! balance of a variance is the slope of the likelihood by it.
     use super::*;
-    use faer::linalg::solvers::Solve;
-    use faer::{Mat, Side};
+    use augsim_linear::{Mat, invert_positive_definite, solve_positive_definite};
 
     const D: usize = 3;
 
@@ -337,10 +336,10 @@ mod tests {
             let foretold: f64 = (0..mean.len()).map(|i| rows[(r, i)] * mean[i]).sum();
             all[r].1.missed - foretold
         });
-        let factor = read.llt(Side::Lower).expect("positive definite");
-        let solved = factor.solve(&off);
+        let solved = solve_positive_definite(&read, &off).expect("positive definite");
         let moved = &covariance * rows.transpose() * &solved;
-        let half: f64 = (0..all.len()).map(|r| factor.L()[(r, r)].ln()).sum();
+        let lower = Mat::from_fn(all.len(), all.len(), |r, c| if r >= c { read[(r, c)] } else { 0.0 });
+        let half = invert_positive_definite(lower).expect("positive definite").half_log_determinant;
         let square: f64 = (0..all.len()).map(|r| off[(r, 0)] * solved[(r, 0)]).sum();
         let deviations = (0..mean.len()).map(|i| mean[i] + moved[(i, 0)]).collect();
         (deviations, -half - 0.5 * square)

@@ -9,8 +9,8 @@ use crate::kalman::{Filter, Sample, diagonal};
 use crate::outcome::CalibrationError;
 use crate::smooth::{Cause, Judged, Smoothed};
 use crate::variances::{Hypothesis, Noisy};
+use augsim_linear::{Mat, SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Begin, Record, System};
-use faer::{Mat, Side};
 use rayon::prelude::*;
 
 /// Times that the memory of what shakes is chosen anew.
@@ -141,8 +141,7 @@ impl Curvature {
         let bend = |i: usize, j: usize| self.bends[i * p + j];
         let size = |i: usize| bend(i, i).max(f64::MIN_POSITIVE).sqrt();
         let scaled = Mat::from_fn(p, p, |i, j| bend(i, j) / (size(i) * size(j)));
-        let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-        let (directions, bends) = (eigen.U(), eigen.S());
+        let SymmetricEigen { values: bends, vectors: directions } = symmetric_eigen(&scaled)?;
         let mut step = vec![0.0; p];
         for direction in (0..p).filter(|d| bends[*d] > TELLS) {
             let slope: f64 = (0..p).map(|i| directions[(i, direction)] * self.slope[i] / size(i)).sum();

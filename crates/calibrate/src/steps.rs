@@ -2,9 +2,8 @@
 
 use crate::normal::{Normal, Part, Place};
 use crate::windows::{Problem, Shot};
+use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::system::SimulationError;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 
 /// Steps of one fit, accepted or not.
 const MOST_STEPS: usize = 60;
@@ -305,7 +304,7 @@ impl Reduced {
             self.s[(a, b)] / (size(a) * size(b)) + if i == j { damping + RIDGE } else { 0.0 }
         });
         let right = Mat::from_fn(moving.len(), 1, |i, _| self.g[moving[i]] / size(moving[i]));
-        let solution = scaled.llt(Side::Lower).ok()?.solve(&right);
+        let solution = solve_positive_definite(&scaled, &right)?;
         let step: Vec<f64> = (0..moving.len()).map(|i| solution[(i, 0)] / size(moving[i])).collect();
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
@@ -324,7 +323,7 @@ fn inverse(part: &Part, n: usize, damping: f64) -> Option<Mat<f64>> {
         at(i, k) / (size(i) * size(k)) + if i == k { damping + 1e-10 } else { 0.0 }
     });
     let unit = Mat::<f64>::identity(n, n);
-    let inverse = scaled.llt(Side::Lower).ok()?.solve(&unit);
+    let inverse = solve_positive_definite(&scaled, &unit)?;
     Some(Mat::from_fn(n, n, |i, k| inverse[(i, k)] / (size(i) * size(k))))
 }
 

@@ -191,7 +191,7 @@ fn number(text: &OsStr) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     //! Contract: every limit has a name, a default and a sentence of its own, and the sentence names the way out.
-    //! The environment is tested with the whole binary (`crates/cli/tests/limits.rs`), which can set it.
+    //! The environment is tested with the whole binary (`crates/cli/tests/it/limits.rs`), which can set it.
     use super::*;
     use std::collections::BTreeSet;
 

@@ -1,4 +1,6 @@
 #![doc = include_str!("../README.md")]
+// Without the feature nothing is compiled, so that commands for the whole workspace need no Python.
+#![cfg(feature = "extension-module")]
 
 mod background;
 mod discovery;

@@ -1,8 +1,7 @@
 //! Least squares with difference quotients: Levenberg and Marquardt's method (Levenberg 1944, Marquardt 1963), in which blocks of
 //! residuals far beyond the others are weighted down by Huber's rule.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use augsim_linear::{Mat, solve_positive_definite};
 
 /// Residuals that belong together, such as those of a push.
 pub(crate) type Block = Vec<f64>;
@@ -119,7 +118,7 @@ impl Normal {
         let damped =
             Mat::from_fn(n, n, |a, b| self.matrix[(a, b)] * if a == b { 1.0 + damping } else { 1.0 });
         let gradient = Mat::from_fn(n, 1, |a, _| self.gradients.iter().map(|g: &Vec<f64>| g[a]).sum::<f64>());
-        let step = damped.llt(Side::Lower).ok()?.solve(&gradient);
+        let step = solve_positive_definite(&damped, &gradient)?;
         let step: Vec<f64> = (0..n).map(|a| step[(a, 0)]).collect();
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
@@ -127,7 +126,7 @@ impl Normal {
     /// Inverse of the normal matrix, by rows; none where some unknown has no effect.
     pub fn inverse(&self) -> Option<Vec<Vec<f64>>> {
         let n = self.matrix.nrows();
-        let inverse = self.matrix.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(n, n));
+        let inverse = solve_positive_definite(&self.matrix, &Mat::<f64>::identity(n, n))?;
         Some((0..n).map(|a| (0..n).map(|b| inverse[(a, b)]).collect()).collect())
     }
 }

@@ -9,7 +9,7 @@ use std::fmt::Write;
 const HEAD: &str = "\
 # Commands
 
-Written by the program from its own parser; `AUGSIM_RENEW=1 cargo test --release --workspace --test documents` renews it.
+Written by the program from its own parser; `AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents` renews it.
 Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical failure, 130 interrupted
 (143 by SIGTERM, 129 by SIGHUP). What every command keeps is in [the README of the program](../crates/cli/README.md).
 ";

@@ -93,8 +93,11 @@ fn against_velocity(data: &Dataset, [height, velocity]: [&str; 2]) -> Option<Fin
         let mut sum = 0.0;
         for t in data.trajectories() {
             let ((times, z), (same, v)) = (z.samples(t), v.samples(t));
+            if times != same {
+                continue;
+            }
             // The same intervals at every shift: three rows are left out at both ends.
-            for k in (3..times.len().saturating_sub(4)).filter(|_| times == same) {
+            for k in 3..times.len().saturating_sub(4) {
                 let v = v[(k as i64 + rows) as usize];
                 sum += (z[k + 1] - z[k] - v * (times[k + 1] - times[k])).abs();
             }

@@ -169,7 +169,7 @@ fn positive(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     //! Contract: the scheme's own laws, where they have a closed form; equality with PyBullet is
-    //! tested against its output in `tests/bullet_golden.rs`.
+    //! tested against its output in `tests/it/bullet_golden.rs`.
     use super::*;
 
     fn undamped(restitution: f64) -> BulletBall {

@@ -1,9 +1,8 @@
 //! The competitor of a filter: PyBullet's ball, its unknowns fitted to the prefix by least squares. A point forecast.
 
 use super::Sensor;
+use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::ball::bullet::BulletBall;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 
 /// Restitutions from which a fit starts, beside the declared one.
 const RESTITUTIONS: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
@@ -120,8 +119,7 @@ impl FittedDrop {
                 let damped = Mat::from_fn(m, m, |a, b| {
                     normal[(a, b)] + if a == b { lambda * normal[(a, a)] + 1e-9 } else { 0.0 }
                 });
-                let Ok(factor) = damped.llt(Side::Lower) else { break };
-                let step = factor.solve(&gradient);
+                let Some(step) = solve_positive_definite(&damped, &gradient) else { break };
                 let mut q = p;
                 free.iter().enumerate().for_each(|(a, &k)| q[k] -= step[(a, 0)]);
                 let q = clamp(q);

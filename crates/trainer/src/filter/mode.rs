@@ -1,9 +1,8 @@
 //! The most probable unknowns of a trajectory, by Levenberg's and Marquardt's steps, and the curvature there.
 
 use super::case::Case;
+use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::system::{Seed, Simulated};
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 
 /// Steps of one descent, accepted or not.
 const STEPS: usize = 60;
@@ -53,7 +52,7 @@ impl Mode {
         let scaled = Mat::from_fn(size, size, |i, k| {
             curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { 1e-9 } else { 0.0 }
         });
-        let inverse = scaled.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(size, size));
+        let inverse = solve_positive_definite(&scaled, &Mat::<f64>::identity(size, size))?;
         let each =
             (0..size * size).map(|e| inverse[(e / size, e % size)] / (scale(e / size) * scale(e % size)));
         Some(Mode { covariance: each.collect(), at, cost })
@@ -113,7 +112,7 @@ impl Case<'_> {
                 curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { damping + 1e-12 } else { 0.0 }
             });
             let right = Mat::from_fn(size, 1, |i, _| gradient[i] / scale(i));
-            let step = scaled.llt(Side::Lower).ok()?.solve(&right);
+            let step = solve_positive_definite(&scaled, &right)?;
             let moved: Vec<f64> = (at.iter().zip(self.unknowns).enumerate())
                 .map(|(i, (v, u))| (v + step[(i, 0)] / scale(i)).clamp(u.bounds[0], u.bounds[1]))
                 .collect();

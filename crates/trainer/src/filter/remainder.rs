@@ -10,8 +10,7 @@ use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
 use crate::latent::cholesky;
 use crate::{Samples, Sequences, TrainerError};
 use augsim_data::random_stream;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use augsim_linear::{Mat, SymmetricEigen, gram, solve_positive_definite, symmetric_eigen};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -114,9 +113,8 @@ impl Remembered {
 pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
     let width = rows.first()?.len();
     let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);
-    let covariance = x.transpose() * &x * (1.0 / rows.len() as f64);
-    let eigen = covariance.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (eigen.S(), eigen.U());
+    let covariance = gram(&x, 1.0 / rows.len() as f64);
+    let SymmetricEigen { values, vectors } = symmetric_eigen(&covariance)?;
     let kept = (0..width).rev().take(most).filter(|&k| k + 1 == width || values[k] > least);
     Some(
         kept.map(|k| ((0..width).map(|j| vectors[(j, k)]).collect(), values[k].max(f64::MIN_POSITIVE)))
@@ -147,7 +145,7 @@ fn weights(
         if i >= j { kernel.at(&known[i], &known[j], (&scales, size)) + ridge } else { 0.0 }
     });
     let right = Mat::from_fn(n, targets.len(), |i, t| targets[t][i]);
-    let solved = k.llt(Side::Lower).ok()?.solve(&right);
+    let solved = solve_positive_definite(&k, &right)?;
     Some((0..targets.len()).map(|t| (0..n).map(|i| solved[(i, t)]).collect()).collect())
 }
 

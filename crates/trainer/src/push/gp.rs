@@ -5,11 +5,7 @@
 //! Kersting et al. 2007; the leave-one-out formulas are those of Rasmussen and Williams 2006, section 5.4.2). The
 //! variational bound of Lázaro-Gredilla and Titsias (2011) is what GP-SUM's authors used; this one is cheaper.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, Mat, Par};
+use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
 /// Steps of the optimiser for the first fit, and for the later ones, which start from it.
 const STEPS: [usize; 2] = [60, 25];
@@ -57,34 +53,15 @@ impl<const D: usize> Process<D> {
     fn new(kernel: Kernel<D>, inputs: &Inputs<D>, y: &[f64], mean: f64, noise: &[f64]) -> Option<Self> {
         let n = inputs.len();
         let own = (2.0 * kernel.noise).exp() + JITTER * (2.0 * kernel.signal).exp();
-        let mut l = Mat::from_fn(n, n, |i, j| {
+        let matrix = Mat::from_fn(n, n, |i, j| {
             let k = if i >= j { kernel.covariance(&inputs[i], &inputs[j]) } else { 0.0 };
             if i == j { k + own + noise[i] } else { k }
         });
-        // One thread: the sums must not depend on how many there are.
-        let params = Default::default();
-        let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
-        let stack = MemStack::new(&mut memory);
-        llt::factor::cholesky_in_place(l.as_mut(), Default::default(), Par::Seq, stack, params).ok()?;
-        let mut root = Mat::<f64>::identity(n, n);
-        solve_lower_triangular_in_place(l.as_ref(), root.as_mut(), Par::Seq);
-        let mut inverse = Mat::<f64>::zeros(n, n);
-        matmul(
-            inverse.as_mut(),
-            BlockStructure::Rectangular,
-            Accum::Replace,
-            root.transpose(),
-            BlockStructure::TriangularUpper,
-            root.as_ref(),
-            BlockStructure::TriangularLower,
-            1.0,
-            Par::Seq,
-        );
+        let PositiveInverse { inverse, half_log_determinant } = invert_positive_definite(matrix)?;
         let rest: Vec<f64> = y.iter().map(|v| v - mean).collect();
         let weights: Vec<f64> = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * rest[j]).sum()).collect();
         let fit: f64 = weights.iter().zip(&rest).map(|(w, r)| w * r).sum();
-        let log_determinant: f64 = (0..n).map(|i| l[(i, i)].ln()).sum();
-        let log_likelihood = -0.5 * fit - log_determinant;
+        let log_likelihood = -0.5 * fit - half_log_determinant;
         log_likelihood.is_finite().then_some(Process {
             kernel,
             inputs: inputs.to_vec(),

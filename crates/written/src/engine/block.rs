@@ -69,12 +69,12 @@ impl<const L: usize> WithSimd for Evaluation<'_, L> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         if let Some((drive, time)) = self.at {
             self.registers[..self.x.len()].copy_from_slice(self.x);
             drive.set(self.system, self.registers, time);
         }
-        self.system.machine.pass(self.section, self.registers);
+        self.system.machine.pass(simd, self.section, self.registers);
     }
 }
 
@@ -93,13 +93,13 @@ impl<const L: usize> WithSimd for Measurement<'_, L> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { block, system, drive, time, columns, values, slopes } = self;
         let (gradient, n, seeds) = (&system.output_gradient, block.x.len(), columns.seeds.len());
         let section = if seeds == 0 { &system.outputs } else { &gradient.section };
         block.registers[..n].copy_from_slice(&block.x);
         drive.set(system, &mut block.registers, time);
-        system.machine.pass(section, &mut block.registers);
+        system.machine.pass(simd, section, &mut block.registers);
         for (to, result) in values.iter_mut().zip(&section.results) {
             *to = block.registers[*result as usize];
         }
@@ -143,7 +143,7 @@ impl<const L: usize> WithSimd for Step<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.block.values(self.system, self.drive, (self.time, self.h), self.columns, self.held);
+        self.block.values(simd, self.system, self.drive, (self.time, self.h), self.columns, self.held);
         if let Some(columns) = self.columns {
             let Block { x, s, gradients, .. } = &mut *self.block;
             let is_free = !self.held.contains(&true);
@@ -309,8 +309,9 @@ impl<const L: usize> Block<L> {
     }
 
     #[inline(always)]
-    fn values(
+    fn values<S: Simd>(
         &mut self,
+        simd: S,
         system: &System,
         drive: &Drive<L>,
         (time, h): (&[f64; L], &[f64; L]),
@@ -338,7 +339,7 @@ impl<const L: usize> Block<L> {
             }
             self.registers[..n].copy_from_slice(&self.stage);
             drive.set(system, &mut self.registers, &now.0);
-            system.machine.pass(section, &mut self.registers);
+            system.machine.pass(simd, section, &mut self.registers);
             for (entry, slot) in entries.iter().zip(slots) {
                 self.gradients[stage * of_stage + slot] = self.registers[entry.register];
             }

@@ -4,7 +4,7 @@
 use super::evaluate;
 use crate::compile::{Code, Section};
 use crate::model::Table;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Registers of `L` lanes each.
 pub(crate) type Registers<const L: usize> = [[f64; L]];
@@ -17,9 +17,34 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    /// Runs the instructions of `section` on `registers`. To be inlined into code compiled for the instruction set.
+    /// Runs the instructions of `section` on `registers`, by code compiled for the instruction set `simd`.
+    ///
+    /// It is never inlined: a pass has a loop for each of 28 operations, with the elementary functions inside, and the compiler
+    /// would otherwise build it once for each caller, number of lanes and instruction set (54 copies) instead of 18.
+    #[inline(never)]
+    pub(crate) fn pass<S: Simd, const L: usize>(
+        &self,
+        simd: S,
+        section: &Section,
+        registers: &mut Registers<L>,
+    ) {
+        simd.vectorize(Pass { tables: &self.tables, section, registers });
+    }
+}
+
+/// A pass, as work for the instruction set.
+struct Pass<'p, const L: usize> {
+    tables: &'p [Table],
+    section: &'p Section,
+    registers: &'p mut Registers<L>,
+}
+
+impl<const L: usize> WithSimd for Pass<'_, L> {
+    type Output = ();
+
     #[inline(always)]
-    pub(crate) fn pass<const L: usize>(&self, section: &Section, registers: &mut Registers<L>) {
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { tables, section, registers } = self;
         for instruction in &section.body {
             // A result lies behind what it is made of, so that one can be written while the others are read.
             let (before, after) = registers.split_at_mut(instruction.to as usize);
@@ -33,8 +58,7 @@ impl Machine {
             macro_rules! table {
                 ($of:expr) => {
                     for lane in 0..L {
-                        to[lane] =
-                            self.tables.get(instruction.table as usize).map_or(0.0, |t| $of(t, a[lane]));
+                        to[lane] = tables.get(instruction.table as usize).map_or(0.0, |t| $of(t, a[lane]));
                     }
                 };
             }

@@ -1,0 +1,49 @@
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+
+/// Where measured and golden data lie.
+#[path = "../../../../tests/support/shared_data.rs"]
+mod shared_data;
+
+/// One set of throws, written in twelve ways.
+#[path = "../../../../tests/support/throws_as_files.rs"]
+mod throws_as_files;
+
+/// The documents of the repository.
+#[path = "../../../../tests/support/documents.rs"]
+mod documents_on_disk;
+
+// How tests run the binary.
+mod command;
+
+// Input: reading, limits, mistakes and their messages.
+mod bad_input;
+mod limits;
+mod own_files;
+mod reading;
+mod suspicious_data;
+
+// From a recording to a result.
+mod exported;
+mod filtered;
+mod found;
+mod nets_of_equations;
+mod residual;
+mod simulate_push;
+mod start;
+mod systems;
+mod workflow;
+
+// Runs: files, bytes, resuming.
+mod outputs;
+mod resume;
+mod run_directory;
+mod same_bytes;
+
+// Documents and the words of reports.
+mod documents;
+mod readme;
+mod report_words;
+
+// Reproductions and sweeps.
+mod reproduce_push;
+mod sweep;

@@ -1,0 +1,219 @@
+//! Contract (issue 13, items 11 and 12): a file is read the same from a path, standard input and a FIFO; nothing in it
+//! reaches the terminal as a command; and the sentence names what is wrong with it, with a remedy that exists. The
+//! exact texts of single faults are in `crates/data/tests/it/csv_errors.rs`; here stand those that were wrong.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn command(dir: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
+    command.args(args).current_dir(dir);
+    command
+}
+
+fn augsim(dir: &Path, args: &[&str]) -> Output {
+    command(dir, args).output().expect("the binary runs")
+}
+
+/// Standard error of a command that fails with code 3.
+fn refusal(dir: &Path, args: &[&str]) -> String {
+    let out = augsim(dir, args);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(3), "{args:?}: {error}");
+    assert_eq!(error.trim_end().lines().count(), 1, "one error, one paragraph: {error}");
+    error
+}
+
+fn write(dir: &Path, name: &str, bytes: impl AsRef<[u8]>) {
+    std::fs::write(dir.join(name), bytes).expect("a writable temporary folder");
+}
+
+const GOOD: &str =
+    "trajectory,t_s,height_m,velocity_m_s\na,0,4.5,0\na,0.5,3.2,-4.9\nb,0,4.2,0\nb,0.5,2.9,-4.9\n";
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("memory")
+}
+
+#[test]
+fn standard_input_and_fifos_are_read_from_their_first_byte() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "good.csv", GOOD);
+    let expected = augsim(dir.path(), &["data", "inspect", "good.csv", "--json"]).stdout;
+    let expected = String::from_utf8(expected).unwrap();
+    for name in ["-", "/dev/stdin"] {
+        for content in [GOOD.as_bytes().to_vec(), gzip(GOOD.as_bytes())] {
+            let mut child = command(dir.path(), &["data", "inspect", name, "--json"])
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped())
+                .spawn()
+                .expect("the binary runs");
+            child.stdin.take().expect("a pipe").write_all(&content).expect("it is read");
+            let out = child.wait_with_output().expect("it ends");
+            assert_eq!(out.status.code(), Some(0), "{name}");
+            assert_eq!(String::from_utf8(out.stdout).unwrap(), expected.replace("good.csv", name), "{name}");
+        }
+    }
+    let fifo = dir.path().join("fifo");
+    if Command::new("mkfifo").arg(&fifo).status().is_ok_and(|status| status.success()) {
+        let child = command(dir.path(), &["data", "inspect", "fifo", "--json"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::fs::write(&fifo, GOOD).expect("a reader waits");
+        let out = child.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8(out.stdout).unwrap(), expected.replace("good.csv", "fifo"));
+    }
+}
+
+#[test]
+fn terminal_escapes_in_cells_and_names_are_never_printed_raw() {
+    let dir = tempfile::tempdir().unwrap();
+    // C1 controls and bidirectional overrides are no C0 controls: the reader keeps them in labels.
+    write(dir.path(), "group.csv", "trajectory,group,t_s,x_m\na,re\u{202e}d,0,1\nb,\u{feff}x,0,2\n");
+    write(dir.path(), "cell.csv", "trajectory,t_s,x_m\na,0,\u{1b}[31m1\n");
+    write(dir.path(), "model.toml", "scenario = \"ball\"\n\"\\u001b[31m\\u0007\" = 1\n");
+    write(dir.path(), "name\u{1b}[31m.csv", "trajectory,t_s,x_m\n");
+    for args in [
+        &["data", "inspect", "group.csv"][..],
+        &["data", "inspect", "group.csv", "--json"],
+        &["data", "inspect", "cell.csv"],
+        &["data", "inspect", "name\u{1b}[31m.csv"],
+        &["data", "inspect", "no\u{9b}31m.csv"],
+        &["discover", "model.toml", "cell.csv"],
+        &["discover", "no\u{1b}.toml", "cell.csv"],
+        &["data", "convert", "\u{1b}[31m", "cell.csv", "out.csv"],
+    ] {
+        let out = augsim(dir.path(), args);
+        let text = String::from_utf8([out.stdout, out.stderr].concat()).unwrap();
+        let raw =
+            text.chars().find(|&c| (c.is_control() && c != '\n') || matches!(c, '\u{202e}' | '\u{feff}'));
+        assert_eq!(raw, None, "{args:?}: {text:?}");
+        assert!(text.contains("\\u"), "what was there is shown: {text}");
+    }
+    let out = augsim(dir.path(), &["data", "inspect", "group.csv", "--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&out.stdout).expect("still JSON");
+    assert_eq!(value["groups"]["re\u{202e}d"], 1, "{value}");
+}
+
+#[test]
+fn decimal_commas_are_told_to_be_points() {
+    let dir = tempfile::tempdir().unwrap();
+    let inspect = |content: &str| {
+        write(dir.path(), "d.csv", content);
+        refusal(dir.path(), &["data", "inspect", "d.csv"])
+    };
+    let error = inspect("trajectory,t_s,height_m,velocity_m_s\na,0,4,5,0\na,0,5,3,2,-4,9\n");
+    assert!(
+        error.contains("line 2: 5 cells where the header has 4; if decimals are written with commas"),
+        "{error}"
+    );
+    assert!(error.contains("write them with points (4.5, not 4,5)"), "{error}");
+    // Where the cells can be told apart, decimal commas are read, and a note says so.
+    for content in [
+        "trajectory,t_s,height_m\na,0,\"4,5\"\n",
+        "trajectory;t_s;height_m\na;0;4,5\n",
+        "trajectory\tt_s\theight_m\na\t0\t4,5\n",
+    ] {
+        write(dir.path(), "d.csv", content);
+        let out = augsim(dir.path(), &["data", "inspect", "d.csv"]);
+        let (text, note) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(0), "{note}");
+        assert!(
+            text.contains("height_m") && text.contains("4.5") && note.contains("decimals have commas"),
+            "{text}{note}"
+        );
+    }
+}
+
+#[test]
+fn what_follows_a_gzip_stream_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let packed = gzip(GOOD.as_bytes());
+    for junk in [&b"junk"[..], b"0123456789abcdefghijklmnopqrstuvwxyz"] {
+        write(dir.path(), "junk.csv.gz", [&packed[..], junk].concat());
+        let error = refusal(dir.path(), &["data", "inspect", "junk.csv.gz"]);
+        let says = format!(
+            "{} bytes that are not gzip follow the end of the gzip stream; take them off",
+            junk.len()
+        );
+        assert!(error.contains(&says), "{error}");
+    }
+    // Padding with zeros, and a second member, are gzip as it is used.
+    let (begin, end) = GOOD.split_at(60);
+    write(dir.path(), "padded.csv.gz", [&packed[..], &[0; 512]].concat());
+    write(dir.path(), "members.csv.gz", [gzip(begin.as_bytes()), gzip(end.as_bytes())].concat());
+    for name in ["padded.csv.gz", "members.csv.gz"] {
+        assert_eq!(augsim(dir.path(), &["data", "inspect", name]).status.code(), Some(0), "{name}");
+    }
+}
+
+#[test]
+fn an_empty_cell_is_answered_with_what_a_user_can_do() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "gap.csv", GOOD.replace("3.2", ""));
+    let error = refusal(
+        dir.path(),
+        &["train", "--pybullet-ball", "--data", "gap.csv", "--out", "run", "--iterations", "2"],
+    );
+    let says =
+        "line 3, column `height_m`: empty cell; every value is needed here: fill it in, or remove the row";
+    assert!(error.contains(says), "{error}");
+}
+
+#[test]
+fn an_empty_model_file_is_told_both_scenarios_and_an_absent_one_its_cause_once() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "good.csv", GOOD);
+    for empty in ["", "\n\n", "# nothing yet\n"] {
+        write(dir.path(), "model.toml", empty);
+        let error = refusal(dir.path(), &["discover", "model.toml", "good.csv"]);
+        assert!(
+            error.contains("the model file is empty; it begins with `scenario = \"ball\"` or"),
+            "{error}"
+        );
+    }
+    write(dir.path(), "model.toml", "[parameters]\nrestitution = 0.5\n");
+    let error = refusal(dir.path(), &["discover", "model.toml", "good.csv"]);
+    assert!(error.contains("add `scenario = \"ball\"` or `scenario = \"push\"`"), "{error}");
+    let error = refusal(dir.path(), &["discover", "absent.toml", "good.csv"]);
+    assert_eq!(error.matches("os error 2").count(), 1, "{error}");
+    write(dir.path(), "model.toml", b"scenario = \"ball\xff\"\n");
+    assert!(refusal(dir.path(), &["discover", "model.toml", "good.csv"]).contains("not UTF-8"));
+}
+
+#[test]
+fn swapped_x_and_z_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut rows = String::from("trajectory,t_s,x_m,z_m\n");
+    for k in 0..6 {
+        // Thrown from 2 m, one bounce of restitution 0.7, a millimetre of scatter that repeats every few samples.
+        let (up, along) = (1.0 + 0.2 * f64::from(k), 1.5);
+        let impact = (up + (up * up + 4.0 * 9.81).sqrt()) / 9.81;
+        for i in 0..120 {
+            let t = f64::from(i) * 0.01;
+            let after = t - impact;
+            let z = match after > 0.0 {
+                true => 0.7 * (9.81 * impact - up) * after - 4.905 * after * after,
+                false => 2.0 + up * t - 4.905 * t * t,
+            };
+            let scatter = |phase: i32| 1e-3 * f64::from((i * 7 + phase) % 11 - 5) / 5.0;
+            rows += &format!("t{k},{t},{},{}\n", along * t + scatter(k), z + scatter(3 * k + 1));
+        }
+    }
+    write(dir.path(), "right.csv", &rows);
+    write(dir.path(), "swapped.csv", rows.replace("x_m,z_m", "z_m,x_m"));
+    write(
+        dir.path(),
+        "model.toml",
+        "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
+         restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n",
+    );
+    let error = refusal(dir.path(), &["discover", "model.toml", "swapped.csv", "--out", "found"]);
+    let says = "`z_m` shows no free fall while `x_m` falls with 9.81 m/s²; the two are swapped: exchange their names";
+    assert!(error.contains(says), "{error}");
+    let right = augsim(dir.path(), &["discover", "model.toml", "right.csv", "--out", "found"]);
+    assert_eq!(right.status.code(), Some(0), "{}", String::from_utf8_lossy(&right.stderr));
+}

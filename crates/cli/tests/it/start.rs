@@ -1,0 +1,172 @@
+//! Contract (issue 16): a recording as it is goes to an answer by two commands; what was taken for granted is said in at most
+//! ten lines; what is no ball ends with exit code 1 and no named effect; the library, templates, completions and manual pages
+//! come from the registry and the definitions of the commands.
+
+use crate::command::augsim;
+use std::path::Path;
+
+/// Standard output of a command that ends with this code.
+fn printed(args: &[&str], code: i32, dir: &Path) -> String {
+    let out = augsim(args, dir);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(code), "{args:?}: {error}");
+    String::from_utf8(out.stdout).expect("text")
+}
+
+/// The sealed bounces as somebody with a tracker and a spreadsheet would have them: centimetres, a height that counts downwards
+/// from the edge of the image, decimal commas, a note in each row.
+fn recording() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed/bounces.csv");
+    let text = std::fs::read_to_string(path).expect("a fixture");
+    let mut out = String::from("Tracker 6.0\n# exported\nWurf;Zeit (ms);x (cm);y (cm);Notiz\n");
+    for line in text.lines().skip(1) {
+        let c: Vec<&str> = line.split(',').collect();
+        let number = |i: usize| c[i].parse::<f64>().expect("a number");
+        let row = format!(
+            "{};{:.6};{:.5};{:.5};gut",
+            c[0],
+            1e3 * number(1),
+            1e2 * number(2),
+            1e2 * (2.0 - number(3))
+        );
+        out += &(row.replace('.', ",") + "\n");
+    }
+    out
+}
+
+#[test]
+fn a_recording_goes_to_an_answer_by_two_commands() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    std::fs::write(d.join("wurf.csv"), recording()).expect("written");
+    let text = printed(&["start", "wurf.csv", "--out", "begun"], 0, d);
+    assert!(text.lines().count() <= 10, "{text}");
+    for part in [
+        "separated by `;`, decimals have commas",
+        "Zeit (ms) is the time",
+        "y (cm) counts downwards",
+        "left out: Notiz",
+        "throws in a plane",
+        "floor at -2.0",
+        "next: augsim discover begun/model.toml begun/data.csv",
+    ] {
+        assert!(text.contains(part), "`{part}` is not in:\n{text}");
+    }
+    let text = printed(&["discover", "begun/model.toml", "begun/data.csv", "--out", "found"], 0, d);
+    // The label of the fixture is 0.031 per metre.
+    assert!(text.contains("The model lacks quadratic-drag (k_per_m = 0.031"), "{text}");
+    assert!(text.contains("floor_height_m = -2.0"), "{text}");
+    // What `start` understands the other commands do too, and say so; the height is then that of the file, upwards.
+    let out = augsim(&["data", "inspect", "wurf.csv"], d);
+    assert!(String::from_utf8_lossy(&out.stderr).contains("read as a recording"), "{out:?}");
+    assert!(String::from_utf8_lossy(&out.stdout).contains("z_m"), "{out:?}");
+}
+
+#[test]
+fn what_is_no_ball_ends_with_code_1_and_a_remedy() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    let sealed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed");
+    let model =
+        std::fs::read_to_string(sealed.join("model.toml")).expect("a fixture").replace(", frozen = true", "");
+    std::fs::write(d.join("model.toml"), model).expect("written");
+    let text = std::fs::read_to_string(sealed.join("bounces.csv")).expect("a fixture");
+    let mut lines = text.lines();
+    let mut doubled = format!("{}\n", lines.next().expect("a header"));
+    for line in lines {
+        let c: Vec<&str> = line.split(',').collect();
+        let twice = |i: usize| 3.281 * c[i].parse::<f64>().expect("a number");
+        doubled += &format!("{},{},{},{},{},{}\n", c[0], c[1], twice(2), twice(3), c[4], c[5]);
+    }
+    std::fs::write(d.join("feet.csv"), doubled).expect("written");
+    let text = printed(&["discover", "model.toml", "feet.csv", "--out", "found"], 1, d);
+    assert!(text.contains("Not this system: gravity fits 3") && text.contains("are these feet?"), "{text}");
+    assert!(!text.contains("augmented"), "nothing was added: {text}");
+    let result = std::fs::read_to_string(d.join("found/result.json")).expect("written");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["verdict"], "not-this-system");
+    assert_eq!(result["effects"].as_array().map(Vec::len), Some(0));
+    let page = std::fs::read_to_string(d.join("found/report.html")).expect("written");
+    assert!(page.contains("not this system") && !page.contains("error with the effects added"));
+}
+
+#[test]
+fn what_is_no_recording_of_the_library_is_sent_to_equations() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    let rows: String = (0..200)
+        .map(|k| {
+            let t = f64::from(k) / 100.0;
+            format!("{t};{};{}\n", 0.4 * (3.0 * t).cos(), -1.2 * (3.0 * t).sin())
+        })
+        .collect();
+    std::fs::write(d.join("swing.csv"), format!("time;angle (rad);rate_rad_s\n{rows}")).expect("written");
+    let text = printed(&["start", "swing.csv", "--out", "begun"], 0, d);
+    assert!(text.contains("augsim model new pendulum"), "{text}");
+    assert!(!d.join("begun/model.toml").exists() && d.join("begun/data.csv").exists());
+}
+
+#[test]
+fn effects_list_the_library_with_what_each_needs() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    let ball = printed(&["effects", "ball"], 0, d);
+    for part in [
+        "quadratic-drag",
+        "a = -k |v - w| (v - w)",
+        "k_per_m about 2.000e-2 1/m",
+        "Nagurka",
+        "needs: a recorded spin",
+    ] {
+        assert!(ball.contains(part), "`{part}` is not in:\n{ball}");
+    }
+    let push = printed(&["effects", "push"], 0, d);
+    assert!(push.contains("table-anisotropy") && !push.contains("quadratic-drag"));
+    let both = printed(&["effects"], 0, d);
+    assert!(both.contains("table-anisotropy") && both.contains("quadratic-drag"));
+    assert_eq!(printed(&["effects", "magnus"], 0, d).lines().filter(|l| !l.starts_with(' ')).count(), 2);
+    let out = augsim(&["effects", "drag"], d);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&out.stderr).contains("did you mean quadratic-drag or linear-drag"),
+        "{out:?}"
+    );
+}
+
+#[test]
+fn templates_of_the_library_are_written_and_a_short_kind_is_told_its_names() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    for name in ["ball", "push"] {
+        assert!(printed(&["model", "new", name], 0, d).contains("next: augsim discover"));
+        printed(&["effects", "--for", &format!("{name}.toml")], 0, d);
+    }
+    let text = std::fs::read_to_string(d.join("ball.toml")).expect("written");
+    std::fs::write(d.join("drag.toml"), text + "[[effect]]\nkind = \"drag\"\n").expect("written");
+    let out = augsim(&["effects", "--for", "drag.toml"], d);
+    assert_eq!(out.status.code(), Some(3));
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(error.contains("did you mean `quadratic-drag` or `linear-drag`?"), "{error}");
+}
+
+#[test]
+fn completions_manual_pages_and_examples_know_every_command() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = printed(&["completions", shell], 0, d);
+        assert!(script.contains("discover") && script.contains("residual-of"), "{shell}");
+    }
+    printed(&["man", "--out", "man"], 0, d);
+    let help = printed(&["--help"], 0, d);
+    let commands = help.lines().skip_while(|l| *l != "Commands:").skip(1).take_while(|l| !l.is_empty());
+    let names: Vec<&str> =
+        commands.filter_map(|l| l.split_whitespace().next()).filter(|n| *n != "help").collect();
+    assert!(names.contains(&"start") && names.contains(&"discover"), "{names:?}");
+    for name in names {
+        let page = std::fs::read_to_string(d.join(format!("man/augsim-{name}.1"))).expect("a page");
+        assert!(page.contains("augsim"), "{name}");
+        let help = printed(&[name, "--help"], 0, d);
+        assert!(help.contains("Examples:\n  augsim "), "{name}:\n{help}");
+    }
+}

@@ -1,0 +1,19 @@
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+
+/// Where measured and golden data lie.
+#[path = "../../../../tests/support/shared_data.rs"]
+mod shared_data;
+
+// Readers and writers.
+mod csv_errors;
+mod csv_round_trip;
+mod named_csv;
+mod push_errors;
+mod push_files;
+
+// Limits on what a file may ask for.
+mod limits;
+
+// Scales, summaries and the checks of suspicious data.
+mod scaling_and_summary;
+mod suspicious_data;

@@ -1,0 +1,27 @@
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+
+/// Where measured and golden data lie.
+#[path = "../../../../tests/support/shared_data.rs"]
+mod shared_data;
+
+// The ball: engine, data law, floor of prediction, PyBullet.
+mod ball_floor;
+mod ball_laws;
+mod ball_sensitivities;
+mod bullet_golden;
+mod paper_law;
+mod system_ball;
+
+// Pushing: engine, laboratory, interpolated poses.
+mod push_golden;
+mod push_laboratory;
+mod push_laws;
+mod push_poses;
+mod system_push;
+
+// Model files of both scenarios.
+mod model_file;
+mod push_model_file;
+
+// State equations written in Rust.
+mod ode;

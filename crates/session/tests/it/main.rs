@@ -1,0 +1,7 @@
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+
+// The examples of this crate run.
+mod examples;
+
+// Process noise that a discovery found is used by forecasts.
+mod shaken;

@@ -1,0 +1,92 @@
+//! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law that is
+//! not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no other system, an
+//! impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no part of the data allows
+//! ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. What records do not tell from
+//! nothing is not named. Where the motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of
+//! `discover_battery systems-single`, ….
+
+use crate::common::answer_to;
+use augsim_discovery::{Discovery, Verdict};
+use augsim_tests::sealed_systems::{Kind, PLANTS, Plant, draw, truth};
+
+fn answer(kind: Kind, seed: u64) -> Discovery {
+    answer_of(&PLANTS[(seed % 8) as usize], kind, seed)
+}
+
+fn answer_of(plant: &Plant, kind: Kind, seed: u64) -> Discovery {
+    answer_to(plant.model, draw(plant, &truth(kind, plant, seed), seed).csv)
+}
+
+fn kinds(found: &Discovery) -> Vec<&str> {
+    let mut kinds: Vec<&str> = found.effects.iter().map(|effect| &*effect.kind).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+#[test]
+fn a_lost_window_buys_no_law_beside_the_two_that_are_missing() {
+    let found = answer(Kind::Pair, 6_500_113);
+    assert_eq!(kinds(&found), ["cubic-damping", "quadratic-damping"], "{}", found.sentence);
+}
+
+#[test]
+fn dry_friction_is_found_although_its_width_first_runs_into_a_bound() {
+    let found = answer(Kind::Single, 6_600_020);
+    assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
+}
+
+#[test]
+fn dry_friction_is_not_taken_for_a_law_that_contains_it_because_its_own_fit_was_lost() {
+    let found = answer(Kind::Single, 6_602_032);
+    assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
+}
+
+#[test]
+fn unstable_motion_that_is_followed_is_of_the_declared_system() {
+    let found = answer(Kind::Single, 6_500_006);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+    assert_eq!(kinds(&found), ["cubic-stiffness on load_rad_s"], "{}", found.sentence);
+}
+
+#[test]
+fn an_impact_that_comes_or_goes_leaves_nothing_to_explain() {
+    let found = answer(Kind::Null, 6_400_009);
+    assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+}
+
+#[test]
+fn a_knee_that_the_records_themselves_do_not_tell_from_nothing_is_none() {
+    let found = answer(Kind::Null, 8_500_085);
+    assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
+}
+
+#[test]
+fn intervals_without_a_width_are_those_of_no_fit() {
+    let found = answer(Kind::Outside, 8_240_005);
+    assert!(matches!(found.verdict, Verdict::Unknown | Verdict::PartlyExplained), "{}", found.sentence);
+}
+
+#[test]
+fn a_set_that_no_part_of_the_data_allows_to_be_fitted_ends_no_search() {
+    let found = answer(Kind::Outside, 8_240_008);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
+}
+
+#[test]
+fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
+    let found = answer(Kind::Outside, 8_250_010);
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
+    assert!(
+        found.effects.is_empty() && found.sentence.starts_with("Something unknown"),
+        "{}",
+        found.sentence
+    );
+}
+
+#[test]
+fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
+    let plant = PLANTS[(8_310_011 % 8) as usize].in_one_recording();
+    let found = answer_of(&plant, Kind::Single, 8_310_011);
+    assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
+}
