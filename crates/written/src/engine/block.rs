@@ -286,13 +286,20 @@ impl<const L: usize> Block<L> {
         values: &mut [[f64; L]],
         slopes: &mut [[f64; L]],
     ) {
-        let arch = system.machine.arch;
-        arch.dispatch(Measurement { block: self, system, drive, time, columns, values, slopes });
+        system.machine.dispatch::<L, _>(Measurement {
+            block: self,
+            system,
+            drive,
+            time,
+            columns,
+            values,
+            slopes,
+        });
     }
 
     fn run(&mut self, system: &System, section: &Section, at: Option<(&Drive<L>, &[f64; L])>) {
         let Self { registers, x, .. } = self;
-        system.machine.arch.dispatch(Evaluation { system, section, registers, x, at });
+        system.machine.dispatch::<L, _>(Evaluation { system, section, registers, x, at });
     }
 
     /// A step of classical Runge-Kutta from `time` of length `h`, with the sensitivities of `columns` if given. Rates of
@@ -305,7 +312,7 @@ impl<const L: usize> Block<L> {
         columns: Option<&Columns>,
         held: &[bool],
     ) {
-        system.machine.arch.dispatch(Step { block: self, system, drive, time, h, columns, held });
+        system.machine.dispatch::<L, _>(Step { block: self, system, drive, time, h, columns, held });
     }
 
     #[inline(always)]

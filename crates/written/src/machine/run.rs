@@ -17,6 +17,21 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
+    /// Runs `work` on blocks of `L` lanes, by code compiled for the best instruction set of this machine.
+    ///
+    /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well: to the same bits, and nothing is
+    /// compiled for a set that has no use.
+    pub(crate) fn dispatch<const L: usize, W: WithSimd>(&self, work: W) -> W::Output {
+        #[cfg(target_arch = "x86_64")]
+        if const { L < 8 } {
+            return match pulp::x86::V3::try_new() {
+                Some(simd) if !matches!(self.arch, Arch::Scalar) => Simd::vectorize(simd, work),
+                _ => Simd::vectorize(pulp::Scalar, work),
+            };
+        }
+        self.arch.dispatch(work)
+    }
+
     /// Runs the instructions of `section` on `registers`, by code compiled for the instruction set `simd`.
     ///
     /// It is never inlined: a pass has a loop for each of 28 operations, with the elementary functions inside, and the compiler
