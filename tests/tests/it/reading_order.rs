@@ -1,6 +1,6 @@
 //! Contract: the README of a crate is its documentation, and its reading order leads to every file of `src`, so that neither
 //! can go stale. A table under "Files in reading order" names files and folders below `src` in backticks; a test fails for a
-//! file that no row reaches, and for a row that names nothing.
+//! file that no row reaches, and for a row that names nothing. Files of integration tests are modules of one binary, each declared.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -67,6 +67,36 @@ fn the_readme_is_the_documentation_of_its_crate() {
         let included = text.starts_with("#![doc = include_str!(\"../README.md\")]\n");
         assert!(included, "{}: the root file does not begin with the README", room.display());
     }
+}
+
+/// Files of `tests/it` that `main.rs`, given as text, does not declare: cargo would never compile them.
+fn undeclared<'f>(main: &str, files: &'f [String]) -> Vec<&'f String> {
+    files.iter().filter(|file| !main.lines().any(|line| line == format!("mod {file};"))).collect()
+}
+
+#[test]
+fn every_file_of_integration_tests_is_a_module() {
+    let crates = std::fs::read_dir(root().join("crates")).expect("the crates").flatten().map(|e| e.path());
+    let (mut complaints, mut count) = (Vec::new(), 0);
+    for folder in crates.chain([root().join("tests")]).map(|room| room.join("tests/it")) {
+        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+        let files: Vec<String> = names
+            .filter_map(|name| name.strip_suffix(".rs").map(str::to_owned))
+            .filter(|name| name != "main")
+            .collect();
+        count += files.len();
+        let main = std::fs::read_to_string(folder.join("main.rs")).expect("a main.rs");
+        complaints.extend(undeclared(&main, &files).iter().map(|f| format!("{}: {f}", folder.display())));
+    }
+    assert!(complaints.is_empty(), "not declared in main.rs, so never run:\n{}", complaints.join("\n"));
+    assert!(count > 80, "{count} files of integration tests; have they moved?");
+}
+
+#[test]
+fn a_test_file_that_is_not_declared_is_seen() {
+    let files = ["bounds", "events"].map(str::to_owned);
+    assert_eq!(undeclared("mod events;\n// mod bounds;\n", &files), ["bounds"]);
 }
 
 #[test]
