@@ -3,15 +3,12 @@
 //! bands, where it lacks nothing the net does no harm, and a change behind the first samples changes no forecast. What cannot be
 //! learned from is refused with one sentence.
 
-use crate::command::{augsim, succeed};
+use crate::command::{fail, succeed};
 use std::fmt::Write as _;
 use std::path::Path;
 
 fn refused(args: &[&str], code: i32, dir: &Path) -> String {
-    let out = augsim(args, dir);
-    let text = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert_eq!(out.status.code(), Some(code), "{args:?}: {text}");
-    text
+    fail(code, args, dir, &[])
 }
 
 const MODEL: &str = "scenario = \"system\"\nname = \"oscillator\"\n[inputs]\nforce_N = { hold = \"zero\" }\n[states]\n\

@@ -2,7 +2,7 @@
 //! with one command each; what one writes the next one reads; mistakes name file, column and remedy. Data are simulated by
 //! the binary itself without noise, so that the truth is known to many digits, and parameters declared wrong must come back.
 
-use crate::command::{augsim, succeed};
+use crate::command::{fail, succeed};
 use std::path::Path;
 
 fn json(args: &[&str], dir: &Path) -> serde_json::Value {
@@ -10,10 +10,7 @@ fn json(args: &[&str], dir: &Path) -> serde_json::Value {
 }
 
 fn refused(args: &[&str], code: i32, dir: &Path) -> String {
-    let out = augsim(args, dir);
-    let text = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert_eq!(out.status.code(), Some(code), "{args:?}: {text}");
-    text
+    fail(code, args, dir, &[])
 }
 
 /// Changes a file.
