@@ -294,7 +294,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         .as_ref()
         .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
     let line = format!(
-        "seed {seed}{empty} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lof {:.1e} lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
+        "seed {seed}{empty} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
         if scene.plane { "2-D" } else { "1-D" },
         scene.trajectories,
         scene.rate_hz,
@@ -303,7 +303,6 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         d.verdict,
         mine,
         d.alternatives,
-        d.tests.lack_of_fit,
         d.tests.library,
         d.tests.laws.unwrap_or(1.0),
         d.tests.heterogeneity,

@@ -81,11 +81,12 @@ pub fn canonical(d: &Discovery) -> Value {
     let candidates: Vec<Value> = d
         .candidates
         .iter()
-        .map(|c| json!([c.kinds, c.gain, c.penalty, c.heldout_gain, c.fitted, c.chosen, c.parameters]))
+        .map(|c| json!([c.kinds, c.gain, c.penalty, c.fitted, c.chosen, c.parameters]))
         .collect();
     rounded(json!({
         "verdict": d.verdict,
         "effects": d.effects,
+        "leads": d.leads,
         "calibrated": d.calibrated,
         "parameters": d.parameters,
         "noise": [d.noise.sd, d.noise.by_channel, d.noise.findings],
@@ -95,7 +96,7 @@ pub fn canonical(d: &Discovery) -> Value {
         "error": d.error,
         "tests": d.tests,
         "correlations": d.correlations,
-        "horizons": d.dispersion.map(|dispersion| json!([d.windows, dispersion, d.errors, d.horizons])),
+        "horizons": json!([d.windows, d.errors, d.horizons]),
     }))
 }
 

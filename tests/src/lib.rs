@@ -1,4 +1,5 @@
-//! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed data of balls and pushes and their scoring.
+//! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed and trap
+//! sets and their scoring.
 
 pub mod answers;
 pub mod battery;
@@ -15,3 +16,4 @@ pub mod sealed;
 pub mod sealed_push;
 pub mod sealed_systems;
 pub mod strange;
+pub mod traps;

@@ -108,7 +108,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         1e3 * d.error.noise_floor.rmse,
         d.error.explained_share,
         d.tests,
-        d.dispersion.unwrap_or(0.0),
+        d.independent.unwrap_or(0.0),
         d.work,
     );
     Row { line, right }

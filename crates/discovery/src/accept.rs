@@ -31,7 +31,7 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
     put("noise", &[n.sd, n.correlation.unwrap_or(0.0), n.jitter_s.unwrap_or(0.0)]);
     let t = &d.tests;
     let optional = [t.laws.unwrap_or(1.0), t.periodicity.unwrap_or(1.0)];
-    put("tests", &[t.lack_of_fit, t.library, t.heterogeneity]);
+    put("tests", &[t.library, t.heterogeneity]);
     put("tests", &optional);
     put("anatomy", &anatomy(&d.anatomy));
     for row in &d.correlations.1 {
@@ -42,10 +42,10 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
     }
     for c in &d.candidates {
         put("candidates", &estimates(&c.parameters));
-        put("candidates", &[c.gain, c.penalty, c.heldout_gain.unwrap_or(0.0)]);
+        put("candidates", &[c.gain, c.penalty]);
     }
     d.errors.values().for_each(|t| put("errors", &table(t)));
-    put("dispersion", &[d.dispersion.unwrap_or(1.0)]);
+    put("independent", &[d.independent.unwrap_or(1.0)]);
     for e in d.horizons.iter().flat_map(|h| h.errors.values()) {
         let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
         put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());

@@ -1,14 +1,10 @@
-//! The gain of a named set of effects: an oracle that knows what to look for.
+//! The gain of a named set of effects: the answer of someone who is told what to look for.
 
 use crate::addition::Addition;
-use crate::calibrate::calibrate;
-use crate::candidates::Family;
-use crate::fit::Fit;
-use crate::judged::Judged;
+use crate::columns::Family;
 use crate::prepare::prepare;
-use crate::scattered::promise;
-use crate::score::scores;
-use crate::search::Search;
+use crate::scattered;
+use crate::search::{ALPHA, Search, Starts, calibrated};
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
 use augsim_physics::system::{Declaration, ScatterPer, System};
@@ -16,11 +12,11 @@ use augsim_physics::system::{Declaration, ScatterPer, System};
 /// A set of effects compared with the calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assessment {
-    /// Gain in -2 ln likelihood on the training trajectories.
+    /// Gain of predictions of left-out blocks, in nats.
     pub gain: f64,
-    /// The penalty of the set.
+    /// The price of the set, in nats.
     pub penalty: f64,
-    /// Forecast error on held-out records with the set, in the unit of their channels.
+    /// Forecast error on the records that are kept out, on all where none are, in the unit of their channels.
     pub rmse: f64,
 }
 
@@ -31,8 +27,8 @@ impl Assessment {
     }
 }
 
-/// Fits the calibrated model with the effects `kinds` (unknown kinds are left out; scatter as `per`) from their typical
-/// sizes, with both signs for those that have one.
+/// Fits the calibrated model with the effects `kinds` (unknown kinds are left out; scatter as `per`) from their typical sizes, with both
+/// signs for those that have one.
 ///
 /// # Errors
 /// The errors of [`discover`](crate::discover).
@@ -44,8 +40,8 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let search = Search::on(&prepared, Family::Described);
-    let base = calibrate(&search.train);
+    let (view, base) = calibrated(&prepared, &prepared.searched);
+    let search = Search::new(&view, &[Family::Described], &prepared.clock);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds
         .iter()
@@ -54,42 +50,27 @@ pub fn assess(
             scatter.or_else(|| Addition::of_kind(system, kind))
         })
         .collect();
-    let signs = 1usize << additions.len();
-    let fits = (0..signs).map(|bits| {
-        let starts: Vec<(Addition, Vec<f64>)> = additions
-            .iter()
-            .enumerate()
-            .filter_map(|(i, a)| {
-                let p = a.parameters().first()?;
-                let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
-                Some((a.clone(), vec![0.5 * sign * p.typical]))
-            })
-            .collect();
-        search.refit(&base, &additions, &starts)
+    let fits = (0..1usize << additions.len()).map(|bits| {
+        let start = |(i, a): (usize, &Addition)| {
+            let p = a.parameters().first()?;
+            let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
+            let rest = a.parameters().iter().skip(1).map(|p| p.typical);
+            Some((a.clone(), std::iter::once(0.5 * sign * p.typical).chain(rest).collect()))
+        };
+        let starts: Starts = additions.iter().enumerate().filter_map(start).collect();
+        search.refit(&base.fit, &additions, &starts)
     });
-    let mut best: Option<Judged> = None;
-    for j in fits.chain(scored(&search, &base, &additions)) {
-        if best.as_ref().is_none_or(|b| j.criterion < b.criterion) {
-            best = Some(j);
-        }
-    }
-    let best = best.unwrap_or_else(|| search.judge(base.clone()));
+    let best = fits
+        .filter(|s| s.is_finite())
+        .min_by(|a, b| a.evidence.cost().total_cmp(&b.evidence.cost()))
+        .unwrap_or_else(|| base.clone());
+    let price = (search.candidates / ALPHA).ln();
     let drawn = system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
-    let own = if drawn { promise(&search, &best).unwrap_or([0.0, f64::INFINITY]) } else { [0.0; 2] };
+    let own = if drawn { scattered::gain(&search, &best) } else { 0.0 };
+    let kept = if prepared.kept_out.is_empty() { &prepared.searched } else { &prepared.kept_out };
     Ok(Assessment {
-        gain: 2.0 * (best.fit.ll - base.ll) + own[0],
-        penalty: best.penalty + own[1],
-        rmse: forecast::first_rmse(&search.test, &best.fit),
+        gain: best.gain_over(&base, best.evidence.independent) + own,
+        penalty: price * (additions.len() as f64 + f64::from(u8::from(drawn))),
+        rmse: forecast::first_rmse(&prepared.sample(kept), &best.fit),
     })
-}
-
-/// The set built up one by one, each addition from where its test puts it.
-fn scored(search: &Search<'_>, base: &Fit, additions: &[Addition]) -> Option<Judged> {
-    let mut now: Option<Judged> = None;
-    for (count, addition) in additions.iter().enumerate() {
-        let from = now.as_ref().map_or(base, |j| &j.fit);
-        let score = scores(&search.train, from, std::slice::from_ref(addition)).into_iter().next()?;
-        now = Some(search.refit(from, &additions[..=count], &[(addition.clone(), score.estimate)]));
-    }
-    now
 }

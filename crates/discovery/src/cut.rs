@@ -2,7 +2,6 @@
 
 use crate::Options;
 use crate::result::Discovery;
-use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Instant;
@@ -31,37 +30,6 @@ impl Clock {
             self.cut.store(true, Relaxed);
         }
         self.was_cut()
-    }
-
-    /// Does jobs in their order, a few at a time, until the time is over; `told` hears the share that is done.
-    pub fn worked_off<J: Sync, T: Send + Sync>(
-        &self,
-        jobs: &[J],
-        told: &mut dyn FnMut(f64),
-        work: impl Fn(&J) -> T + Sync,
-    ) -> Vec<T> {
-        self.worked_off_in(2 * rayon::current_num_threads(), jobs, told, |_, job| work(job))
-    }
-
-    /// Does jobs in their order, so many at a time, until the time is over. Each sees what came of all those before the jobs that it
-    /// is done beside.
-    pub fn worked_off_in<J: Sync, T: Send + Sync>(
-        &self,
-        at_a_time: usize,
-        jobs: &[J],
-        told: &mut dyn FnMut(f64),
-        work: impl Fn(&[T], &J) -> T + Sync,
-    ) -> Vec<T> {
-        let mut done: Vec<T> = Vec::with_capacity(jobs.len());
-        for some in jobs.chunks(at_a_time) {
-            if self.is_over() {
-                break;
-            }
-            let next: Vec<T> = some.par_iter().map(|job| work(&done, job)).collect();
-            done.extend(next);
-            told(done.len() as f64 / jobs.len() as f64);
-        }
-        done
     }
 }
 

@@ -17,12 +17,6 @@ const SMALL: (f64, f64) = (1e-3, 1e-6);
 /// The same where laws are idealisations: gains of less than a hundredth of a standard deviation a sample are none.
 const SMALL_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
-/// Trials after which a fit may be left off.
-const EARLIEST: usize = 12;
-/// Trials over which the fall of the cost is looked at: as many as are made from one place, which may all fail.
-const LOOKED_AT: usize = 8;
-/// By how many times the fall over these a fit may still fall.
-const FORESEEN: f64 = 6.0;
 /// Trials over which a fit crawls that lowers the cost, in all of them, by crumbs.
 const CRAWL: usize = 9;
 /// A fall of the cost that is but crumbs: an absolute part, which no decision notices, and a share of the cost, which is a sum of
@@ -45,35 +39,6 @@ const BAD: f64 = 0.25;
 const GOOD: f64 = 0.75;
 /// Most good steps before a longer one is tried.
 const MOST_PATIENCE: usize = 8;
-
-/// A cost that a fit has to come down to for anyone to want its end.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach(pub f64);
-
-impl Reach {
-    /// Every fit is wanted.
-    pub const ANY: Self = Self(f64::INFINITY);
-
-    /// Whether every fit is wanted.
-    pub fn is_any(self) -> bool {
-        self.0 == f64::INFINITY
-    }
-
-    /// The nearer of this reach and of a cost that is to be undercut.
-    pub fn or(self, cost: f64) -> Self {
-        Self(self.0.min(cost))
-    }
-
-    /// Whether costs, trial by trial, fall too slowly to come within reach: were they to go on as over the last trials for as long as a
-    /// fit may take, they would end beyond it.
-    fn is_hopeless(self, costs: &[f64]) -> bool {
-        let Some(before) = costs.len().checked_sub(LOOKED_AT + 1).filter(|_| costs.len() > EARLIEST) else {
-            return false;
-        };
-        let now = costs[costs.len() - 1];
-        now - FORESEEN * (costs[before] - now) > self.0
-    }
-}
 
 /// Whether costs, trial by trial, have stopped falling, but for crumbs.
 fn crawls(costs: &[f64]) -> bool {
@@ -123,17 +88,15 @@ impl Damping {
     }
 }
 
-/// A minimisation: whether theta moves in it, how far the cost has to come down, and how many simulations of the whole sample it has
-/// used.
+/// A minimisation: whether theta moves in it, and how many simulations of the whole sample it has used.
 pub(crate) struct Descent {
     pub moves_theta: bool,
-    pub reach: Reach,
     pub work: usize,
 }
 
 impl Descent {
-    pub fn new(moves_theta: bool, reach: Reach) -> Self {
-        Self { moves_theta, reach, work: 0 }
+    pub fn new(moves_theta: bool) -> Self {
+        Self { moves_theta, work: 0 }
     }
 
     /// The state of the least cost that steps from `state` come to. Further calls go on with the work that is left.
@@ -154,9 +117,8 @@ impl Descent {
             false => (MOST_ASSEMBLIES, SMALL),
         };
         let goes_far = h.system.begins_from_first_samples();
-        let (moves_theta, reach) = (self.moves_theta, self.reach);
-        let is_left_off =
-            |costs: &[f64]| goes_far && (moves_theta && crawls(costs) || reach.is_hopeless(costs));
+        let moves_theta = self.moves_theta;
+        let is_left_off = |costs: &[f64]| goes_far && moves_theta && crawls(costs);
         let (mut damping, mut small_steps, mut costs) = (Damping::new(), 0, vec![state.q]);
         while self.work < most && !is_left_off(&costs) {
             let mut is_taken = false;
@@ -205,17 +167,8 @@ impl Descent {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a fit is left off only where it crawls, or falls too slowly to come within reach; longer steps are tried ever more
-    //! rarely where they fail.
+    //! Contract: a fit is left off only where it crawls; longer steps are tried ever more rarely where they fail.
     use super::*;
-
-    #[test]
-    fn a_fit_that_falls_fast_enough_goes_on() {
-        let falling: Vec<f64> = (0..13).map(|k| 1000.0 - 10.0 * f64::from(k)).collect();
-        assert!(!Reach(410.0).is_hopeless(&falling) && Reach(390.0).is_hopeless(&falling));
-        assert!(!Reach(390.0).is_hopeless(&falling[..12]), "too early to tell");
-        assert!(!Reach::ANY.is_hopeless(&[7.0; 40]) && Reach::ANY.or(3.0).is_hopeless(&[7.0; 40]));
-    }
 
     #[test]
     fn crumbs_are_not_picked_up() {

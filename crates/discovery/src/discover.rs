@@ -1,37 +1,55 @@
-//! The loop: noise, calibration, search, adequacy, unlisted laws, verdict, errors.
+//! The loop, stage by stage: records and noise, calibration and search, judgement, errors, answer.
 
 use crate::DiscoveryError;
-use crate::anatomy::anatomy;
-use crate::answer::AnswerParts;
-use crate::calibrate::calibrate;
-use crate::candidates::Family;
-use crate::crossed::{crossed, forecast_limit, worth_crossing};
+use crate::addition::Addition;
+use crate::answer::{AnswerParts, Errors, errors, forecast_limit, starts};
+use crate::columns::Family;
 use crate::cut::cut_short;
-use crate::decide::{Decided, JudgedBy, heldout_gain, with_only};
-use crate::doubt::{Doubt, after_search, before_search, unsearched};
-use crate::end_of_sensor::with_stops;
 use crate::error_table::Lists;
 use crate::examples::examples;
-use crate::fit::{Fit, fit, fit_nuisance, merged};
-use crate::formulas::{answer, beyond_the_library, leaves_something};
-use crate::grammar::has_grammar;
-use crate::judged::Judged;
-use crate::long_search::over_long_windows;
-use crate::longer::fit_joined;
+use crate::fit::{fit, fit_nuisance};
+use crate::formulas::with_formulas;
+use crate::judge::{self, Doubt, Judgement, Remainder, judged, remainder, tabulated};
 use crate::options::{Options, Progress, onward};
-use crate::outliers::left_out;
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{Prepared, misfit, prepare};
+use crate::records::View;
 use crate::report::report;
-use crate::result::{Discovery, ErrorTable, FreeRun, Verdict, Windows};
-use crate::scattered;
-use crate::search::Search;
-use crate::shaken::under_noise_of_the_motion;
-use crate::supported::supported_by_all;
-use crate::tables::beyond_formulas;
+use crate::result::{Discovery, Verdict};
+use crate::scattered::{self, Scattered, scattered};
+use crate::score::Scored;
+use crate::search::{Found, Search, calibrated, lengthened, refitted, run};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
 use std::time::Instant;
+
+/// Times that a search is repeated because its windows, or the noise, turn out otherwise beside what it found.
+const REPEATS: usize = 2;
+
+/// Result of a search, with its data.
+pub(crate) struct Searched {
+    pub view: View,
+    pub families: Vec<Family>,
+    pub found: Found,
+}
+
+impl Searched {
+    pub fn search(&self, prepared: &Prepared) -> Search<'_> {
+        Search::new(&self.view, &self.families, &prepared.clock)
+    }
+}
+
+/// Findings of the search, and the remainder.
+pub(crate) struct Judged {
+    pub judgement: Judgement,
+    /// Number of the named set with laws of one quantity, where there are some.
+    pub best: usize,
+    pub scattered: Option<Scattered>,
+    pub left: Remainder,
+    pub verdict: Verdict,
+    /// Why the data are not those of the declared system.
+    pub doubt: Option<String>,
+}
 
 /// Finds what `model` lacks to explain `data`.
 ///
@@ -52,201 +70,182 @@ pub fn discover(
     let Admitted { data, warnings } =
         admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
-    let mut doubt = before_search(&prepared);
-    let (mut decided, mut family) = match &doubt {
-        Some(_) => {
-            progress(Progress::Calibration);
-            let family = Family::Described;
-            let search = Search::on(&prepared, family);
-            (unsearched(&search, calibrate(&search.train)), family)
-        }
-        None => answer(&prepared, options, None, progress)?,
+    let doubt = judge::before_search(&prepared);
+    let mut searched = match doubt {
+        Some(_) => unsearched(&prepared, progress),
+        None => search(&mut prepared, options, progress),
     };
-    if doubt.is_none() && !prepared.clock.was_cut() && prepared.quieter(&decided.best.fit) {
-        // What was noise beside the declared model may be structure beside the augmented one: the search goes on from there.
-        (decided, family) = answer(&prepared, options, Some(&decided), progress)?;
-    }
-    let goes_on = doubt.is_none() && !prepared.clock.was_cut() && family == Family::Described;
-    let has_recordings = !prepared.data.recordings.is_empty();
-    if has_recordings && goes_on && leaves_something(&prepared, &decided) {
-        progress(Progress::LongWindows);
-        decided = over_long_windows(&prepared, decided, family, progress);
-        decided = with_stops(&prepared, &data, decided, family, progress);
-    }
-    if has_grammar(&*prepared.data.system)
-        && goes_on
-        && leaves_something(&prepared, &decided)
-        && let Some(wider) = beyond_the_library(&prepared, &decided, progress)
-    {
-        (decided, family) = (wider, Family::Grammar);
-    }
-    let is_open = doubt.is_none() && !prepared.clock.was_cut();
-    if has_grammar(&*prepared.data.system) && is_open && leaves_something(&prepared, &decided) {
-        decided = beyond_formulas(&prepared, decided, family, progress);
-    }
-    let search = Search::on(&prepared, family);
-    if is_open && leaves_something(&prepared, &decided) {
-        decided = under_noise_of_the_motion(&search, decided, progress);
-    }
-    let Prepared { data: measured, noise, .. } = &prepared;
-    // How many windows of the search each window of the final fits joins, and what the search came to over its own windows: of the
-    // calibrated model and of the best.
-    let mut joined = [None; 2];
-    let mut searched = [decided.base.clone(), decided.best.clone()];
-    let (of_base, of_best) = rayon::join(
-        || search.over_longer_windows(&decided.base),
-        || search.over_longer_windows(&decided.best),
-    );
-    let sets = [(&mut decided.base, of_base), (&mut decided.best, of_best)];
-    for ((judged, better), joined) in sets.into_iter().zip(&mut joined) {
-        if let Some((better, length)) = better {
-            (*judged, *joined) = (better, Some(length));
-        }
-    }
-    let was_cut = prepared.clock.was_cut();
-
+    progress(Progress::Adequacy);
+    let mut judged = judge(&prepared, &mut searched, doubt, options);
     progress(Progress::Errors);
-    let (schema, seed) = (measured.system.schema(), options.seed);
-    let mut limit = forecast_limit(measured, &decided.best.fit);
-    let on_split = |decided: &Decided, limit: f64| {
-        let (base, best) = (&decided.base, &decided.best);
-        let held = search.heldout(best);
-        let out = if limit.is_finite() { left_out(limit, [search.heldout(base), held]) } else { Vec::new() };
-        Lists::of(&search.test, [&base.fit, &best.fit], held, &out, seed)
-    };
-    let gain_of = |decided: &Decided| heldout_gain(&decided.best, &decided.base).unwrap_or(0.0);
-    let mut lists = on_split(&decided, limit);
-    // Shown, not decided on: made from the fits of the training part.
-    let mut shown = lists.clone();
-    let mut folds = Vec::new();
-    if !was_cut && worth_crossing(measured, &decided.best, &lists.first(schema, seed, gain_of(&decided))) {
-        progress(Progress::Folds);
-        if let Some(crossed) = crossed(&prepared, family, options) {
-            let stable = crossed.stable(decided.best.additions());
-            if measured.is_idealised() && stable.len() < decided.best.additions().len() {
-                decided = with_only(&search, decided, &stable, progress);
-                (joined[1], searched[1]) = (None, decided.best.clone());
-                shown = on_split(&decided, limit);
-            }
-            (lists, folds) = (crossed.lists, crossed.found);
-        }
+    let mut measured = measure(&prepared, &searched, &judged, options);
+    if withdraw(&prepared, &mut searched, &mut judged, &measured) {
+        measured = measure(&prepared, &searched, &judged, options);
     }
-    let everything: Vec<usize> = (0..measured.records.len()).collect();
-    let all = prepared.sample(&everything);
-    let full = |j: &Judged, joined: Option<usize>| {
-        let nuisance = merged(&[(&search.train, &j.fit), (&search.test, search.heldout(j))]);
-        let Fit { hypothesis, theta, .. } = &j.fit;
-        match joined {
-            Some(joined) => fit_joined(&all, &fit_nuisance(&all, hypothesis, theta, &nuisance), joined),
-            None => fit(&all, hypothesis, theta, &nuisance),
-        }
-    };
-    let mut last = full(&decided.best, joined[1]);
-    // What all of the data leave at its null is no finding, though a part of them took it for one; then, one after the other, what all of
-    // them do not tell from nothing. (A filter's ratio of likelihoods tells more than intervals over a few windows.)
-    let moved = last.moved();
-    let is_less = !moved.is_empty() && moved.len() < decided.best.additions().len();
-    let mut moving = is_less.then_some((moved, None));
-    loop {
-        let untold = || {
-            let of_windows = decided.judged_by == JudgedBy::Windows;
-            let (found, sets) = (&mut decided.found, [&decided.base, &searched[1]]);
-            let rest = of_windows.then(|| supported_by_all(&search, found, sets, &last)).flatten()?;
-            Some((rest, joined[1]))
-        };
-        let Some((rest, over)) = moving.take().or_else(untold) else { break };
-        decided = with_only(&search, decided, &rest, progress);
-        searched[1] = decided.best.clone();
-        let longer = over.and_then(|joined| search.over_windows_joined(&decided.best, joined));
-        joined[1] = over.filter(|_| longer.is_some());
-        decided.best = longer.unwrap_or(decided.best);
-        shown = on_split(&decided, limit);
-        if folds.is_empty() {
-            lists = shown.clone();
-        }
-        last = full(&decided.best, joined[1]);
-    }
-    let tables = |lists: &Lists, folds: usize, gain: f64| {
-        let folds = (folds > 0).then_some(folds);
-        let mut others = lists.others(schema, seed, gain);
-        others.values_mut().for_each(|table| table.folds = folds);
-        (ErrorTable { folds, ..lists.first(schema, seed, gain) }, others)
-    };
-    let (mut error, mut errors) = tables(&lists, folds.len(), gain_of(&decided));
-    if doubt.is_none() {
-        let all: Vec<&ErrorTable> = std::iter::once(&error).chain(errors.values()).collect();
-        if let Some(found) = after_search(&search, &decided, &all) {
-            let mut plain = unsearched(&search, decided.base.fit.clone());
-            match found {
-                Doubt::NotThisSystem(why) => doubt = Some(why),
-                Doubt::NothingHelps => (plain.verdict, plain.severe) = (Verdict::Unknown, true),
-            }
-            decided.found.pool.retain(|j| j.additions().is_empty());
-            decided = Decided { found: decided.found, ..plain };
-            limit = forecast_limit(measured, &decided.best.fit);
-            lists = on_split(&decided, limit);
-            shown = lists.clone();
-            (error, errors) = tables(&lists, 0, 0.0);
-            folds = Vec::new();
-            (joined[1], searched[1]) = (joined[0], searched[0].clone());
-            last = full(&decided.best, joined[1]);
-        }
-    }
-    let Decided { found, base, best, tests, verdict, severe, scattered, .. } = decided;
-    error.free_run = FreeRun::of(&*measured.system, base.free_run, best.free_run);
-    if prepared.is_bounded() {
-        // What was reached is a lower bound of the noise.
-        for table in std::iter::once(&mut error).chain(errors.values_mut()) {
-            if table.noise_floor.rmse > table.augmented.rmse {
-                table.noise_floor = table.augmented;
-            }
-        }
-    }
-    let is_same = best.additions().is_empty() && best.fit.theta == base.fit.theta && joined[0] == joined[1];
-    let calibrated = if is_same { last.clone() } else { full(&base, joined[0]) };
-    let residual_anatomy = anatomy(&all, &calibrated, &last);
-    let out = if limit.is_finite() {
-        let parts = [[&base.fit, &best.fit], [&base, &best].map(|j| search.heldout(j))];
-        parts.map(|fits| left_out(limit, fits).into_iter().filter(|out| *out).count())
-    } else {
-        [0; 2]
-    };
-    let drawn_sd = scattered.as_ref().and_then(|_| scattered::size(&all, &last));
-    let discovery = report(AnswerParts {
-        model,
-        search: &search,
-        noise,
-        found: &found,
-        base: &base,
-        best: &best,
-        searched: [&searched[0], &searched[1]],
-        joined: joined[1],
-        full: &last,
-        tests: &tests,
-        verdict,
-        doubt,
-        severe,
-        error,
-        errors,
-        horizons: lists.horizons(schema, seed),
-        windows: limit.is_finite().then(|| Windows {
-            fitted: [&search.train, &search.test].map(|sample| sample.excerpts().len()),
-            left_out: out,
-            rule: format!(
-                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean square): three times the typical misfit",
-                limit.sqrt()
-            ),
-        }),
-        scattered: scattered.as_ref(),
-        drawn_sd,
-        folds,
-        anatomy: residual_anatomy,
-    })?;
-    let examples = examples(&search.test, [&base.fit, &best.fit], &shown);
+    let found = answer(model, &prepared, &searched, &judged, &measured, options)?;
     let mut notes = prepared.notes.clone();
     if !data.notes().is_empty() {
         notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));
     }
-    let discovery = Discovery { warnings, notes, examples, ..discovery };
-    Ok(if was_cut { cut_short(discovery, begun) } else { discovery })
+    let found = Discovery { warnings, notes, ..found };
+    Ok(if prepared.clock.was_cut() { cut_short(found, begun) } else { found })
+}
+
+/// The calibrated model and nothing else.
+fn unsearched(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Searched {
+    progress(Progress::Calibration);
+    let (view, base) = calibrated(prepared, &prepared.searched);
+    Searched { view, families: Vec::new(), found: Found::of(base, 0.0) }
+}
+
+/// Calibration and search, over windows and with noise that suit what was found.
+fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> Searched {
+    progress(Progress::Calibration);
+    let families = vec![if options.library { Family::Described } else { Family::Grammar }];
+    let (view, base) = calibrated(prepared, &prepared.searched);
+    let mut told = |share: f64| progress(Progress::Searched((1000.0 * share) as u16));
+    let mut searched = searched_on(prepared, view, &families, base, Vec::new(), &mut told);
+    for _ in 0..REPEATS {
+        let best = searched.found.best().fit.clone();
+        let left = misfit(&searched.view.sample(), &best);
+        let is_quieter = prepared.quieter(left);
+        let short = View::new(prepared, &prepared.searched, 1);
+        let on_short = if searched.view.joined == 1 && !is_quieter { best } else { refitted(&short, &best) };
+        let (view, known) = lengthened(prepared, &prepared.searched, short, on_short);
+        if view.joined == searched.view.joined && !is_quieter || prepared.clock.is_over() {
+            break;
+        }
+        let base = refitted(&view, &searched.found.base().fit);
+        let base = Scored::new(&view.sample(), &view.blocks, base);
+        searched = searched_on(prepared, view, &families, base, vec![known], &mut told);
+    }
+    with_formulas(prepared, searched, options, progress)
+}
+
+/// A search on data in these windows, from the calibrated model and known sets.
+pub(crate) fn searched_on(
+    prepared: &Prepared,
+    view: View,
+    families: &[Family],
+    base: Scored,
+    known: Vec<Scored>,
+    told: &mut dyn FnMut(f64),
+) -> Searched {
+    let found = run(&Search::new(&view, families, &prepared.clock), base, known, told);
+    Searched { view, families: families.to_vec(), found }
+}
+
+/// Established findings, the remainder, and the verdict.
+fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, options: &Options) -> Judged {
+    let Searched { view, families, found } = searched;
+    let search = Search::new(view, families, &prepared.clock);
+    let judgement = judged(&search, found, options.seed, options.null_runs);
+    let named = judgement.named;
+    let table = if doubt.is_some() { None } else { tabulated(&search, found, named) };
+    let best = table.map_or(named, |(best, _)| best);
+    let scattered = scattered(&search, &found.tried[named], found.price);
+    let left = remainder(&search, &found.tried[best], scattered.as_ref(), table.map(|t| t.1));
+    let is_named =
+        !found.tried[named].additions().is_empty() || scattered.as_ref().is_some_and(|s| !s.declared);
+    let verdict = judge::verdict(is_named, table.is_some(), &left);
+    let mut judged = Judged { judgement, best, scattered, left, verdict, doubt };
+    if judged.doubt.is_none()
+        && let Some(Doubt::NotThisSystem(why)) =
+            [best, named].iter().find_map(|n| judge::of_values(&found.tried[*n].fit))
+    {
+        judged.doubt = Some(why);
+    }
+    if judged.doubt.is_some() {
+        without_findings(&mut judged, Verdict::NotThisSystem);
+    }
+    judged
+}
+
+/// Takes back what was named: the answer is the calibrated model.
+fn without_findings(judged: &mut Judged, verdict: Verdict) {
+    (judged.best, judged.verdict) = (0, verdict);
+    let judgement = &mut judged.judgement;
+    judgement.named = 0;
+    (judgement.chances, judgement.q_values, judgement.inclusion) = (Vec::new(), Vec::new(), Vec::new());
+    judgement.alternatives = Vec::new();
+}
+
+/// Errors on data that no decision has seen.
+fn measure(prepared: &Prepared, searched: &Searched, judged: &Judged, options: &Options) -> Errors {
+    let Searched { view, families, found } = searched;
+    errors(prepared, view.joined, families, found, judged.best, options.seed)
+}
+
+/// Takes back findings that predict no better than the declared or the calibrated model, or a system that predicts worse than a mean.
+/// Whether anything was taken back.
+fn withdraw(prepared: &Prepared, searched: &mut Searched, judged: &mut Judged, errors: &Errors) -> bool {
+    if judged.doubt.is_some() {
+        return false;
+    }
+    let schema = prepared.data.system.schema();
+    // A scatter alone changes no prediction.
+    let is_law = |a: &Addition| !matches!(a, Addition::Scatter(_));
+    let adds = searched.found.tried[judged.best].additions().iter().any(is_law);
+    let table = errors.lists.first(schema, 0, 0.0);
+    match judge::of_errors(&table, prepared.spread(), adds, schema.decides()) {
+        Some(Doubt::NotThisSystem(why)) => {
+            without_findings(judged, Verdict::NotThisSystem);
+            judged.doubt = Some(why);
+            adds
+        }
+        Some(Doubt::DoesNotHelp) => {
+            without_findings(judged, Verdict::Unknown);
+            true
+        }
+        None => false,
+    }
+}
+
+/// The answer in numbers and words.
+fn answer(
+    model: &dyn Declaration,
+    prepared: &Prepared,
+    searched: &Searched,
+    judged: &Judged,
+    errors: &Errors,
+    options: &Options,
+) -> Result<Discovery, DiscoveryError> {
+    let everything: Vec<usize> = (0..prepared.data.records.len()).collect();
+    let all = View::new(prepared, &everything, searched.view.joined);
+    let on_all = |set: &Scored| -> Scored {
+        if prepared.kept_out.is_empty() {
+            return set.clone();
+        }
+        let Scored { fit: known, .. } = set;
+        let fitted = fit(&all.sample(), &known.hypothesis, &known.theta, &starts(prepared, known));
+        Scored::new(&all.sample(), &all.blocks, fitted)
+    };
+    let (base, best) = (searched.found.base(), &searched.found.tried[judged.best]);
+    let [calibrated, full] = [base, best].map(on_all);
+    let kept = if prepared.kept_out.is_empty() { &prepared.searched } else { &prepared.kept_out };
+    let shown_on = prepared.sample(kept);
+    let held = fit_nuisance(&shown_on, &best.fit.hypothesis, &best.fit.theta, &[]);
+    let shown = Lists::of(&shown_on, [&base.fit, &best.fit], &held, &[], options.seed);
+    let limit = forecast_limit(prepared, &best.fit);
+    let drawn_sd = judged.scattered.as_ref().and_then(|_| scattered::size(&all.sample(), &full.fit));
+    let search = searched.search(prepared);
+    let parts = AnswerParts {
+        model,
+        prepared,
+        search: &search,
+        found: &searched.found,
+        judged,
+        base,
+        best,
+        all: &all,
+        calibrated: &calibrated,
+        full: &full,
+        errors,
+        limit,
+        drawn_sd,
+        shown_on: &shown_on,
+        seed: options.seed,
+    };
+    let found = report(&parts)?;
+    Ok(Discovery { examples: examples(&shown_on, [&base.fit, &best.fit], &shown), ..found })
 }

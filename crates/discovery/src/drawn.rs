@@ -48,8 +48,6 @@ pub(crate) struct Shared {
     nuisance: Vec<Vec<f64>>,
     /// Entries of theta that are drawn.
     places: Range<usize>,
-    /// The mean of the draws is their null, not fitted.
-    centred: bool,
 }
 
 /// Where the records are.
@@ -86,11 +84,7 @@ struct Profile {
 pub(crate) struct Estimated {
     pub sd: f64,
     pub ci95: [f64; 2],
-    /// Level of what is no scatter, and the degrees of freedom that it is estimated with.
-    pub phi: f64,
-    pub freedom: f64,
-    /// -2 ln likelihood, and by how much it is less than without scatter.
-    pub value: f64,
+    /// By how much -2 ln likelihood is less than without scatter.
     pub gain: f64,
     state: State,
 }
@@ -144,32 +138,7 @@ impl Shared {
             }
         }
         let Fit { theta, nuisance, .. } = fit(sample, &hypothesis, &theta, &from.nuisance);
-        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places, centred: false })
-    }
-
-    /// Moves the mean of the draws to their null.
-    pub fn centre(mut self, sample: &ChosenRecords<'_>, from: &Fit) -> Self {
-        let mut held = self.hypothesis.clone();
-        let mut at = 0;
-        let places = self.places.clone();
-        let free = std::mem::take(&mut held.free);
-        for f in free {
-            let width = self.hypothesis.width(&f);
-            if places.contains(&at) {
-                held.values[f.index] = f.null;
-                self.theta[at] = f.null;
-            } else {
-                held.free.push(f);
-            }
-            at += width;
-        }
-        let rest: Vec<usize> = (0..self.theta.len()).filter(|i| !places.contains(i)).collect();
-        let theta: Vec<f64> = rest.iter().map(|&i| self.theta[i]).collect();
-        let fitted = fit(sample, &held, &theta, &from.nuisance);
-        rest.iter().zip(fitted.theta).for_each(|(&i, value)| self.theta[i] = value);
-        self.nuisance = fitted.nuisance;
-        self.centred = true;
-        self
+        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places })
     }
 
     fn lanes(&self, sample: &ChosenRecords<'_>) -> Vec<Lanes> {
@@ -184,51 +153,26 @@ impl Shared {
         State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
     }
 
-    /// At a level of what is no scatter, or at that of these records, which are those that were fitted.
-    pub fn estimate(&self, sample: &ChosenRecords<'_>, phi_given: Option<f64>) -> Option<Estimated> {
+    /// The estimate from these records, which are those that were fitted.
+    pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<Estimated> {
         let least = sample.data.white_share;
         let base = self.together(sample, &self.theta, &self.nuisance);
         let mut state = base.clone();
         for _ in 0..STEPS {
             let each = self.quadratics(sample, &state);
-            let phi = phi_given.unwrap_or(level(&each, least).0);
+            let phi = level(&each, least);
             let sd = most_likely(&self.drawn, |sd| self.profile(&each, sd, phi).restricted)?;
             let shared = self.profile(&each, sd, phi).step;
             state = self.step(sample, &state, &each, &shared, [sd, phi]);
         }
         let each = self.quadratics(sample, &state);
-        let (level, freedom) = level(&each, least);
-        let phi = phi_given.unwrap_or(level);
+        let phi = level(&each, least);
         let restricted = |sd: f64| self.profile(&each, sd, phi).restricted;
         let sd = most_likely(&self.drawn, restricted)?;
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
         let value = self.profile(&each, sd, phi).profiled;
         let ci95 = interval(&self.drawn, restricted, sd);
-        Some(Estimated { sd, ci95, phi, freedom, value, gain: none - value, state })
-    }
-
-    /// -2 ln likelihood at a level of what is no scatter.
-    pub fn value(&self, sample: &ChosenRecords<'_>, phi: f64) -> f64 {
-        match self.estimate(sample, Some(phi)) {
-            Some(found) => found.value,
-            None => {
-                let together = self.together(sample, &self.theta, &self.nuisance);
-                self.profile(&self.quadratics(sample, &together), 0.0, phi).profiled
-            }
-        }
-    }
-
-    /// Gain in -2 ln likelihood by the scatter on the records of another sample, each at its most probable values.
-    pub fn gain_on(&self, sample: &ChosenRecords<'_>, found: &Estimated) -> f64 {
-        let mut state = self.together(sample, &found.state.theta, &[]);
-        let none: f64 = state.normals.iter().map(|n| n.q).sum::<f64>() / found.phi;
-        let still = vec![0.0; self.theta.len()];
-        for _ in 0..STEPS {
-            let each = self.quadratics(sample, &state);
-            state = self.step(sample, &state, &each, &still, [found.sd, found.phi]);
-        }
-        let each = self.quadratics(sample, &state);
-        none - each.iter().map(|n| self.own(n, found.sd, found.phi)).sum::<f64>()
+        Some(Estimated { sd, ci95, gain: none - value, state })
     }
 
     /// Evidence of each window on the entries of theta that are not drawn: entry, curvature, gradient.
@@ -314,12 +258,6 @@ impl Shared {
                         *t.at_mut(i, j) -= along.iter().zip(&b).map(|(a, &k)| a * n.s.at(k, j)).sum::<f64>();
                     }
                 }
-            }
-        }
-        if self.centred {
-            for k in b {
-                v[k] = 0.0;
-                (0..p).for_each(|i| (*t.at_mut(i, k), *t.at_mut(k, i)) = (0.0, 0.0));
             }
         }
         let factor = t.cholesky();
@@ -444,10 +382,10 @@ fn form(s: &Square, v: &[f64]) -> (f64, f64) {
     (x.iter().map(|x| x * x).sum(), rank as f64)
 }
 
-/// Level of what is no scatter, and the degrees of freedom that speak about it.
-fn level(each: &[OfRecord], least: f64) -> (f64, f64) {
+/// Level of what is no scatter.
+fn level(each: &[OfRecord], least: f64) -> f64 {
     let [between, freedom] = [0, 1].map(|k| each.iter().map(|n| n.within[k]).sum::<f64>());
     let mut left: Vec<f64> = each.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
     let within = if freedom > 0.0 { between / freedom } else { 0.0 };
-    (within.max(median(&mut left)).max(least), freedom)
+    within.max(median(&mut left)).max(least)
 }

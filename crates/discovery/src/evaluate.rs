@@ -5,7 +5,9 @@ use crate::linear::Square;
 use crate::record::{Excerpt, Record};
 use crate::statistics::median;
 use augsim_physics::model::Per;
-use augsim_physics::system::{Begin, Event, Offsets, ScatterPer, Seed, Simulated, System, Task};
+use augsim_physics::system::{
+    Begin, Event, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
+};
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -55,6 +57,11 @@ impl Lanes {
             own,
             offsets,
         }
+    }
+
+    /// Variable that each lane is the derivative with respect to.
+    pub fn seeds(&self) -> &[Seed] {
+        &self.seeds
     }
 
     /// Lanes before the nuisances.
@@ -190,9 +197,19 @@ impl<'a> Point<'a> {
 /// Degrees of freedom of the scale that each trajectory's misfit has of its own.
 const SCALE_FREEDOM: f64 = 8.0;
 
-/// Weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom.
-pub(crate) fn weight(q: f64, m: f64) -> f64 {
-    robust(q, m).1
+/// Weight of a window whose whitened residuals have the sum of squares `q` with `m` degrees of freedom.
+pub(crate) fn weight(q: f64, m: f64, tolerated: bool) -> f64 {
+    cost_and_weight(q, m, tolerated).1
+}
+
+/// Twice the inverse of the degrees of freedom of a window's cost, which bends less than its misfit.
+pub(crate) fn softening(freedom: f64) -> f64 {
+    2.0 / (SCALE_FREEDOM + freedom)
+}
+
+/// Cost and weight of a window; where the noise is a tolerance, a misfit below it costs no less than the Gaussian law gives.
+pub(crate) fn cost_and_weight(q: f64, m: f64, tolerated: bool) -> (f64, f64) {
+    if tolerated { tolerant(q, m) } else { robust(q, m) }
 }
 
 /// Cost and weight of a trajectory whose whitened residuals have the sum of squares `q` with `m` degrees of freedom: minus
@@ -267,27 +284,63 @@ pub(crate) fn normals(
     windows: &[Excerpt<'_>],
     correlation: f64,
 ) -> Vec<Normal> {
+    let seeds: Vec<&[Seed]> = lanes.iter().map(|l| &l.seeds[..]).collect();
+    simulated(points, lanes, windows, &seeds, |w, run| {
+        summed(&points[w], &lanes[w], windows[w], correlation, run)
+    })
+}
+
+/// Simulates windows with the derivatives of `seeds`, as many in one pass as the system can, and gives each run to `take`. A window that
+/// cannot be simulated has values that are no numbers.
+pub(crate) fn simulated<T: Send>(
+    points: &[Point<'_>],
+    lanes: &[Lanes],
+    windows: &[Excerpt<'_>],
+    seeds: &[&[Seed]],
+    take: impl Fn(usize, &Simulated) -> T + Sync,
+) -> Vec<T> {
     let side_by_side = points.first().map_or(1, |p| p.system.side_by_side().max(1));
-    let blocks = points.par_chunks(side_by_side).zip(lanes.par_chunks(side_by_side));
-    let blocks = blocks.zip(windows.par_chunks(side_by_side));
-    let each = blocks.flat_map_iter(|((points, lanes), windows)| {
-        with_runs(points.len(), |runs| {
-            let all = points.iter().zip(lanes).zip(windows);
-            let tasks: Vec<Task<'_>> = all.clone().map(|((p, l), at)| p.task(l, *at, &l.seeds)).collect();
-            let system = points[0].system;
-            let done = system.simulate_all(&tasks, runs);
-            all.zip(runs)
-                .zip(done)
-                .map(|((((point, lanes), at), run), done)| {
-                    if done.is_err() {
-                        point.fail(*at, lanes.seeds.len(), run);
-                    }
-                    summed(point, lanes, *at, correlation, run)
-                })
-                .collect::<Vec<_>>()
+    let blocks: Vec<usize> = (0..points.len()).step_by(side_by_side).collect();
+    let each = blocks.into_par_iter().flat_map_iter(|first| {
+        let block = first..(first + side_by_side).min(points.len());
+        with_runs(block.len(), |runs| {
+            let task = |w: usize| points[w].task(&lanes[w], windows[w], seeds[w]);
+            let tasks: Vec<Task<'_>> = block.clone().map(task).collect();
+            let done = points[first].system.simulate_all(&tasks, runs);
+            let finish = |((w, run), done): ((usize, &mut Simulated), Result<(), SimulationError>)| {
+                if done.is_err() {
+                    points[w].fail(windows[w], seeds[w].len(), run);
+                }
+                take(w, run)
+            };
+            block.clone().zip(runs).zip(done).map(finish).collect::<Vec<_>>()
         })
     });
     each.collect()
+}
+
+/// Rows of a simulation, channel by channel: of every measured sample the derivatives in all lanes and then the residual, whitened and
+/// in units of the noise; and the channel and sample of each row.
+pub(crate) fn whitened_rows(
+    run: &Simulated,
+    at: Excerpt<'_>,
+    correlation: f64,
+) -> (Vec<f64>, Vec<(usize, usize)>) {
+    let (record, first, count) = (at.record, at.window.samples.start, run.lanes());
+    let (mut rows, mut places) = (Vec::new(), Vec::new());
+    for c in 0..run.channels() {
+        let residual = |k: usize, d: &mut Vec<f64>| {
+            let w = record.weight[c][k];
+            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
+            w * (record.seen.values[c][k] - run.value(k - first, c))
+        };
+        whitened(at, c, correlation, vec![0.0; count], residual, |r, d| {
+            rows.extend_from_slice(d);
+            rows.push(r);
+        });
+        places.extend(at.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0).map(|k| (c, k)));
+    }
+    (rows, places)
 }
 
 /// The normal equations of a window from its simulation.
@@ -415,23 +468,14 @@ fn finish(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>, sums: Sums, events:
     let free: f64 = terms - lanes.fixed_nuisances() as f64;
     let freedom = free.max(1.0);
     let tolerated = at.record.tolerated;
-    let (mut q, weight) = if tolerated { tolerant(misfit, freedom) } else { robust(misfit, freedom) };
-    let softening = if tolerated && misfit < freedom { 0.0 } else { 2.0 / (SCALE_FREEDOM + freedom) };
+    let (mut q, weight) = cost_and_weight(misfit, freedom, tolerated);
+    let softening = if tolerated && misfit < freedom { 0.0 } else { softening(freedom) };
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
-    let first = lanes.fixed_nuisances();
-    // What is known of a start is known of the beginning of the motion.
-    let begins = at.window.samples.start == 0 && !at.record.seen.under_way;
-    let states = &point.system.schema().states;
-    let starts = lanes.start.iter().enumerate().filter(|_| begins).filter_map(|(i, &state)| {
-        if let Begin::Prior(mean, sd) = states[state].begin { Some((i, (mean, sd.powi(-2)))) } else { None }
-    });
-    let own = point.own_prior.iter().enumerate().map(|(i, p)| (lanes.start.len() + i, *p));
-    let offsets = (first..first + lanes.offsets).map(|i| (i, (0.0, point.prior)));
-    for (i, (mean, precision)) in starts.chain(own).chain(offsets) {
+    for (i, (offset, precision)) in own_priors(point, lanes, at).into_iter().enumerate() {
         let lane = lanes.common() + i;
         *h.at_mut(lane, lane) += precision;
-        g[lane] -= precision * (point.nuisance[i] - mean);
-        q += precision * (point.nuisance[i] - mean).powi(2);
+        g[lane] -= precision * offset;
+        q += precision * offset * offset;
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
     Normal { h, g, q, misfit, freedom, weight, softening, events }
@@ -444,4 +488,22 @@ impl Lanes {
         let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
         Self { seeds, theta: Vec::new(), extras: 0, start, own: Vec::new(), offsets: 0 }
     }
+}
+
+/// Of each of a window's own unknowns how far it stands off the mean of its prior, and the prior's precision; 0 where nothing is known.
+pub(crate) fn own_priors(point: &Point<'_>, lanes: &Lanes, at: Excerpt<'_>) -> Vec<(f64, f64)> {
+    // What is known of a start is known of the beginning of the motion.
+    let begins = at.window.samples.start == 0 && !at.record.seen.under_way;
+    let states = &point.system.schema().states;
+    let start = |&state: &usize| match states[state].begin {
+        Begin::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
+        _ => (0.0, 0.0),
+    };
+    let starts = lanes.start.iter().map(start);
+    let offsets = (0..lanes.offsets).map(|_| (0.0, point.prior));
+    let known = starts.chain(point.own_prior.iter().copied()).chain(offsets);
+    let off = |((mean, precision), value): ((f64, f64), &f64)| {
+        if precision > 0.0 { (value - mean, precision) } else { (0.0, 0.0) }
+    };
+    known.zip(point.nuisance).map(off).collect()
 }

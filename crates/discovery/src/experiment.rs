@@ -2,8 +2,8 @@
 
 use crate::addition::{Addition, kinds};
 use crate::answer::AnswerParts;
-use crate::judged::Judged;
 use crate::result::{Unexplained, Verdict};
+use crate::score::Scored;
 use crate::separate::separation;
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, Schema, known_separation};
@@ -12,57 +12,36 @@ use augsim_physics::system::{Effect, Schema, known_separation};
 const MOST_RECORDS: f64 = 300.0;
 
 /// The next experiment in words, from what could not be told apart or explained.
-pub(crate) fn next_experiment(
-    parts: &AnswerParts<'_>,
-    alternative: Option<&(&Judged, Vec<String>)>,
-    unexplained: &Option<Unexplained>,
-) -> String {
-    let schema = parts.search.train.data.system.schema();
-    let mine = kinds(parts.best.additions());
-    if let Some((judged, other)) = alternative {
-        let rule = separate(schema, parts.best.additions(), judged.additions());
-        let scattered = [parts.best, judged].iter().any(|j| j.fit.hypothesis.scatter.is_some());
-        let by_design = separation(&parts.search.train, &parts.noise.sd, &parts.best.fit, &judged.fit);
-        return match by_design {
-            // A scatter is told from a law by many repeats, not by one record.
-            _ if scattered => rule,
-            s if s.records <= MOST_RECORDS => format!(
-                "{}; records needed with this camera to tell {} from {} with odds of 1000 to 1: {:.0}. In general: {rule}",
-                s.design,
-                mine.join(" + "),
-                other.join(" + "),
-                s.records.ceil()
-            ),
-            s if s.among.is_empty() => rule,
-            s => format!(
-                "no {} tells {} from {} in fewer than {MOST_RECORDS:.0} records with this camera; {rule}",
-                s.among,
-                mine.join(" + "),
-                other.join(" + ")
-            ),
-        };
+pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
+    let schema = parts.prepared.data.system.schema();
+    let judgement = &parts.judged.judgement;
+    if let Some(other) = judgement.alternatives.first() {
+        return tell_apart(parts, &parts.found.tried[*other]);
     }
-    if let Some(u) = unexplained {
+    let best = parts.best.additions();
+    let can_be_set =
+        |name: &str| schema.inputs.iter().any(|i| i.columns.iter().any(|c| c == name)) || name == "t";
+    if let Some(u) = unexplained.as_ref().filter(|u| can_be_set(&u.against)) {
         return format!(
             "vary {} alone, over a wider range than in these data and in random order, with at least five repeats at each value",
             u.against
         );
     }
-    if let Some(Addition::Split(_)) = parts.best.additions().first() {
+    if let Some(Addition::Split(_)) = best.first() {
         return format!(
             "repeat one {} of each group in the same hour, in random order: what still differs belongs to the set-up",
             schema.record[0]
         );
     }
-    let drawn = parts.scattered.filter(|s| !s.declared).and(schema.drawn.as_ref());
-    if let (Some(drawn), true) = (drawn, parts.best.additions().is_empty())
+    let drawn = parts.judged.scattered.as_ref().filter(|s| !s.declared).and(schema.drawn.as_ref());
+    if let (Some(drawn), true) = (drawn, best.is_empty())
         && let Some(text) = &drawn.scatter.confirmed_by
     {
         return text.clone();
     }
-    let mut found = parts.best.additions().iter().filter_map(|a| a.listed());
+    let mut found = best.iter().filter_map(|a| a.listed());
     let conditions = |most: usize| schema.conditions.iter().take(most).cloned().collect::<Vec<_>>();
-    match (parts.verdict, found.find_map(|effect| effect.confirmed_by.clone())) {
+    match (parts.judged.verdict, found.find_map(|effect| effect.confirmed_by.clone())) {
         (_, Some(text)) => text,
         (Verdict::NothingToAdd, _) => format!(
             "none needed for these data; a wider range of {} would narrow the limits on small effects",
@@ -73,6 +52,39 @@ pub(crate) fn next_experiment(
             conditions(2).join(", ")
         ),
     }
+}
+
+/// The experiment that tells the answer from another set that is as good.
+fn tell_apart(parts: &AnswerParts<'_>, other: &Scored) -> String {
+    let schema = parts.prepared.data.system.schema();
+    let named = &parts.found.tried[parts.judged.judgement.named];
+    let [mine, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
+    let rule = separate(schema, named.additions(), other.additions());
+    let scattered = [named, other].iter().any(|s| s.fit.hypothesis.scatter.is_some());
+    let sample = parts.search.sample();
+    match separation(&sample, &parts.prepared.noise.sd, &named.fit, &other.fit) {
+        // A scatter is told from a law by many repeats, not by one record.
+        _ if scattered => rule,
+        s if s.records <= MOST_RECORDS => format!(
+            "{}; records needed with this camera to tell {mine} from {theirs} with odds of 1000 to 1: {:.0}. In general: {rule}",
+            s.design,
+            s.records.ceil()
+        ),
+        s if s.among.is_empty() => rule,
+        s => format!(
+            "no {} tells {mine} from {theirs} in fewer than {MOST_RECORDS:.0} records with this camera; {rule}",
+            s.among
+        ),
+    }
+}
+
+/// Experiment that would establish a lead, or show that it is none.
+pub(crate) fn to_establish(parts: &AnswerParts<'_>, addition: &Addition) -> String {
+    let schema = parts.prepared.data.system.schema();
+    let confirmed = addition.listed().and_then(|effect| effect.confirmed_by.clone());
+    confirmed.unwrap_or_else(|| {
+        format!("more {} like these, over a wider range of {}", schema.record[1], words(&schema.conditions))
+    })
 }
 
 /// A list in words: `starts, speeds and loads`.

@@ -1,10 +1,8 @@
 //! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
 
 pub(crate) use crate::chosen_records::ChosenRecords;
-use crate::cluster::{Cluster, clusters};
 use crate::descent::Descent;
-pub(crate) use crate::descent::Reach;
-use crate::evaluate::{Lanes, Normal, weight};
+use crate::evaluate::{Lanes, Normal};
 use crate::follow::{Settled, settled_from};
 use crate::grown::grown;
 use crate::hypothesis::Hypothesis;
@@ -36,24 +34,12 @@ pub(crate) struct Fit {
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
-    /// Gradients of records or windows.
-    pub clusters: Vec<Cluster>,
     /// Sum of squared residuals of each window, in units of the noise, and its degrees of freedom.
     pub misfits: Vec<[f64; 2]>,
-    /// By how much the cost would fall, in the quadratic approximation, if everything moved once more: what the corners of the
-    /// cost promise and no step keeps.
-    pub promise: f64,
     /// Spread of the offsets of the events' parameter.
     pub spread: Spread,
     /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
-}
-
-impl Fit {
-    /// Sum of the squared residuals of all windows, in units of the noise, each with the weight that it has in the fit.
-    pub fn weighted_misfit(&self) -> f64 {
-        self.misfits.iter().map(|[misfit, freedom]| weight(*misfit, *freedom) * misfit).sum()
-    }
 }
 
 /// Nuisances of the windows of several samples, in the order of all their records.
@@ -66,30 +52,18 @@ pub(crate) fn merged(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     by_record.into_values().flatten().cloned().collect()
 }
 
-/// `S` and `u` of theta with nuisances eliminated, diagonal raised by `1 + damping`; and by how much the cost falls when the
-/// nuisances alone move.
-pub(crate) fn reduce(
-    h: &Hypothesis,
-    lanes: &[Lanes],
-    normals: &[Normal],
-    damping: f64,
-) -> (Square, Vec<f64>, f64) {
-    let n = h.theta_len();
-    let (mut s, mut u, mut starts) = (Square::zero(n), vec![0.0; n], 0.0);
+/// Information matrix of theta, nuisances eliminated.
+fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal]) -> Square {
+    let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {
-        let damped = normal.h.damped(damping);
-        let (sj, uj, factor) = eliminate(&damped, &normal.g, l.common());
-        let mut own = normal.g[l.common()..].to_vec();
-        factor.forward(&mut own);
-        starts += own.iter().map(|x| x * x).sum::<f64>();
+        let (sj, _, _) = eliminate(&normal.h, &normal.g, l.common());
         for (a, &ta) in l.theta.iter().enumerate() {
-            u[ta] += uj[a];
             for (b, &tb) in l.theta.iter().enumerate() {
                 *s.at_mut(ta, tb) += sj.at(a, b);
             }
         }
     }
-    (s, u, starts)
+    s
 }
 
 /// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
@@ -99,18 +73,7 @@ pub(crate) fn fit(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, true, Reach::ANY)
-}
-
-/// Fits a hypothesis as [`fit`] does, and leaves off where it will not come within `reach`.
-pub(crate) fn fit_within(
-    sample: &ChosenRecords<'_>,
-    hypothesis: &Hypothesis,
-    theta: &[f64],
-    nuisance: &[Vec<f64>],
-    reach: Reach,
-) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, true, reach)
+    fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
 /// Fits the nuisances alone, with theta (and the scatter) fixed.
@@ -120,7 +83,7 @@ pub(crate) fn fit_nuisance(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, false, Reach::ANY)
+    fit_with(sample, hypothesis, theta, nuisance, false)
 }
 
 fn fit_with(
@@ -129,7 +92,6 @@ fn fit_with(
     theta: &[f64],
     nuisance: &[Vec<f64>],
     move_theta: bool,
-    reach: Reach,
 ) -> Fit {
     sample.data.tally.fit();
     let mut h = hypothesis.clone();
@@ -151,15 +113,15 @@ fn fit_with(
         })
         .collect();
     let mut state = State::at(sample, &h, &lanes, theta.to_vec(), nuisance);
-    // Starts that no fit has found may be in doubt all together. Beside a reach, which comes of other fits, those that are wrong stand
-    // out: where a law is missing every window is followed badly, and to begin all of them anew is most of the work.
-    let stand_out = !is_fresh && !reach.is_any() && h.system.begins_from_first_samples();
+    // Starts that no fit has found may be in doubt all together. Where a fit has found them, those that are wrong stand out: where a law is
+    // missing every window is followed badly, and to begin all of them anew is most of the work.
+    let stand_out = !is_fresh && h.system.begins_from_first_samples();
     let lost = |state: &State| if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
     let least = lost(&state);
     state = rescue(sample, &h, &lanes, state, least);
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MOST_SCATTER_STEPS {
-        let mut descent = Descent::new(move_theta, reach);
+        let mut descent = Descent::new(move_theta);
         state = descent.minimise(sample, &h, &lanes, state);
         if h.system.begins_from_first_samples() {
             // Parameters that are right now may find windows that were lost to wrong ones.
@@ -185,9 +147,7 @@ fn fit_with(
             break;
         }
     }
-    let (information, mut gradient, starts) = reduce(&h, &lanes, &state.normals, 0.0);
-    information.cholesky().forward(&mut gradient);
-    let promise = starts + gradient.iter().map(|v| v * v).sum::<f64>();
+    let information = information(&h, &lanes, &state.normals);
     let mut ll = -0.5 * state.q;
     for (l, normal) in lanes.iter().zip(&state.normals) {
         let tail: Vec<usize> = (l.common()..normal.h.n).collect();
@@ -196,7 +156,6 @@ fn fit_with(
     }
     let spread_at = |s: Scatter| spread_of(&h, &lanes, &state.normals, &state.nuisance, s.sd);
     let spread = h.scatter.map(spread_at).unwrap_or_default();
-    let clusters = clusters(&sample.of_records(), &lanes, &state.normals);
     Fit {
         hypothesis: h,
         spread,
@@ -205,9 +164,7 @@ fn fit_with(
         cost: state.q,
         ll,
         information,
-        clusters,
         misfits: state.normals.iter().map(|n| [n.misfit, n.freedom]).collect(),
-        promise,
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }

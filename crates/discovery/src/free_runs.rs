@@ -3,16 +3,12 @@
 //! Fits see long recordings in windows, each with a start of its own. A term that helps over windows may drive a run away that is
 //! never put right by data; a forecast is such a run.
 
-use crate::blocks::known;
 use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, foretold, predictor};
 use crate::record::{Measured, Record};
-use augsim_physics::system::Window;
+use crate::records::parts::{known, whole};
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Ratio of two free runs' errors up to which neither is worse: a difference that no forecast would notice.
-pub(crate) const NO_WORSE: f64 = 1.01;
 
 /// Samples that free runs are compared on: more cost time and change little.
 const MOST_SAMPLES: usize = 30_000;
@@ -58,21 +54,8 @@ impl FreeRuns {
         (!runs.is_empty()).then_some(Self { runs, correlation: heldout.correlation })
     }
 
-    /// Error of a fit's free runs: the geometric mean over channels of their root mean square errors, infinite where a run does
-    /// not stay finite.
-    pub fn error(&self, fit: &Fit) -> f64 {
-        let squares = self.squares(fit).into_iter();
-        let sums = squares.reduce(|a, b| a.iter().zip(&b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect());
-        mean_error(&sums.unwrap_or_default())
-    }
-
-    /// The same over each stretch that is held out.
-    pub fn errors(&self, fit: &Fit) -> Vec<f64> {
-        self.squares(fit).iter().map(|sums| mean_error(sums)).collect()
-    }
-
     /// Sum of squared errors and number of samples, by channel, of each stretch that is held out.
-    fn squares(&self, fit: &Fit) -> Vec<Vec<(f64, f64)>> {
+    pub fn squares(&self, fit: &Fit) -> Vec<Vec<(f64, f64)>> {
         let h = predictor(fit);
         let of = |run: &Run| {
             let sample = ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
@@ -106,7 +89,7 @@ fn stretches(record: &Record) -> Vec<Range<usize>> {
 }
 
 /// Geometric mean over channels of root mean square errors, infinite where one is no number.
-fn mean_error(sums: &[(f64, f64)]) -> f64 {
+pub(crate) fn mean_error(sums: &[(f64, f64)]) -> f64 {
     if sums.iter().any(|(sum, _)| !sum.is_finite()) {
         return f64::INFINITY;
     }
@@ -115,29 +98,6 @@ fn mean_error(sums: &[(f64, f64)]) -> f64 {
     let logs: Vec<f64> = sums.iter().filter_map(error).collect();
     let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
     if mean.is_finite() { mean } else { f64::INFINITY }
-}
-
-/// A recording in the windows of the search, with the weights of those of its parts that are `wanted` and none elsewhere.
-pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
-    let recording = &data.recordings[index];
-    let mut record = recording.whole.clone();
-    let samples = record.seen.times.len();
-    record.weight = vec![vec![0.0; samples]; record.seen.values.len()];
-    for &(part, first) in recording.parts.iter().filter(|(part, _)| wanted(*part)) {
-        for (to, from) in record.weight.iter_mut().zip(&data.records[part].weight) {
-            to[first..first + from.len()].copy_from_slice(from);
-        }
-    }
-    record
-}
-
-/// A recording as one record of one window, with the weights of those of its parts that are `wanted` and none elsewhere.
-pub(crate) fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
-    let mut record = weighted(data, index, wanted);
-    let samples = 0..record.seen.times.len();
-    let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-    record.seen.windows = vec![Window { samples, start }];
-    record
 }
 
 #[cfg(test)]

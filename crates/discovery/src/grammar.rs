@@ -1,7 +1,6 @@
 //! Formulas of a grammar in a system and among what is added to it.
 
 use crate::addition::Addition;
-use crate::judged::Judged;
 use augsim_physics::system::System;
 
 /// Whether a system has formulas of a grammar.
@@ -12,10 +11,4 @@ pub(crate) fn has_grammar(system: &dyn System) -> bool {
 /// Whether an addition is a formula of a grammar.
 pub(crate) fn is_formula(addition: &Addition) -> bool {
     addition.listed().is_some_and(|effect| effect.grammar.is_some())
-}
-
-/// Length of the formulas of a set.
-pub(crate) fn nodes(judged: &Judged) -> usize {
-    let grammars = judged.additions().iter().filter_map(|a| a.listed()?.grammar.as_ref());
-    grammars.map(|grammar| grammar.nodes).sum()
 }

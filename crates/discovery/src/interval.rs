@@ -1,6 +1,6 @@
 //! Half-widths of 95 % intervals that know how many records they come of.
 //!
-//! The sandwich of [`covariance`](crate::covariance) is right for many records. With 30 to 80 it is too narrow twice over: a fit
+//! The sandwich of White (1982) is right for many records. With 30 to 80 it is too narrow twice over: a fit
 //! bends towards the records that decide it, so their gradients at its minimum are smaller than at the truth; and a variance
 //! from few of them is itself uncertain. Leaving every record out once (the jackknife, or CR3 of Bell and McCaffrey 2002, in one
 //! Newton step each) errs to the other side by as much: where a record has a share `h` of the information, the sandwich
@@ -8,7 +8,6 @@
 //! is. Student's quantile takes the place of the normal one, with as many degrees of freedom as there are records that say
 //! something of the parameter.
 
-use crate::dispersion::Quadratic;
 use crate::linear::Square;
 use crate::statistics::student_quantile;
 
@@ -17,6 +16,9 @@ const NORMAL: f64 = 1.96;
 /// Fewest degrees of freedom that Student's quantile is taken with: from four records or fewer no variance can be told, and
 /// those of white noise are the better guide.
 const FEWEST_FREEDOM: f64 = 4.0;
+
+/// Curvature and gradient of the cost of one cluster.
+pub(crate) type Quadratic = (Square, Vec<f64>);
 
 /// Makes 95 % intervals of a fit's parameters and of sums of them.
 pub(crate) struct Intervals {
@@ -85,8 +87,7 @@ mod tests {
     //! Contract: intervals from few records hold the truth in 95 % of all repetitions, with and without smooth misfit. 600
     //! repetitions of two parameters: one standard error is 0.6 %.
     use super::*;
-    use crate::covariance::sandwich;
-    use crate::linear_toy::{Toy, ToyFit};
+    use crate::linear_toy::{Toy, ToyFit, sandwich};
 
     const REPETITIONS: u64 = 600;
 

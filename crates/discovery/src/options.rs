@@ -6,10 +6,10 @@ use std::time::Instant;
 /// Choices of a discovery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Seed of the split, the bootstrap and the replicates.
+    /// Seed of resamples and replicates. It decides nothing: 200 resamples make its effect small.
     pub seed: u64,
-    /// Share of the trajectories that fits may see.
-    pub train_share: f64,
+    /// Records without a missing effect that the search is tried on, to tell how often it names one.
+    pub null_runs: usize,
     /// Checks of suspicious data that are not made.
     pub accepted: Accepted,
     /// Whether effects of the library are tried. Without them formulas are looked for at once, where the system has a grammar.
@@ -27,7 +27,7 @@ impl Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, train_share: 0.7, accepted: Accepted::default(), library: true, until: None }
+        Self { seed: 0, null_runs: 19, accepted: Accepted::default(), library: true, until: None }
     }
 }
 

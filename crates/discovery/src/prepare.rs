@@ -1,15 +1,14 @@
 //! From a data set to records with events, noise and a split.
 
-use crate::blocks::divided;
 use crate::calibrate::calibrate;
 use crate::cut::Clock;
-use crate::deal;
 use crate::fit::{ChosenRecords, Fit};
 use crate::framed::framed;
 use crate::lone;
 use crate::noise::{Noise, estimate};
 use crate::pieces;
 use crate::record::Measured;
+use crate::records::parts::divided;
 use crate::residuals::left;
 use crate::rough_noise::{between_neighbours, rough_noise};
 use crate::spikes::{mask, spikes};
@@ -17,7 +16,7 @@ use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::model::unknown_group;
-use augsim_physics::system::{Declaration, Record as Seen};
+use augsim_physics::system::{Declaration, Record as Seen, spread};
 
 /// Data ready for fits.
 #[derive(Clone)]
@@ -26,8 +25,10 @@ pub(crate) struct Prepared {
     pub noise: Noise,
     /// Whether polynomials follow the motion between samples, so that what they leave is noise.
     pub smooth: bool,
-    pub train: Vec<usize>,
-    pub test: Vec<usize>,
+    /// Records that are searched.
+    pub searched: Vec<usize>,
+    /// Records that are kept out from the beginning, on which errors are measured; none where there are too few.
+    pub kept_out: Vec<usize>,
     /// Remarks on the records that the result repeats for its reader, one sentence each.
     pub notes: Vec<String>,
     /// The time that all searches on these data have together.
@@ -40,6 +41,15 @@ impl Prepared {
         ChosenRecords { data: &self.data, chosen, correlation: self.noise.correlation }
     }
 
+    /// Spread of the quantity that decides about its mean, in the unit of its channels.
+    pub fn spread(&self) -> f64 {
+        let records: Vec<Seen> = self.data.records.iter().map(|r| r.seen.clone()).collect();
+        let Some(measure) = self.data.system.schema().measures.first() else { return f64::INFINITY };
+        let squares: f64 = measure.channels.iter().map(|&channel| spread(&records, channel).powi(2)).sum();
+        let count = if measure.length { 1 } else { measure.channels.len().max(1) };
+        (squares / count as f64).sqrt()
+    }
+
     /// Whether the noise is only bounded from above, by what polynomials leave that do not follow the motion.
     pub fn is_bounded(&self) -> bool {
         !self.smooth && !self.data.is_idealised()
@@ -47,11 +57,10 @@ impl Prepared {
 
     /// The same with less noise, where a fit of the training part shows that the estimate was too high: samples too few for
     /// polynomials to follow the motion only bound it from above, by the misfit of a model that lacks something.
-    pub fn quieter(&mut self, fit: &Fit) -> bool {
+    pub fn quieter(&mut self, found: Vec<f64>) -> bool {
         if !self.is_bounded() {
             return false;
         }
-        let found = misfit(&self.sample(&self.train), fit);
         let ratios: Vec<f64> = found
             .iter()
             .zip(&self.noise.sd)
@@ -92,12 +101,10 @@ pub(crate) fn misfit(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
         .collect()
 }
 
-/// Samples of blocks that are enough to search on.
-const MOST_SAMPLES: usize = 16_000;
-/// Blocks that are used at least.
-const FEWEST_BLOCKS: usize = 5;
-/// Held-out trajectories below which half of all is held out.
-const FEWEST_HELD_OUT: f64 = 8.0;
+/// Records from which on a fifth is kept out: fewer than four would say little.
+const ENOUGH_RECORDS: usize = 20;
+/// One in so many records is kept out, by their order.
+const KEPT_OUT: usize = 5;
 
 /// Records with their noise.
 pub(crate) struct Readied {
@@ -125,11 +132,25 @@ pub(crate) fn prepare(
         ));
         noise.put_on_frames(clock);
     }
+    let (searched, kept_out) = kept_out(&data);
+    Ok(Prepared { data, noise, smooth, searched, kept_out, notes, clock: Clock::new(options) })
+}
+
+/// Records that are searched, and those that are kept out: one in five of each group by their order, where there are enough whole ones.
+fn kept_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
     let everything: Vec<usize> = (0..data.records.len()).collect();
-    let (mut train, mut test) = split(&data, &everything, options);
-    shorten(&data, &mut train, MOST_SAMPLES);
-    shorten(&data, &mut test, MOST_SAMPLES / 2);
-    Ok(Prepared { data, noise, smooth, train, test, notes, clock: Clock::new(options) })
+    let recordings = if data.recordings.is_empty() { everything.len() } else { data.recordings.len() };
+    if recordings < ENOUGH_RECORDS || data.records.len() != recordings {
+        return (everything, Vec::new());
+    }
+    let mut met = vec![0; data.groups.len()];
+    let is_searched = |j: &usize| {
+        let count = &mut met[data.records[*j].seen.group];
+        *count += 1;
+        // The middle one of each five: the first and the last of a session are the least like the others.
+        *count % KEPT_OUT != KEPT_OUT.div_ceil(2)
+    };
+    everything.into_iter().partition(is_searched)
 }
 
 /// Reads records with events and noise; `fewest` are needed. What the system has against fits to them is asked where they are
@@ -208,25 +229,4 @@ fn without_outliers(data: &Measured) -> Vec<Seen> {
         }
     }
     records
-}
-
-/// Leaves out blocks of long records where all have more than `most` samples, those that stay lying all over the record: a
-/// search gains little from more.
-fn shorten(data: &Measured, chosen: &mut Vec<usize>, most: usize) {
-    if !data.records.iter().any(|r| r.seen.under_way) {
-        return;
-    }
-    let samples: usize = chosen.iter().map(|&j| data.records[j].seen.times.len()).sum();
-    let kept = (chosen.len() * most / samples.max(1)).clamp(FEWEST_BLOCKS, chosen.len().max(FEWEST_BLOCKS));
-    if kept < chosen.len() {
-        *chosen = (0..kept).map(|i| chosen[i * chosen.len() / kept]).collect();
-    }
-}
-
-/// Deals the trajectories `among` out to training and test.
-pub(crate) fn split(data: &Measured, among: &[usize], options: &Options) -> (Vec<usize>, Vec<usize>) {
-    // Few trajectories: the half that is held out says more than three or four would. Records of many windows say enough.
-    let few = !data.is_idealised() && (1.0 - options.train_share) * (among.len() as f64) < FEWEST_HELD_OUT;
-    let share = if few { options.train_share.min(0.5) } else { options.train_share };
-    deal::split(&data.group_of(), among, share, options.seed)
 }

@@ -123,11 +123,6 @@ impl Measured {
         (0..self.system.schema().channels.len()).any(|channel| self.system.resolution(channel) > 0.0)
     }
 
-    /// The number of each record's group.
-    pub fn group_of(&self) -> Vec<usize> {
-        self.records.iter().map(|r| r.seen.group).collect()
-    }
-
     /// The records as the system sees them.
     pub fn seen(&self) -> Vec<&Seen> {
         self.records.iter().map(|r| &r.seen).collect()

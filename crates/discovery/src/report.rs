@@ -3,26 +3,23 @@
 use crate::DiscoveryError;
 use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
+use crate::anatomy::anatomy;
 use crate::answer::AnswerParts;
-use crate::decide::may_answer;
+use crate::closed_term::unexplained;
 use crate::error_table::measured_in;
-use crate::experiment::next_experiment;
-use crate::fit::Fit;
-use crate::folds::folds_that_found;
+use crate::experiment::{next_experiment, to_establish};
+use crate::fit::{Fit, fit_nuisance};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judged::{Judged, is_as_good};
-use crate::longer::fit_up_to;
-use crate::remainder::unexplained;
+use crate::judge::{Lead as Found, Short, record_name};
+use crate::outliers::left_out;
 use crate::result::*;
+use crate::score::Scored;
+use crate::search::without;
 use crate::sentence::{order, sentence};
 use augsim_physics::model::Per;
 use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
-
-/// Odds of 10:1 on the training part alone, below which an alternative is as good that the held-out part by itself does not
-/// refute by odds of 100:1.
-const AMBIGUOUS_TRAIN: f64 = 4.6;
 
 /// Name and unit of each free parameter; those of additions without their kind.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
@@ -45,9 +42,9 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 }
 
 /// Estimates of the free parameters of one addition, or of the declared model.
-fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTreeMap<String, Estimate> {
-    let h = &fit.hypothesis;
-    let (ci, all, intervals) = (fit.ci95(), names(h), fit.intervals());
+fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> BTreeMap<String, Estimate> {
+    let (fit, h) = (&set.fit, &set.fit.hypothesis);
+    let (ci, all, intervals) = (set.ci95(), names(h), set.intervals());
     let mut out = BTreeMap::new();
     let mut at = 0;
     // Values by group are those of a declared parameter.
@@ -69,7 +66,7 @@ fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTr
                 let half = intervals.half_width(&(0..fit.theta.len()).map(own).collect::<Vec<_>>());
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
-                let names = parts.search.train.data.groups.iter();
+                let names = parts.prepared.data.groups.iter();
                 let each = (at..at + width).map(|i| {
                     let (unit, groups) = (e.unit.clone(), BTreeMap::new());
                     Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
@@ -83,184 +80,95 @@ fn estimates(parts: &AnswerParts<'_>, fit: &Fit, addition: Option<usize>) -> BTr
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
     {
-        let (value, ci95) = (scatter.sd, fit.scatter_ci95().unwrap_or([scatter.sd; 2]));
+        let (value, ci95) = (scatter.sd, set.scatter_ci95().unwrap_or([scatter.sd; 2]));
         out.insert("sd".into(), Estimate { value, ci95, unit: String::new(), groups: BTreeMap::new() });
     }
     out
 }
 
-/// Other sets that explain the data as well, best first, with their kinds: the held-out part confirms each of them, too.
-fn alternatives<'p>(parts: &AnswerParts<'p>) -> Vec<(&'p Judged, Vec<String>)> {
-    let tabulated = parts.best.additions().iter().any(|a| matches!(a, Addition::Table(_)));
-    if parts.best.additions().is_empty() || tabulated {
-        return Vec::new();
-    }
-    let [base, best] = parts.searched;
-    let mine = kinds(best.additions());
-    let mut out: Vec<(&Judged, Vec<String>)> = Vec::new();
-    for j in &parts.found.pool {
-        let theirs = kinds(j.additions());
-        let superset = mine.iter().all(|k| theirs.contains(k));
-        let heldout = best.heldout_ll.zip(j.heldout_ll).map_or(f64::INFINITY, |(a, b)| 2.0 * (a - b));
-        let close = is_as_good(j.total() - best.total(), best.unit)
-            || j.criterion - best.criterion < AMBIGUOUS_TRAIN * best.unit && is_as_good(heldout, best.unit);
-        if close
-            && may_answer(parts.search, j, base)
-            && !superset
-            && theirs.len() <= mine.len() + 1
-            && !theirs.is_empty()
-            && !out.iter().any(|(_, k)| *k == theirs)
-        {
-            out.push((j, theirs));
-        }
-    }
-    out
-}
-
+/// Sets that were fitted, each once, by gain less price; and why each is the answer or is not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
-    let [base, best] = parts.searched;
-    let records = &parts.search.train.data.system.schema().record[1];
-    let mut out: Vec<Candidate> = Vec::new();
-    let mut list: Vec<&Judged> = parts.found.tried.iter().filter(|j| !j.additions().is_empty()).collect();
-    if !list.iter().any(|j| j.additions() == best.additions()) && !best.additions().is_empty() {
-        list.insert(0, best);
-    }
-    let is_first = !parts.found.pool.iter().any(|j| j.total() < best.total());
-    let them = if best.additions().is_empty() { "the calibrated model" } else { "the chosen set" };
+    let (found, best) = (parts.found, parts.best);
+    let named = &found.tried[parts.judged.judgement.named];
     let mut seen: Vec<Vec<String>> = Vec::new();
-    for j in list {
-        let key = labels(j.additions());
+    let mut out: Vec<Candidate> = Vec::new();
+    for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty()) {
+        let key = set.key();
         if seen.contains(&key) {
             continue;
         }
+        let chosen = key == best.key();
+        let gain = set.gain_over(parts.base, set.evidence.independent);
+        let penalty = found.price * set.additions().len() as f64;
         seen.push(key);
-        let pooled =
-            parts.found.pool.iter().find(|p| labels(p.additions()) == labels(j.additions())).unwrap_or(j);
-        let gain = 2.0 * (j.fit.ll - base.fit.ll);
-        // Gains in units of the dispersion.
-        let (gain, penalty) = (gain / j.unit, j.penalty / j.unit);
-        // A model that cannot be simulated over the held-out part has no gain there.
-        let heldout_gain = pooled.heldout_ll.zip(base.heldout_ll).map(|(a, b)| (a - b) / j.unit);
-        let heldout_gain = heldout_gain.filter(|gain| gain.is_finite());
-        let chosen = labels(j.additions()) == labels(best.additions());
-        let worse = (j.criterion - best.criterion) / best.unit;
-        let why = if chosen && is_first {
-            format!("chosen: best on training and held-out {records} together")
-        } else if chosen {
-            "chosen: others fit better, but free runs or intervals speak against them".into()
+        let why = if chosen {
+            "chosen: every effect is significant and comes back over resamples".to_owned()
         } else if gain < penalty {
-            format!("gain {gain:.1} does not pay for its penalty {penalty:.1}")
-        } else if heldout_gain.is_some_and(|g| g <= 0.0) {
-            format!("gains on the training {records} only")
-        } else if worse > 0.0 {
-            format!("fits worse than {them} by {worse:.1}")
-        } else if pooled.heldout_ll.is_some() && pooled.total() > best.total() {
-            format!("worse than {them} on held-out {records}")
+            format!("gain {gain:.1} does not pay for its price {penalty:.1}")
+        } else if !found.is_significant(parts.search, set) {
+            "holds an effect that is not significant among so many candidates".to_owned()
+        } else if found.margin(set, named) > 0.0 {
+            "no better than the chosen set by more than blocks differ, and larger or not stable".to_owned()
         } else {
-            format!("fits better than {them}, but free runs or intervals speak against it")
+            format!("predicts worse than the chosen set by {:.1}", -found.margin(set, named))
         };
         let mut parameters = BTreeMap::new();
-        for (n, a) in j.additions().iter().enumerate() {
-            for (name, e) in estimates(parts, &j.fit, Some(n)) {
+        for (n, a) in set.additions().iter().enumerate() {
+            for (name, e) in estimates(parts, set, Some(n)) {
                 parameters.insert(format!("{}.{name}", a.kind()), e);
             }
         }
         out.push(Candidate {
-            kinds: kinds(j.additions()),
+            kinds: kinds(set.additions()),
             parameters,
             gain,
             penalty,
-            heldout_gain,
             fitted: true,
             chosen,
             why,
         });
     }
-    out.sort_by(|a, b| {
-        (b.chosen, b.gain - b.penalty)
-            .partial_cmp(&(a.chosen, a.gain - a.penalty))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
-    for s in &parts.found.base_scores {
-        let label = vec![s.addition.kind().to_string()];
-        if out.iter().any(|c| c.kinds == label) {
-            continue;
-        }
-        let parameters = s
-            .addition
-            .parameters()
-            .iter()
-            .zip(s.estimate.iter().zip(&s.sd))
-            .filter(|(_, (_, sd))| s.rank > 0.0 && sd.is_finite())
-            .map(|(p, (v, sd))| {
-                let e = Estimate {
-                    value: *v,
-                    ci95: [v - 1.96 * sd, v + 1.96 * sd],
-                    unit: p.unit.clone(),
-                    groups: BTreeMap::new(),
-                };
-                (format!("{}.{}", s.addition.kind(), p.name), e)
-            })
-            .collect();
-        let gain = s.dispersion.map_or(s.statistic, |d| s.statistic / d.factor);
-        let penalty = parts.search.penalty(&s.addition);
-        out.push(Candidate {
-            kinds: label,
-            parameters,
-            gain,
-            penalty,
-            heldout_gain: None,
-            fitted: false,
-            chosen: false,
-            why: if s.rank == 0.0 {
-                "cannot be seen in these data".into()
-            } else {
-                format!("its test gives {gain:.1}: no sign of it")
-            },
-        });
-    }
+    let by = |c: &Candidate| (c.chosen, c.gain - c.penalty);
+    out.sort_by(|a, b| by(b).partial_cmp(&by(a)).unwrap_or(std::cmp::Ordering::Equal));
     out
 }
 
+/// The set without one of its additions, fitted if it was not.
+fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
+    let rest = without(set.additions(), number);
+    match parts.found.with_key(&labels(&rest)) {
+        Some(known) => known.clone(),
+        None => parts.search.refit(&set.fit, &rest, &Vec::new()),
+    }
+}
+
 fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
-    let [base, best] = parts.searched;
-    let whole = 2.0 * (best.fit.ll - base.fit.ll);
-    let additions = best.additions();
+    let (best, judgement) = (parts.best, &parts.judged.judgement);
+    let named = &parts.found.tried[judgement.named];
+    let independent = best.evidence.independent;
+    let whole = best.gain_over(parts.base, independent);
     let drawn = drawn(parts, whole);
-    let several = additions.len() + usize::from(drawn.is_some()) > 1;
-    let is_table = |a: &Addition| matches!(a, Addition::Table(_));
-    let fitted =
-        |set: &[Addition]| match parts.found.tried.iter().find(|j| labels(j.additions()) == labels(set)) {
-            Some(j) => j.fit.clone(),
-            None => parts.search.refit(&best.fit, set, &[]).fit,
-        };
-    // A table takes the place of any law: what an effect does is told beside the other effects alone, where they can do without
-    // the table.
-    let laws: Vec<Addition> = additions.iter().filter(|a| !is_table(a)).cloned().collect();
-    let alone = (laws.len() < additions.len()).then(|| fitted(&laws)).filter(|fit| fit.ll.is_finite());
-    let error = |fit: &Fit| forecast::first_rmse(&parts.search.test, fit);
-    let over_longer = |fit: Fit| fit_up_to(&parts.search.train, fit, parts.joined.unwrap_or(1));
-    let (others, beside, longer) = match alone {
-        Some(fit) => (laws, fit.ll, several.then(|| over_longer(fit))),
-        None => (additions.to_vec(), best.fit.ll, several.then(|| parts.best.fit.clone())),
-    };
-    let error_beside = longer.map(|fit| error(&fit));
+    let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
+    let error = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
+    let own_error = several.then(|| error(&best.fit));
     let mut out: Vec<FoundEffect> = Vec::new();
-    for (n, a) in additions.iter().enumerate().filter(|(_, a)| !is_table(a)) {
-        let rest: Vec<Addition> = others.iter().filter(|other| *other != a).cloned().collect();
-        let without = fitted(&rest);
+    for (n, a) in best.additions().iter().enumerate() {
+        let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
+        let rest = rest_of(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let share = share_of_gain(beside, without.ll, whole);
-        let removed = error_beside.filter(|_| lawful).map(|beside| error(&over_longer(without)) - beside);
+        let removed = own_error.filter(|_| lawful).map(|own| error(&rest.fit) - own);
+        let share = best.gain_over(&rest, independent) / whole;
+        let folds = &parts.errors.folds;
+        let label = kinds(std::slice::from_ref(a));
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
             parameters: estimates(parts, parts.full, Some(n)),
-            folds: (!parts.folds.is_empty()).then(|| {
-                let label = kinds(std::slice::from_ref(a));
-                [folds_that_found(&parts.folds, &label[0]), parts.folds.len()]
-            }),
-            share,
+            inclusion: judgement.inclusion.get(place).copied(),
+            q_value: judgement.q_values.get(place).copied(),
+            folds: (!folds.is_empty())
+                .then(|| [folds.iter().filter(|f| f.contains(&label[0])).count(), folds.len()]),
+            share: if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 },
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
                 let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
@@ -277,28 +185,25 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
         out.iter_mut().for_each(|e| e.share *= 1.0 - share);
         out.push(effect);
     }
-    order(&mut out, parts.error.calibrated.rmse - parts.error.augmented.rmse);
+    let error = parts.table();
+    order(&mut out, error.calibrated.rmse - error.augmented.rmse);
     out
 }
 
-/// An effect's share of the `whole` gain, by the ln likelihoods of the model with it and without it: all of it where without it
-/// nothing can be simulated.
-fn share_of_gain(with: f64, without: f64, whole: f64) -> f64 {
-    if without.is_finite() { (2.0 * (with - without) / whole).clamp(0.0, 1.0) } else { 1.0 }
-}
-
-/// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of
-/// what was added.
+/// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of what was added.
 fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
-    let (scattered, sd) = parts.scattered.filter(|s| !s.declared).zip(parts.drawn_sd.clone())?;
-    let schema = parts.search.train.data.system.schema();
+    let scattered = parts.judged.scattered.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
+    let (scattered, sd) = scattered.zip(parts.drawn_sd.clone())?;
+    let schema = parts.prepared.data.system.schema();
     let effect = &schema.drawn.as_ref()?.scatter;
-    let share = scattered.gain / (scattered.gain + (laws / parts.best.unit).max(0.0));
+    let share = scattered.gain / (scattered.gain + laws.max(0.0));
     let name = effect.parameters.first().map_or("sd", |p| &p.name);
     let found = FoundEffect {
         kind: effect.kind.clone(),
         stands_for: effect.stands_for.clone(),
         parameters: BTreeMap::from([(name.to_string(), sd)]),
+        inclusion: None,
+        q_value: None,
         share,
         folds: None,
         formula: None,
@@ -308,59 +213,89 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     Some((found, share))
 }
 
-pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
-    let found_effects = effects(&parts);
-    let unexplained = unexplained(&parts);
-    let others = alternatives(&parts);
-    let next_experiment = next_experiment(&parts, others.first(), &unexplained);
-    let alternatives: Vec<Vec<String>> = others.into_iter().map(|(_, kinds)| kinds).collect();
-    let sentence = sentence(&parts, &found_effects, &unexplained, &alternatives);
-    let fit = parts.full;
-    let h = &fit.hypothesis;
-    let data = parts.search.train.data;
-    let covariance = fit.covariance();
+fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
+    let lead = |lead: &Found| Lead {
+        kind: kinds(std::slice::from_ref(&lead.addition))[0].clone(),
+        inclusion: lead.inclusion,
+        chance: lead.chance.filter(|p| p.is_finite()),
+        why: match lead.short {
+            Short::NotSignificant => "not significant among so many candidates",
+            Short::NotStable => "comes back in too few resamples of the data",
+            Short::DoesNotPay => "does not pay its price in predictions of left-out blocks",
+        }
+        .into(),
+        next: to_establish(parts, &lead.addition),
+    };
+    parts.judged.judgement.leads.iter().map(lead).collect()
+}
+
+/// Names of the entries of theta, those of groups with the group.
+fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(h)) {
         let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
         axis.extend((0..h.width(f)).map(|g| {
-            if h.width(f) > 1 { format!("{of}{name}[{}]", data.groups[g]) } else { format!("{of}{name}") }
+            if h.width(f) > 1 { format!("{of}{name}[{}]", groups[g]) } else { format!("{of}{name}") }
         }));
     }
-    let n = axis.len();
-    let sd = |i: usize| covariance.at(i, i).max(1e-300).sqrt();
-    let matrix = (0..n).map(|i| (0..n).map(|j| covariance.at(i, j) / (sd(i) * sd(j))).collect()).collect();
-    let noise = parts.noise;
-    let schema = data.system.schema();
-    let (unit, decides) = measured_in(schema);
-    let decisive: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
-    // Noise between neighbours alone says nothing of colour and time stamps.
-    let estimated = |value: f64| (!data.is_idealised()).then_some(value);
-    let mut augmentation = h.augmentation(data, &fit.theta, &fit.ci95());
-    augmentation.scatter_ci95 = fit.scatter_ci95();
-    if let Some(sd) = &parts.drawn_sd {
-        let is_declared = parts.scattered.is_some_and(|s| s.declared);
-        (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
-        augmentation.additions.extend((!is_declared).then_some(Added::Scatter(ScatterPer::Record, sd.value)));
+    axis
+}
+
+impl AnswerParts<'_> {
+    /// Gain of the answer in predictions of left-out blocks, nats.
+    pub fn gain(&self) -> f64 {
+        let gain = self.best.gain_over(self.base, self.best.evidence.independent);
+        if gain.is_finite() { gain } else { 0.0 }
     }
-    let model_toml = parts.model.augmented(&augmentation)?;
-    let base = &parts.base.fit;
-    let mut calibrated = base.hypothesis.augmentation(data, &base.theta, &base.ci95());
-    calibrated.scatter_ci95 = base.scatter_ci95();
-    let models = Models {
-        declared_toml: parts.model.augmented(&Augmentation::default())?,
-        calibrated_toml: parts.model.augmented(&calibrated)?,
-    };
-    let found = Discovery {
-        schema: SCHEMA.into(),
-        verdict: parts.verdict,
-        sentence,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-        noise_cause: None,
-        effects: found_effects,
-        calibrated: estimates(&parts, &parts.base.fit, None),
-        parameters: estimates(&parts, fit, None),
-        noise: NoiseFound {
+
+    /// The table of errors of the measure that decides.
+    pub fn table(&self) -> ErrorTable {
+        let data = &self.prepared.data;
+        let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
+        let table = self.errors.lists.first(data.system.schema(), self.seed, self.gain());
+        let free_run = self.errors.free_run.and_then(|[calibrated, augmented]| {
+            FreeRun::of(&*data.system, Some(calibrated), Some(augmented))
+        });
+        self.bounded(ErrorTable { folds, free_run, ..table })
+    }
+
+    /// A table whose floor is what was reached where the noise is only bounded from above.
+    fn bounded(&self, mut table: ErrorTable) -> ErrorTable {
+        if self.prepared.is_bounded() && table.noise_floor.rmse > table.augmented.rmse {
+            table.noise_floor = table.augmented;
+        }
+        table
+    }
+
+    fn other_tables(&self) -> BTreeMap<String, ErrorTable> {
+        let schema = self.prepared.data.system.schema();
+        let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
+        let all = self.errors.lists.others(schema, self.seed, self.gain());
+        all.into_iter().map(|(name, table)| (name, self.bounded(ErrorTable { folds, ..table }))).collect()
+    }
+
+    fn tests(&self) -> Tests {
+        let left = &self.judged.left;
+        let schema = self.prepared.data.system.schema();
+        let differs = left.records < crate::search::ALPHA;
+        let outlying = left.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
+        Tests {
+            library: left.library,
+            laws: left.has_laws.then_some(left.laws),
+            heterogeneity: left.records,
+            outlying: outlying.map(str::to_owned),
+            periodicity: schema.event.is_some().then_some(left.periodicity),
+            pass: left.is_nothing(),
+        }
+    }
+
+    fn noise(&self) -> NoiseFound {
+        let (noise, data) = (&self.prepared.noise, &self.prepared.data);
+        let (unit, decides) = measured_in(data.system.schema());
+        let decisive: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
+        // Noise between neighbours alone says nothing of colour and time stamps.
+        let estimated = |value: f64| (!data.is_idealised()).then_some(value);
+        NoiseFound {
             sd: (decisive.iter().map(|s| s * s).sum::<f64>() / decisive.len() as f64).sqrt(),
             unit,
             by_channel: noise.white.clone(),
@@ -369,38 +304,99 @@ pub(crate) fn report(parts: AnswerParts<'_>) -> Result<Discovery, DiscoveryError
             frame_s: noise.frame_s,
             outliers: (!data.is_idealised()).then_some(noise.outliers),
             findings: noise.findings.iter().map(|f| f.to_string()).collect(),
-        },
+        }
+    }
+
+    /// Windows that no model follows, where some are left out.
+    fn windows(&self) -> Option<Windows> {
+        if !self.limit.is_finite() {
+            return None;
+        }
+        let on = |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
+        let sides = [[self.base.fit.clone(), self.best.fit.clone()], [on(self.base), on(self.best)]];
+        let count = |[base, best]: &[Fit; 2]| {
+            left_out(self.limit, [base, best]).into_iter().filter(|out| *out).count()
+        };
+        Some(Windows {
+            fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),
+            left_out: sides.each_ref().map(count),
+            rule: format!(
+                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean \
+                 square): three times the typical misfit",
+                self.limit.sqrt()
+            ),
+        })
+    }
+
+    /// The augmented model file.
+    fn model_toml(&self) -> Result<String, DiscoveryError> {
+        let (full, data) = (self.full, &self.prepared.data);
+        let h = &full.fit.hypothesis;
+        let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
+        augmentation.scatter_ci95 = full.scatter_ci95();
+        if let Some(sd) = self.drawn_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
+            let is_declared = self.judged.scattered.as_ref().is_some_and(|s| s.declared);
+            (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
+            let drawn = Added::Scatter(ScatterPer::Record, sd.value);
+            augmentation.additions.extend((!is_declared).then_some(drawn));
+        }
+        Ok(self.model.augmented(&augmentation)?)
+    }
+
+    fn models(&self) -> Result<Models, DiscoveryError> {
+        let (base, data) = (self.base, &self.prepared.data);
+        let mut calibrated = base.fit.hypothesis.augmentation(data, &base.fit.theta, &base.ci95());
+        calibrated.scatter_ci95 = base.scatter_ci95();
+        Ok(Models {
+            declared_toml: self.model.augmented(&Augmentation::default())?,
+            calibrated_toml: self.model.augmented(&calibrated)?,
+        })
+    }
+}
+
+pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
+    let (data, judgement) = (&parts.prepared.data, &parts.judged.judgement);
+    let found_effects = effects(parts);
+    let unexplained = unexplained(parts);
+    let alternatives: Vec<Vec<String>> =
+        judgement.alternatives.iter().map(|n| kinds(parts.found.tried[*n].additions())).collect();
+    let (full, schema) = (parts.full, data.system.schema());
+    let correlations = full.correlations();
+    let n = correlations.n;
+    let matrix = (0..n).map(|i| (0..n).map(|j| correlations.at(i, j)).collect()).collect();
+    let null = judgement.null;
+    let view = parts.all.sample();
+    let found = Discovery {
+        schema: SCHEMA.into(),
+        verdict: parts.judged.verdict,
+        sentence: sentence(parts, &found_effects, &unexplained, &alternatives),
+        warnings: Vec::new(),
+        notes: Vec::new(),
+        noise_cause: None,
+        next_experiment: next_experiment(parts, &unexplained),
+        effects: found_effects,
+        leads: leads(parts),
+        null_records: (null.of > 0).then_some(NullRecords { named: null.named, of: null.of }),
+        calibrated: estimates(parts, parts.base, None),
+        parameters: estimates(parts, full, None),
+        noise: parts.noise(),
         alternatives,
         unexplained,
-        next_experiment,
-        candidates: candidates(&parts),
-        anatomy: parts.anatomy.clone(),
-        tests: parts.tests.tests(),
-        correlations: (axis, matrix),
-        errors: parts.errors.clone(),
-        horizons: parts.horizons.clone(),
-        windows: parts.windows.clone(),
-        dispersion: data.is_idealised().then(|| fit.dispersion(0..0, data.white_share).factor),
-        model_toml,
-        models,
-        heldout: parts.search.test.records().map(|r| r.seen.id.clone()).collect(),
+        candidates: candidates(parts),
+        anatomy: anatomy(&view, &parts.calibrated.fit, &full.fit),
+        tests: parts.tests(),
+        correlations: (axis(&full.fit.hypothesis, &data.groups), matrix),
+        error: parts.table(),
+        errors: parts.other_tables(),
+        horizons: parts.errors.lists.horizons(schema, parts.seed),
+        windows: parts.windows(),
+        independent: Some(full.evidence.independent),
+        model_toml: parts.model_toml()?,
+        models: parts.models()?,
+        heldout: parts.prepared.kept_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),
         examples: Vec::new(),
         cut_after_s: None,
-        error: parts.error,
         work: data.tally.work(),
     };
     all_finite(found, &data.name)
-}
-
-#[cfg(test)]
-mod tests {
-    //! Contract: shares of the gain are between 0 and 1, also where a model cannot do without an effect.
-    use super::*;
-
-    #[test]
-    fn an_effect_without_which_nothing_can_be_simulated_has_the_whole_gain() {
-        assert_eq!(share_of_gain(-10.0, -60.0, 200.0), 0.5);
-        assert_eq!(share_of_gain(-10.0, f64::NEG_INFINITY, 200.0), 1.0);
-        assert_eq!(share_of_gain(-60.0, -10.0, 200.0), 0.0);
-    }
 }

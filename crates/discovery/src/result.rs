@@ -85,7 +85,13 @@ pub struct FoundEffect {
     /// no forecast, such as a scatter, and for the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub removed: Option<f64>,
-    /// In how many folds the loop found it again, of how many; absent where it was not repeated.
+    /// Share of the resamples of the data in which it comes back, or another reading of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inclusion: Option<f64>,
+    /// Share of false findings to be expected among those that are as significant (Benjamini and Yekutieli 2001).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub q_value: Option<f64>,
+    /// In how many folds the search found it again, of how many; absent where it was not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<[usize; 2]>,
     /// For a formula that fits, and is no law that somebody described: where it was seen to.
@@ -94,6 +100,31 @@ pub struct FoundEffect {
     /// For a scatter: what one draw of it belongs to, in the system's words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
+}
+
+/// A finding that is not established.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    /// Kind in the library.
+    pub kind: String,
+    /// Share of the resamples of the data in which it is selected.
+    pub inclusion: f64,
+    /// Probability that chance alone moves its amount as far from none; absent where it was in no fitted set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chance: Option<f64>,
+    /// Condition that it does not meet.
+    pub why: String,
+    /// Experiment that would establish it, or show that it is none.
+    pub next: String,
+}
+
+/// Records like these, made of the answer's residuals, in which nothing is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NullRecords {
+    /// How many of them named an effect.
+    pub named: usize,
+    /// How many there were.
+    pub of: usize,
 }
 
 /// Where a formula stands.
@@ -158,12 +189,10 @@ pub struct Candidate {
     pub kinds: Vec<String>,
     /// Parameters of the candidate by `kind.name`; for one that was only tested, the one-step estimates.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Gain over the calibrated model in -2 ln likelihood, training part (the score statistic, if only tested).
+    /// Gain over the calibrated model in predictions of left-out blocks, nats.
     pub gain: f64,
-    /// Penalty that the gain has to beat.
+    /// Price that the gain has to beat, nats.
     pub penalty: f64,
-    /// Gain in ln likelihood on the held-out part, if judged there.
-    pub heldout_gain: Option<f64>,
     /// Whether it was fitted through the simulator, or only tested.
     pub fitted: bool,
     /// Whether it is the answer.
@@ -204,7 +233,7 @@ pub struct ErrorTable {
     /// Share of the removable squared error that was removed; absent where there was hardly any, at most 1 (where less noise was
     /// in the data than the floor has).
     pub explained_share: Option<f64>,
-    /// Gain in ln likelihood on the held-out part.
+    /// Gain in predictions of left-out blocks, nats.
     pub heldout_gain: f64,
     /// Errors of free runs of whole recordings; absent where fits see recordings whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -262,10 +291,8 @@ pub struct Anatomy {
 }
 
 /// The tests of what the augmented model leaves: p-values, each corrected for the number of tests in its family.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tests {
-    /// Smooth shapes left in the arcs.
-    pub lack_of_fit: f64,
     /// Library effects not in the model.
     pub library: f64,
     /// Laws of one feature; absent where the system has no targets for them.
@@ -273,6 +300,9 @@ pub struct Tests {
     pub laws: Option<f64>,
     /// Parameters that differ between trajectories.
     pub heterogeneity: f64,
+    /// The trajectory that differs most, where they differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outlying: Option<String>,
     /// Periodicity of the scatter; absent where the system has no events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodicity: Option<f64>,
@@ -389,7 +419,13 @@ pub struct Discovery {
     pub notes: Vec<String>,
     /// Effects that were added, by the error that it removes; then what changes no forecast, by its share of the gain.
     pub effects: Vec<FoundEffect>,
-    /// The declared parameters calibrated on the training part, nothing added.
+    /// Findings that are not established.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leads: Vec<Lead>,
+    /// How often records like these name an effect where none is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub null_records: Option<NullRecords>,
+    /// The declared parameters calibrated, nothing added.
     pub calibrated: BTreeMap<String, Estimate>,
     /// The declared parameters after the last fit.
     pub parameters: BTreeMap<String, Estimate>,
@@ -423,10 +459,9 @@ pub struct Discovery {
     /// Windows of the records, where some may be left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub windows: Option<Windows>,
-    /// How much larger the scatter of the gradients of records (of windows, where records are few) is than white noise makes
-    /// it, in the last fit: gains are in units of it. Absent where residuals are taken for white.
+    /// Share of the residuals of the answer that are independent of each other: gains count so many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dispersion: Option<f64>,
+    pub independent: Option<f64>,
     /// The augmented model file.
     pub model_toml: String,
     /// The models before it.

@@ -1,7 +1,9 @@
 //! The answer in words: effects in the order of the error that they remove, small ones in a second sentence.
 
 use crate::answer::AnswerParts;
+use crate::judge::record_name;
 use crate::result::{FoundEffect, Unexplained, Verdict};
+use crate::search::ALPHA;
 
 /// Growth of the error without an effect, in the error of the calibrated model, from which on forecasts run away: the number says
 /// only where they ended.
@@ -72,8 +74,8 @@ pub(crate) fn sentence(
     unexplained: &Option<Unexplained>,
     alternatives: &[Vec<String>],
 ) -> String {
-    let error = &parts.error;
-    let schema = parts.search.train.data.system.schema();
+    let error = &parts.table();
+    let schema = parts.prepared.data.system.schema();
     let (unit, scale) = schema.decides();
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
     // Two decimals, or three digits of the smallest where it is less.
@@ -114,11 +116,8 @@ pub(crate) fn sentence(
         "error on held-out {} {before} {unit} after calibration, {after} {unit} with it, noise floor {floor} {unit}",
         schema.record[1]
     );
-    let law = unexplained.as_ref().map_or_else(
-        || "the residual has structure that no law of one feature describes".to_string(),
-        |u| format!("{} depends on {} in a way that the library does not know", u.target, u.against),
-    );
-    match parts.verdict {
+    let law = what_is_left(parts, unexplained);
+    match parts.judged.verdict {
         Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
         Verdict::Explained if !alternatives.is_empty() => format!(
             "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.{beside}",
@@ -131,9 +130,39 @@ pub(crate) fn sentence(
         }
         Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
         Verdict::NotThisSystem => {
-            format!("Not this system: {}.", parts.doubt.as_deref().unwrap_or("the data are of another one"))
+            format!(
+                "Not this system: {}.",
+                parts.judged.doubt.as_deref().unwrap_or("the data are of another one")
+            )
         }
     }
+}
+
+/// Remainder that the tests show, in words: the law that was found, the records that differ, or a rhythm.
+fn what_is_left(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
+    if let Some(u) = unexplained {
+        return format!("{} depends on {} in a way that the library does not know", u.target, u.against);
+    }
+    let left = &parts.judged.left;
+    let schema = parts.prepared.data.system.schema();
+    let level = ALPHA;
+    if left.records < level {
+        let name = left.outlying.and_then(|n| record_name(parts.search, n));
+        let most = name.map_or_else(String::new, |name| format!(", `{name}` most"));
+        return format!(
+            "the {} differ from each other{most}: something that the model holds constant is not",
+            schema.record[1]
+        );
+    }
+    if left.periodicity < level {
+        return "what differs between events has a period on the clock".into();
+    }
+    if left.library < level {
+        return "what is left follows effects of the library by more than chance, and no set of them predicts left-out blocks better \
+                by more than they differ"
+            .into();
+    }
+    "what was found predicts no better than the calibrated model".into()
 }
 
 #[cfg(test)]
@@ -150,6 +179,8 @@ mod tests {
             parameters: BTreeMap::new(),
             share,
             removed,
+            inclusion: None,
+            q_value: None,
             folds: None,
             formula: None,
             per: None,

@@ -2,7 +2,9 @@
 
 mod cholesky;
 mod eigen;
+mod rows;
 
 pub use cholesky::{PositiveInverse, invert_positive_definite, solve_positive_definite};
 pub use eigen::{SymmetricEigen, gram, symmetric_eigen};
 pub use faer::Mat;
+pub use rows::gram_of_rows;

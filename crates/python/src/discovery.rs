@@ -26,7 +26,7 @@ pub struct Discovery {
 
 /// Closes the loop on a model and data.
 #[pyfunction]
-#[pyo3(signature = (model, data, *, seed, groups, train_share, accept, progress))]
+#[pyo3(signature = (model, data, *, seed, groups, null_runs, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
 pub fn discover(
     py: Python<'_>,
@@ -34,13 +34,13 @@ pub fn discover(
     data: &Source,
     seed: u64,
     groups: Vec<String>,
-    train_share: f64,
+    null_runs: usize,
     accept: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Discovery> {
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
     let options =
-        Options { seed, train_share, accepted: accept.iter().copied().collect(), ..Options::default() };
+        Options { seed, null_runs, accepted: accept.iter().copied().collect(), ..Options::default() };
     let wanted = Wanted { groups, accept, options };
     let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
     background::run(py, progress.as_ref(), move |line| {

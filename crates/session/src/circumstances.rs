@@ -55,7 +55,7 @@ fn command(model: &Path, data: &Path, wanted: &Wanted, out: &Path) -> String {
     let Wanted { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
     words.extend([model, data].map(|path| shown(path, out)));
-    words.extend(["--train-share".to_owned(), options.train_share.to_string()]);
+    words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);
     if !options.library {
         words.extend(["--library", "none"].map(str::to_owned));
     }

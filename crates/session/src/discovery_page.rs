@@ -126,14 +126,29 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
                 parameters: parameters(&e.parameters),
                 share: Some(e.share),
                 removed: e.removed.map(|r| told_in(&d.error.unit).1 * r),
+                inclusion: e.inclusion,
+                q_value: e.q_value,
                 folds: e.folds.map(|f| f.map(|n| n as u64)),
             })
             .collect(),
+        leads: d
+            .leads
+            .iter()
+            .map(|lead| page::Lead {
+                kind: lead.kind.clone(),
+                inclusion: lead.inclusion,
+                chance: lead.chance,
+                why: lead.why.clone(),
+                next: lead.next.clone(),
+            })
+            .collect(),
+        null_records: d.null_records.map(|n| page::NullRecords { named: n.named as u64, of: n.of as u64 }),
         anatomy: anatomy(d),
         laws: of.pictures.laws.clone(),
         examples: if of.pictures.examples.is_empty() { examples(d) } else { of.pictures.examples.clone() },
-        examples_note: if of.pictures.examples.is_empty() { "" } else { "Data that fits have seen windows of, as far as the picture shows every turn: each model runs on from the first \
-                        20 samples, calibrated (before) and with what was added (after)." }
+        examples_fitted: d.heldout.is_empty(),
+        examples_note: if of.pictures.examples.is_empty() { "" } else { "Data that the models were fitted to in windows, over a stretch in which every turn can be seen: each model runs on from \
+                        the first 20 samples, calibrated (before) and with the effects added (after)." }
             .to_owned(),
         candidates: candidates(d)
             .into_iter()
@@ -145,7 +160,7 @@ pub fn page(of: &Circumstances, subject: &Subject, d: &Discovery) -> DiscoveryRe
                 why: c.why.clone(),
             })
             .collect(),
-        score_unit: "in -2 ln likelihood".to_owned(),
+        score_unit: "nats".to_owned(),
         correlations: page::Correlations {
             names: d.correlations.0.clone(),
             values: d.correlations.1.iter().map(|row| row.iter().copied().map(Some).collect()).collect(),
@@ -240,7 +255,7 @@ fn pushed(base: page::Example, e: &Example, scene: &TopView, added: bool) -> pag
     };
     let distance = |of: fn(&ExampleChannel) -> &Vec<Option<f64>>| -> Vec<f64> {
         let off = |c: usize, k: usize| value(c, k, |c| &c.measured) - value(c, k, of);
-        // Measured less foretold: a distance is told as what is to be added to none.
+        // Measured less predicted: a distance is shown as an error of none.
         (0..e.times_s.len()).map(|k| -off(0, k).hypot(off(1, k))).collect()
     };
     let last = e.times_s.len().saturating_sub(1);
@@ -283,7 +298,7 @@ fn parameters(all: &BTreeMap<String, Estimate>) -> Vec<page::Parameter> {
     all.iter().flat_map(each).collect()
 }
 
-/// The chosen candidate, those that were fitted, those that were only tested, each by gain less penalty.
+/// The candidates: the chosen one, then the others by gain less penalty.
 fn candidates(d: &Discovery) -> Vec<&Candidate> {
     let mut all: Vec<&Candidate> = d.candidates.iter().collect();
     let place = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
@@ -373,19 +388,20 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
     }
 }
 
-/// Notes below the tables of a page: windows, dispersion, further measures and horizons.
+/// Notes below the tables of a page: windows, independent residuals, further measures and horizons.
 fn notes(d: &Discovery) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(windows) = &d.windows {
         let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
         let rule = &windows.rule;
         notes.push(format!(
-            "{train} windows were fitted and {test} held out; {a} and {b} of them were {rule}."
+            "{train} windows were fitted and {test} predicted; {a} and {b} of them were {rule}."
         ));
     }
-    notes.extend(d.dispersion.map(|dispersion| {
+    notes.extend(d.independent.map(|share| {
         format!(
-            "Gradients scatter {dispersion:.1} times as much as white noise would make them: gains in likelihood are in units of it."
+            "Residuals of the answer are autocorrelated as if {:.0} % of them were independent: gains count so many.",
+            100.0 * share
         )
     }));
     notes.extend(d.errors.iter().map(|(measure, e)| {
@@ -428,9 +444,29 @@ fn methods(d: &Discovery) -> Vec<Method> {
             "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
         ),
         method(
-            "Score test",
-            "which effect the residual asks for",
-            "Rao: Large sample tests of statistical hypotheses, 1948",
+            "Block cross-validation in one Gauss-Newton step",
+            "how well a set of effects predicts what it was not fitted to",
+            "Beirami, Razaviyayn, Shahrampour, Tarokh: On Optimal Generalizability in Parametric Learning, 2017",
+        ),
+        method(
+            "Block jackknife",
+            "whether an effect is away from none, whatever the correlation of the residuals",
+            "Kuensch: The Jackknife and the Bootstrap for General Stationary Observations, 1989",
+        ),
+        method(
+            "Effective sample size",
+            "autocorrelated residuals count less in a gain",
+            "Bartlett: On the Theoretical Specification and Sampling Properties of Autocorrelated Time-Series, 1946",
+        ),
+        method(
+            "Bayesian bootstrap over blocks",
+            "share of the resamples in which a finding comes back",
+            "Rubin: The Bayesian Bootstrap, 1981",
+        ),
+        method(
+            "q-values under dependence",
+            "share of false findings among those that are as significant",
+            "Benjamini, Yekutieli: The Control of the False Discovery Rate in Multiple Testing under Dependency, 2001",
         ),
     ];
     if d.tests.periodicity.is_some() {
@@ -440,19 +476,19 @@ fn methods(d: &Discovery) -> Vec<Method> {
             "MacKay: Bayesian Interpolation, Neural Computation 1992",
         ));
     }
-    if d.dispersion.is_some() {
-        all.extend([
-            method(
-                "Multiple shooting",
-                "records are cut into windows, whose starts are eliminated from every fit",
-                "Bock, Plitt: A Multiple Shooting Algorithm for Direct Solution of Optimal Control Problems, 1984",
-            ),
-            method(
-                "Dispersion of gradients",
-                "likelihood ratios where residuals are not white",
-                "Rotnitzky, Jewell: Hypothesis Testing of Regression Parameters in Semiparametric GLMs for Cluster Correlated Data, 1990",
-            ),
-        ]);
+    if d.null_records.is_some() {
+        all.push(method(
+            "Wild cluster bootstrap",
+            "how often records like these name an effect where none is missing",
+            "Cameron, Gelbach, Miller: Bootstrap-Based Improvements for Inference with Clustered Errors, 2008",
+        ));
+    }
+    if d.error.folds.is_some() {
+        all.push(method(
+            "Nested cross-validation",
+            "errors on data that neither a fit nor the choice of the model has seen",
+            "Varma, Simon: Bias in Error Estimation When Using Cross-Validation for Model Selection, 2006",
+        ));
     }
     all.extend([
         method(
@@ -462,7 +498,7 @@ fn methods(d: &Discovery) -> Vec<Method> {
         ),
         method(
             "Bootstrap over records",
-            "intervals of the held-out error",
+            "intervals of the errors on data that no fit has seen",
             "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
         ),
     ]);

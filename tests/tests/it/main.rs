@@ -42,6 +42,7 @@ mod own_recordings;
 mod sealed_systems;
 mod sealed_systems_answers;
 mod sensor_or_stop;
+mod traps;
 
 // Discovery on measured data.
 mod discover_measured;

@@ -15,9 +15,10 @@ pub struct Discover {
     /// Directory for `result.json`, `report.html` and the augmented `model.toml`.
     #[arg(long, default_value = "out/discover")]
     pub out: PathBuf,
-    /// Share of the trajectories that fits may see; the rest judges them.
-    #[arg(long, default_value_t = 0.7)]
-    pub train_share: f64,
+    /// Records like the measured ones, made without a missing effect, on which the selection is repeated; how many of them name
+    /// an effect is reported. At most 1000; 0 makes none.
+    #[arg(long, default_value_t = 19, value_name = "N")]
+    pub null_runs: usize,
     /// Only trajectories of this group (column `group`); may be given several times.
     #[arg(long)]
     pub group: Vec<String>,

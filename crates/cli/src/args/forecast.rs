@@ -44,7 +44,7 @@ pub struct ViewArgs {
     pub sensor_sd: Vec<String>,
 }
 
-/// Samples of a held-out trajectory that a scored model may see.
+/// Samples of a trajectory that a scored model may see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProtocolArg {
     /// The first state only.
@@ -61,14 +61,14 @@ pub struct Evaluate {
     /// Model file (TOML), folder of `discover`, or run directory of `train`.
     #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
-    /// Held-out trajectories. With the folder of a discovery and its own data: the ones that it held out are taken.
+    /// Trajectories that no fit has seen. With the folder of a discovery and its own data: those that it kept out, all where it kept none.
     #[arg(long)]
     pub data: PathBuf,
     /// With equations: samples, from the first of each trajectory, that its start is fitted to; errors are those of the
     /// free run over all later ones.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub burn_in: u32,
-    /// Samples of a held-out trajectory that the model may see.
+    /// Samples of a trajectory that the model may see.
     #[arg(long, value_enum, default_value = "forecast")]
     pub protocol: ProtocolArg,
     /// With `--protocol filtered`: prefixes from short to long, each a number of samples, or seconds, such as 30,65 or 0.5s.

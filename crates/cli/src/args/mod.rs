@@ -86,7 +86,7 @@ pub enum Command {
     /// List the effects that may be tried on a model.
     #[command(after_help = examples::EFFECTS)]
     Effects(Effects),
-    /// Close the loop: what the model lacks, added and proved on held-out trajectories, or an honest no.
+    /// Close the loop: what the model lacks, established over blocks of the data, or an honest no.
     #[command(after_help = examples::DISCOVER)]
     Discover(Discover),
     /// Train a net on trajectories; a run directory is the result.
@@ -101,7 +101,7 @@ pub enum Command {
     /// Write the law of a model with its values: formulas, or a program that runs without augsim.
     #[command(after_help = examples::EXPORT)]
     Export(Export),
-    /// Score a model file, a discovery or a trained net on held-out trajectories, the models before it beside it.
+    /// Score a model file, a discovery or a trained net on data that it has not seen, the models before it beside it.
     #[command(after_help = examples::EVALUATE)]
     Evaluate(Evaluate),
     /// Reproduce the published tables.

@@ -96,7 +96,7 @@ fn text(result: &ResultFile) -> String {
         let _ = writeln!(out, "{} ({} trajectories)\n  {}", s.set, s.trajectories, s.found.sentence);
         let _ = writeln!(
             out,
-            "  error on {} held-out trajectories: declared {:.2} mm, calibrated {:.2} mm, augmented {:.2} mm;\n  \
+            "  error on {} trajectories that no fit has seen: declared {:.2} mm, calibrated {:.2} mm, augmented {:.2} mm;\n  \
              reduction {:.2} mm (95 % interval {:.2} to {:.2} mm)\n",
             e.heldout_trajectories,
             1e3 * e.declared.rmse,

@@ -41,7 +41,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
 fn found(title: &str, sets: &[SetRow]) -> Section {
     let millimetres = |r: Rmse| Cell::estimate(1e3 * r.rmse, Some(r.ci95.map(|v| 1e3 * v)));
     let table = Table {
-        caption: "Root mean square error on held-out trajectories, with 95 % intervals over trajectories. Of a ball the \
+        caption: "Root mean square error on trajectories that no fit has seen, with 95 % intervals over trajectories. Of a ball the \
                   start is fitted to the part before the first impact and the rest is forecast; a push is forecast from \
                   its first pose."
             .to_owned(),

@@ -97,7 +97,7 @@ pub fn one(
         model: out.join("declared.toml"),
         data: out.join("data.csv.gz"),
         out: out.clone(),
-        train_share: 0.7,
+        null_runs: 19,
         group: Vec::new(),
         library: Library::Generic,
         time_limit: None,

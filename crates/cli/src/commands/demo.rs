@@ -36,7 +36,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         model: out.join("declared.toml"),
         data: out.join("bounces.csv"),
         out,
-        train_share: 0.7,
+        null_runs: 19,
         library: Library::Generic,
         group: Vec::new(),
         time_limit: None,

@@ -17,9 +17,6 @@ use std::time::{Duration, Instant};
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    if !(args.train_share > 0.0 && args.train_share < 1.0) {
-        return Err(Usage::option("--train-share", args.train_share, Takes::OpenShare).into());
-    }
     let found = match close_loop(args, seed, force, output) {
         Err(error) if is_objection(&error) => {
             // Nothing could be calibrated, so there is no result to write beside the sentence.
@@ -62,7 +59,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
-    let options = Options { seed, train_share: args.train_share, accepted, library, until: until(args)? };
+    let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
     let wanted = Wanted { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
     let mut told = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
@@ -96,7 +93,7 @@ fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
 fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
         .setting("seed", seed)
-        .setting("train-share", args.train_share)
+        .setting("null-runs", args.null_runs)
         .setting("library", args.library.word())
         .setting("group", args.group.join(", "))
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
@@ -114,6 +111,47 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
 fn decimals(errors: impl Iterator<Item = f64>) -> usize {
     let least = errors.map(f64::abs).filter(|e| *e > 0.0).fold(1.0, f64::min);
     (2.0 - least.log10().floor()).clamp(5.0, 12.0) as usize
+}
+
+/// How firmly the data hold what was found: resamples and q-values of established effects, leads, the null rate.
+fn confidence(d: &Discovery) -> String {
+    let mut out = String::new();
+    let percent = |share: f64| 100.0 * share;
+    // Writing to a string cannot fail.
+    for effect in &d.effects {
+        let Some(share) = effect.inclusion else { continue };
+        let _ = write!(out, "  {}: established, in {:.0} % of resamples", effect.kind, percent(share));
+        let _ = effect.q_value.map_or(Ok(()), |q| write!(out, ", q-value {}", probability(q)));
+        let _ = match effect.folds {
+            Some([found, folds]) => writeln!(out, ", found again in {found} of {folds} folds"),
+            None => writeln!(out),
+        };
+    }
+    for lead in &d.leads {
+        let chance = lead.chance.map_or_else(String::new, |p| format!(", chance {}", probability(p)));
+        let _ = writeln!(
+            out,
+            "  lead, not established: {} (in {:.0} % of resamples{chance}): {}; to establish it: {}",
+            lead.kind,
+            percent(lead.inclusion),
+            lead.why,
+            lead.next
+        );
+    }
+    if let Some(null) = d.null_records {
+        let verb = if null.named == 1 { "names" } else { "name" };
+        let _ = writeln!(
+            out,
+            "  {} of {} records like these, made without an effect, {verb} one",
+            null.named, null.of
+        );
+    }
+    out
+}
+
+/// A probability in print: small ones as a bound.
+fn probability(p: f64) -> String {
+    if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
 /// The result in a few lines.
@@ -136,12 +174,13 @@ fn text(args: &Discover, d: &Discovery) -> String {
             }
         }
     }
+    out += &confidence(d);
     let e = &d.error;
     let _ = writeln!(
         out,
-        "\n  error on {} held-out trajectories{}, {} (95 % interval)",
+        "\n  error on {} trajectories that no fit has seen{}, {} (95 % interval)",
         e.heldout_trajectories,
-        e.folds.map_or(String::new(), |n| format!(" of {n} folds")),
+        e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
         e.unit
     );
     let rows = [
@@ -164,7 +203,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
         };
         let _ = writeln!(
             out,
-            "  free run of whole recordings, over held-out parts: calibrated {}, augmented {}",
+            "  free run of whole recordings, over parts that no fit has seen: calibrated {}, augmented {}",
             shown(run.calibrated),
             shown(run.augmented)
         );
@@ -191,11 +230,11 @@ fn text(args: &Discover, d: &Discovery) -> String {
             );
         }
     }
-    if let (Some(windows), Some(dispersion)) = (&d.windows, d.dispersion) {
+    if let Some(windows) = &d.windows {
         let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
         let _ = writeln!(
             out,
-            "  windows: {train} to fit, {test} held out; of these {a} and {b} {}; dispersion {dispersion:.1}",
+            "  windows: {train} fitted, {test} predicted; of these {a} and {b} {}",
             windows.rule
         );
     }

@@ -1,6 +1,6 @@
 //! `augsim data inspect --model` for a system of equations: the columns of the model in the data.
 
-use augsim_data::checks::{Expected, run_checks};
+use augsim_data::checks::run_checks;
 use augsim_session::written::{self, records};
 use serde::Serialize;
 use std::fmt;
@@ -76,7 +76,7 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
         }
     };
     let lasts = |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
-    let findings = run_checks(data, &Expected::default());
+    let findings = run_checks(data, &model.expected());
     let findings = findings.into_iter().flat_map(|o| o.findings).map(|f| f.to_string());
     Ok(Inspection {
         trajectories: data.trajectories().len(),

@@ -149,7 +149,7 @@ fn one(
             model: model_path.clone(),
             data: train_path.clone(),
             out: sub.to_owned(),
-            train_share: 0.7,
+            null_runs: 19,
             group: Vec::new(),
             time_limit: None,
             library,

@@ -88,7 +88,7 @@ fn a_folder_of_another_run_is_refused_without_force() {
     succeed(&discover, d);
     let first = std::fs::read(d.join("found/result.json")).expect("a result");
     refused(&with(&["--seed", "2"]), d, &["found", "seed is 1 there and 2 here", "--force"]);
-    refused(&with(&["--train-share", "0.6"]), d, &["train-share is 0.7 there and 0.6 here"]);
+    refused(&with(&["--null-runs", "5"]), d, &["null-runs is 19 there and 5 here"]);
     std::fs::write(d.join("other.toml"), "# other\nscenario = \"ball\"\n").expect("a model");
     let other = ["discover", "other.toml", "bounces.csv", "--out", "found"];
     refused(&other, d, &["the content of model is"]);

@@ -2,7 +2,7 @@
 //! their units, an error with effects added stands only where effects were added, candidates stand in the order that their
 //! caption says, and every group is listed once, by its name.
 
-use crate::command::succeed;
+use crate::command::{fail, succeed};
 use std::path::{Path, PathBuf};
 
 fn sealed(name: &str) -> String {
@@ -45,19 +45,15 @@ fn declared_noise_units_and_order_are_as_they_are() {
         assert_eq!(row.last().map(String::as_str), Some(unit), "{row:?}");
     }
     assert!(html.contains("error with the effects added") && !html.contains(">score"));
-    // The chosen set, then what was fitted, then what was only tested, each by gain less penalty.
-    let rows = table(&html, "All candidates: those that were fitted, then those that were only tested");
-    assert_eq!(rows.len(), result["candidates"].as_array().map_or(0, Vec::len));
+    // The chosen set, then the others by gain less penalty; all of them were fitted.
+    let rows = table(&html, "All candidates that were fitted, by gain less penalty");
+    let candidates = result["candidates"].as_array().expect("a list");
+    assert!(rows.len() > 1 && rows.len() == candidates.len(), "{rows:?}");
+    assert!(candidates.iter().all(|c| c["fitted"] == true));
     assert!(rows[0].last().is_some_and(|why| why.starts_with("chosen")), "{:?}", rows[0]);
-    let is_tested =
-        |row: &&[String]| row.last().is_some_and(|w| w.starts_with("its test") || w.starts_with("cannot be"));
-    let first_tested = rows.iter().position(|row| is_tested(&&row[..])).expect("some were only tested");
-    for part in [&rows[1..first_tested], &rows[first_tested..]] {
-        assert_eq!(part.iter().filter(|row| is_tested(&&row[..])).count() % part.len(), 0, "{part:?}");
-        let scores: Vec<f64> =
-            part.iter().map(|row| row[2].replace('−', "-").parse().expect("a number")).collect();
-        assert!(scores.windows(2).all(|w| w[0] >= w[1]), "{scores:?}");
-    }
+    let scores: Vec<f64> =
+        rows[1..].iter().map(|row| row[2].replace('−', "-").parse().expect("a number")).collect();
+    assert!(scores.windows(2).all(|w| w[0] >= w[1]), "{scores:?}");
 
     // Where the noise is not declared that is said; where nothing is added no effect is spoken of.
     let silent = model.replace("[sensor]\nposition_sd_m = 0.0020430227234388893\n", "");
@@ -70,6 +66,46 @@ fn declared_noise_units_and_order_are_as_they_are() {
     assert_eq!(result["verdict"], "nothing-to-add");
     assert!(html.contains("none was declared"));
     assert!(html.contains("error after calibration") && !html.contains("error with the effects added"));
+}
+
+#[test]
+fn established_effects_stand_with_their_resamples_and_the_null_rate() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    std::fs::write(d.join("bounces.csv"), sealed("bounces.csv")).expect("written");
+    std::fs::write(d.join("model.toml"), sealed("model.toml")).expect("written");
+    let told = succeed(&["discover", "model.toml", "bounces.csv", "--out", "found", "--null-runs", "7"], d);
+    let (html, result) = page(d, "found");
+    let effect = &result["effects"][0];
+    let (share, q) = (effect["inclusion"].as_f64(), effect["q_value"].as_f64());
+    let (share, q) = (100.0 * share.expect("a share"), q.expect("a probability"));
+    assert!(share >= 90.0 && q < 0.001, "an effect of 14 standard errors: {share} % {q}");
+    let row = &table(&html, "Established effects")[0];
+    assert_eq!(row[0], "quadratic-drag");
+    assert_eq!(row[row.len() - 2..], [format!("{share:.0}"), "&lt; 0.001".to_owned()], "{row:?}");
+    let line = format!("  quadratic-drag: established, in {share:.0} % of resamples, q-value < 0.001\n");
+    assert!(told.contains(&line), "{told}");
+    assert_eq!(result["null_records"]["of"], 7);
+    let named = result["null_records"]["named"].as_u64().expect("a count");
+    let verb = if named == 1 { "names" } else { "name" };
+    let rate = format!("{named} of 7 records like these, made without an effect, {verb} one");
+    assert!(html.contains(&rate) && told.contains(&rate), "{told}");
+    // Enough trajectories for some to be kept out: the errors are those on them, and so are the examples.
+    assert_eq!(
+        result["heldout"].as_array().map(Vec::len).map(|n| n as u64),
+        result["error"]["heldout_trajectories"].as_u64()
+    );
+    assert!(
+        html.contains("kept out from the beginning") && html.contains("Trajectories that no fit has seen")
+    );
+
+    // Without records of this kind nothing is said of them.
+    let told = succeed(&["discover", "model.toml", "bounces.csv", "--out", "none", "--null-runs", "0"], d);
+    let (html, result) = page(d, "none");
+    assert!(result["null_records"].is_null());
+    assert!(!told.contains("records like these") && !html.contains("records like these"));
+    let many = ["discover", "model.toml", "bounces.csv", "--out", "many", "--null-runs", "1001"];
+    fail(2, &many, d, &["--null-runs 1001: give at most 1000"]);
 }
 
 #[test]

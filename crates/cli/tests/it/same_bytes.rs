@@ -53,11 +53,11 @@ fn a_discovery_writes_the_same_bytes_twice_and_its_page_lists_every_option() {
         .collect();
     std::fs::write(d.join("my data.csv"), grouped).expect("it can be written");
     std::fs::copy(Path::new(SEALED).join("model.toml"), d.join("model.toml")).expect("it can be copied");
-    let args = ["discover", "model.toml", "my data.csv", "--group", "red ball", "--train-share", "0.6"];
+    let args = ["discover", "model.toml", "my data.csv", "--group", "red ball", "--null-runs", "3"];
     let out = writes_the_same(&[&args[..], &["--seed", "7"]].concat(), d);
     let text = page(&out).replace("&quot;", "\"").replace("&#39;", "'");
     let command =
-        "augsim discover model.toml 'my data.csv' --train-share 0.6 --group 'red ball' --seed 7 --out DIR";
+        "augsim discover model.toml 'my data.csv' --null-runs 3 --group 'red ball' --seed 7 --out DIR";
     assert!(text.contains(command), "the page has no `{command}`");
     assert!(!text.contains("time of the run"));
     let timing = std::fs::read_to_string(out.join("timing.json")).expect("times");

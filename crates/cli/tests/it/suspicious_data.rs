@@ -166,7 +166,7 @@ fn inspect_lists_every_check_with_its_outcome() {
     let out = augsim(&["data", "inspect", "bounces.csv", "--model", "model.toml", "--json"], dir.path());
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
     let checks = json["checks"].as_array().expect("a list");
-    assert_eq!((checks.len(), &checks[9]["outcome"]), (11, &"passed".into()), "{json}");
+    assert_eq!((checks.len(), &checks[11]["outcome"]), (13, &"passed".into()), "{json}");
     assert_eq!(json["trajectories"], 30);
 }
 
@@ -176,4 +176,79 @@ fn an_unknown_check_is_a_mistake_of_usage_that_lists_the_known_ones() {
     let out = augsim(&[&DISCOVER[..], &["--accept", "everything"]].concat(), dir.path());
     assert_eq!(out.status.code(), Some(2));
     assert!(errors(&out).contains("repeated-trajectory") && errors(&out).contains("declared-noise"));
+}
+
+const TANKS: &str = r#"scenario = "system"
+name = "two tanks"
+[inputs]
+pump_V = { hold = "zero" }
+[states]
+upper_m = { start = "high_m", min = 0.0 }
+lower_m = { start = "low_m", min = 0.0 }
+[parameters]
+upper_per_s = { nominal = 0.05, min = 0.0, max = 1.0 }
+lower_per_s = { nominal = 0.02, min = 0.0, max = 1.0 }
+gain_m_per_V_s = { nominal = 0.003, min = 0.0, max = 1.0 }
+[rates]
+upper_m = "gain_m_per_V_s * pump_V - upper_per_s * upper_m"
+lower_m = "upper_per_s * upper_m - lower_per_s * lower_m"
+[outputs]
+high_m = { value = "upper_m", sd = "estimate" }
+low_m = { value = "lower_m", sd = "estimate" }
+"#;
+
+/// Levels of two tanks in eight recordings, after `change` of recording number, time, and both levels.
+fn tanks(change: &dyn Fn(usize, &mut [f64; 3])) -> tempfile::TempDir {
+    let mut text = "trajectory,t_s,pump_V,high_m,low_m\n".to_owned();
+    for j in 0..8 {
+        let (mut upper, mut lower) = (0.1 + 0.02 * j as f64, 0.3);
+        for k in 0..100 {
+            let pump = [1.0, 3.0, 2.0, 4.0, 0.5][(k / 20 + j) % 5];
+            let mut row = [2.0 * k as f64, upper, lower];
+            change(j, &mut row);
+            text += &format!("r{j},{:.6},{pump},{:.6},{:.6}\n", row[0], row[1], row[2]);
+            upper += 2.0 * (0.003 * pump - 0.05 * upper);
+            lower += 2.0 * (0.05 * upper - 0.02 * lower);
+        }
+    }
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    std::fs::write(dir.path().join("bounces.csv"), text).expect("written");
+    std::fs::write(dir.path().join("model.toml"), TANKS).expect("written");
+    dir
+}
+
+#[test]
+fn mistakes_of_a_logger_are_named_before_the_equations_are_fitted() {
+    for (check, said, change) in [
+        (
+            "mixed-clock",
+            "trajectory `r3`: its time step is 2000 s",
+            &(|j: usize, row: &mut [f64; 3]| row[0] *= if j == 3 { 1e3 } else { 1.0 })
+                as &dyn Fn(usize, &mut [f64; 3]),
+        ),
+        ("duplicate-column", "columns `high_m` and `low_m`, both outputs", &|_, row| row[2] = row[1]),
+    ] {
+        let dir = tanks(change);
+        let out = augsim(&DISCOVER, dir.path());
+        assert_eq!(out.status.code(), Some(3), "{}", errors(&out));
+        assert!(
+            errors(&out).contains(&format!("bounces.csv: suspicious data ({check}): {said}")),
+            "{}",
+            errors(&out)
+        );
+        assert!(!dir.path().join("found").exists());
+        let out = augsim(&["data", "inspect", "bounces.csv", "--model", "model.toml"], dir.path());
+        assert!(
+            String::from_utf8_lossy(&out.stdout).contains(said),
+            "{}",
+            String::from_utf8_lossy(&out.stdout)
+        );
+    }
+    let dir = tanks(&|_, _| ());
+    let out = augsim(&["data", "inspect", "bounces.csv"], dir.path());
+    assert!(
+        !String::from_utf8_lossy(&out.stdout).contains("refused"),
+        "{}",
+        String::from_utf8_lossy(&out.stdout)
+    );
 }

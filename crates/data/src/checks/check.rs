@@ -17,8 +17,12 @@ pub enum Check {
     RepeatedTrajectory,
     /// A few trajectories in another unit than the rest.
     MixedUnits,
+    /// A few trajectories whose clock is in another unit than those of the rest.
+    MixedClock,
     /// One coordinate in another unit than the others.
     ColumnScale,
+    /// One signal in two columns.
+    DuplicateColumn,
     /// A column moved by a row against the others.
     ShiftedColumn,
     /// A velocity that is not the change of the height.
@@ -40,7 +44,9 @@ impl Check {
             Check::ConstantColumn => "constant-column",
             Check::RepeatedTrajectory => "repeated-trajectory",
             Check::MixedUnits => "mixed-units",
+            Check::MixedClock => "mixed-clock",
             Check::ColumnScale => "column-scale",
+            Check::DuplicateColumn => "duplicate-column",
             Check::ShiftedColumn => "shifted-column",
             Check::VelocityDisagrees => "velocity-disagrees",
             Check::AngleInDegrees => "angle-in-degrees",

@@ -1,6 +1,7 @@
 //! Findings of checks, as values with a sentence.
 
 use super::check::Check;
+use super::clock_unit::ClockUnit;
 use crate::statistics::digits;
 use serde::Serialize;
 use thiserror::Error;
@@ -107,6 +108,27 @@ pub enum Finding {
         /// Trajectories that are.
         alike: usize,
     },
+    /// A few trajectories with the clock in another unit.
+    #[error(
+        "trajectory `{trajectory}`: its time step is {} s, that of the other {others} trajectories {} s, a ratio of about {}, \
+         while the columns change alike from sample to sample{}; {}",
+        digits(*step_s), digits(*others_step_s), digits(step_s / others_step_s), and_more(*alike),
+        clock_remedy(*unit, step_s > others_step_s)
+    )]
+    MixedClock {
+        /// First such trajectory.
+        trajectory: String,
+        /// Its median time step, s.
+        step_s: f64,
+        /// Median time step of the others, s.
+        others_step_s: f64,
+        /// Unit other than seconds that explains the ratio.
+        unit: ClockUnit,
+        /// Trajectories that are not like this.
+        others: usize,
+        /// Trajectories that are.
+        alike: usize,
+    },
     /// One coordinate in another unit.
     #[error(
         "column `{column}` moves {} times as far as `{reference}` and is {} times as noisy, as if it were in another unit; \
@@ -138,6 +160,52 @@ pub enum Finding {
         rod_m: f64,
         /// Share of the pushes, per cent.
         share: usize,
+    },
+    /// Two outputs of the model that are one signal.
+    #[error(
+        "columns `{}` and `{}`, both outputs of the model, hold the same numbers in all {samples} samples: one signal was written \
+         twice; export the wrong one again, or take it out of the model", columns[0], columns[1]
+    )]
+    DuplicateOutput {
+        /// Columns.
+        columns: [String; 2],
+        /// Samples with values of both.
+        samples: usize,
+    },
+    /// Two inputs of the model that are one signal.
+    #[error(
+        "columns `{}` and `{}`, both inputs of the model, hold the same numbers in all {samples} samples, so their effects cannot \
+         be distinguished; export the wrong one again, or take one out of the model", columns[0], columns[1]
+    )]
+    DuplicateInput {
+        /// Columns.
+        columns: [String; 2],
+        /// Samples with values of both.
+        samples: usize,
+    },
+    /// An input and an output of the model that are one signal.
+    #[error(
+        "column `{input}`, an input of the model, holds the same numbers as its output `{output}` in all {samples} samples, as if \
+         one signal was written twice; export the wrong one again, or take it out of the model"
+    )]
+    InputEqualsOutput {
+        /// Column of the input.
+        input: String,
+        /// Column of the output.
+        output: String,
+        /// Samples with values of both.
+        samples: usize,
+    },
+    /// Two columns that are one signal, where no model says what they are.
+    #[error(
+        "columns `{}` and `{}` hold the same numbers in all {samples} samples, as if one signal was written twice; export the \
+         wrong one again, or remove it", columns[0], columns[1]
+    )]
+    DuplicateColumn {
+        /// Columns.
+        columns: [String; 2],
+        /// Samples with values of both.
+        samples: usize,
     },
     /// A column moved by a row, over the ends of trajectories.
     #[error(
@@ -293,6 +361,14 @@ fn and_more(alike: usize) -> String {
     }
 }
 
+/// The remedy for a clock in `unit`, or in `unit` in the others: in units below the second numbers are too large.
+fn clock_remedy(unit: ClockUnit, is_slower: bool) -> String {
+    match is_slower == unit.is_finer_than_seconds() {
+        true => format!("its clock is in {unit}: convert its `t_s` to seconds"),
+        false => format!("the clocks of the others are in {unit}: convert their `t_s` to seconds"),
+    }
+}
+
 /// The likely cause of an acceleration that is `ratio` times the expected one.
 fn gravity_remedy(ratio: f64) -> String {
     let unit = [("inches", 39.37), ("cm", 100.0), ("mm", 1000.0)]
@@ -316,6 +392,11 @@ impl Finding {
             Finding::ConstantColumn { .. } => Check::ConstantColumn,
             Finding::RepeatedTrajectory { .. } => Check::RepeatedTrajectory,
             Finding::MixedUnits { .. } => Check::MixedUnits,
+            Finding::MixedClock { .. } => Check::MixedClock,
+            Finding::DuplicateOutput { .. }
+            | Finding::DuplicateInput { .. }
+            | Finding::InputEqualsOutput { .. }
+            | Finding::DuplicateColumn { .. } => Check::DuplicateColumn,
             Finding::ColumnScale { .. } | Finding::ObjectOutrunsRod { .. } => Check::ColumnScale,
             Finding::ShiftedColumn { .. } | Finding::ShiftedVelocity { .. } => Check::ShiftedColumn,
             Finding::VelocityDisagrees { .. } => Check::VelocityDisagrees,
@@ -327,11 +408,15 @@ impl Finding {
         }
     }
 
-    /// Whether data with it are refused. A copy can be left out and a tolerance may be meant; everything else makes numbers
-    /// that mean nothing.
+    /// Whether data with it are refused. A copy can be left out, a tolerance may be meant, and some rigs feed one signal to two
+    /// inputs; everything else makes numbers that mean nothing.
     pub fn severity(&self) -> Severity {
         match self {
-            Finding::RepeatedTrajectory { .. } | Finding::CoarseTolerance { .. } => Severity::Warning,
+            Finding::RepeatedTrajectory { .. }
+            | Finding::CoarseTolerance { .. }
+            | Finding::DuplicateInput { .. }
+            | Finding::InputEqualsOutput { .. }
+            | Finding::DuplicateColumn { .. } => Severity::Warning,
             _ => Severity::Refused,
         }
     }

@@ -9,12 +9,15 @@ mod absurd_value;
 mod admit;
 mod angle_in_degrees;
 mod check;
+mod clock_unit;
 mod column_scale;
 mod constant_column;
 mod declared_noise;
+mod duplicate_column;
 mod finding;
 mod gravity_disagrees;
 mod measured;
+mod mixed_clock;
 mod mixed_units;
 mod repeated_trajectory;
 mod sentinel_value;
@@ -26,12 +29,13 @@ use crate::dataset::Dataset;
 
 pub use admit::{Accepted, Admitted, Warning, admit};
 pub use check::Check;
+pub use clock_unit::ClockUnit;
 pub use finding::{Finding, Severity};
 pub(crate) use gravity_disagrees::curvature;
 pub use suspicious::SuspiciousData;
 
 /// Statements of a model about the data that it is to explain; `None` where it says nothing or there is no model.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Expected {
     /// Gravity, m/s², downward positive.
     pub gravity_m_s2: Option<f64>,
@@ -39,12 +43,16 @@ pub struct Expected {
     pub position_sd_m: Option<f64>,
     /// Standard deviation of measured angles, rad.
     pub angle_sd_rad: Option<f64>,
+    /// Columns that the model reads as outputs.
+    pub outputs: Vec<String>,
+    /// Columns that the model reads as inputs.
+    pub inputs: Vec<String>,
 }
 
 type Look = fn(&Dataset, &Expected) -> Vec<Finding>;
 
 /// Every check with what it looks for and how.
-const LIST: [(Check, &str, Look); 11] = [
+const LIST: [(Check, &str, Look); 13] = [
     (Check::AbsurdValue, "values beyond 1e12 of an SI unit", absurd_value::look),
     (
         Check::SentinelValue,
@@ -54,7 +62,9 @@ const LIST: [(Check, &str, Look); 11] = [
     (Check::ConstantColumn, "a position, angle or velocity that never changes", constant_column::look),
     (Check::RepeatedTrajectory, "the same recording under two names", repeated_trajectory::look),
     (Check::MixedUnits, "a few trajectories in another unit", mixed_units::look),
+    (Check::MixedClock, "a few trajectories with the clock in another unit", mixed_clock::look),
     (Check::ColumnScale, "one coordinate in another unit than the others", column_scale::look),
+    (Check::DuplicateColumn, "one signal in two columns", duplicate_column::look),
     (Check::ShiftedColumn, "a column moved by a row against the others", shifted_column::look),
     (Check::VelocityDisagrees, "a velocity that is not the change of the height", velocity_disagrees::look),
     (Check::AngleInDegrees, "degrees in a column of radians", angle_in_degrees::look),

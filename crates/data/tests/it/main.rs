@@ -15,5 +15,6 @@ mod push_files;
 mod limits;
 
 // Scales, summaries and the checks of suspicious data.
+mod logging_mistakes;
 mod scaling_and_summary;
 mod suspicious_data;

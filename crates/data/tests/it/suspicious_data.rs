@@ -9,9 +9,20 @@ use augsim_data::{Dataset, Trajectory, random_stream};
 use rand::RngExt;
 
 const NOISE_M: f64 = 2e-3;
-const BALL: Expected =
-    Expected { gravity_m_s2: Some(9.81), position_sd_m: Some(NOISE_M), angle_sd_rad: None };
-const PUSH: Expected = Expected { gravity_m_s2: None, position_sd_m: Some(3e-4), angle_sd_rad: Some(2e-3) };
+const BALL: Expected = Expected {
+    gravity_m_s2: Some(9.81),
+    position_sd_m: Some(NOISE_M),
+    angle_sd_rad: None,
+    outputs: Vec::new(),
+    inputs: Vec::new(),
+};
+const PUSH: Expected = Expected {
+    gravity_m_s2: None,
+    position_sd_m: Some(3e-4),
+    angle_sd_rad: Some(2e-3),
+    outputs: Vec::new(),
+    inputs: Vec::new(),
+};
 
 /// Rows of a trajectory: times and columns.
 type Rows = (Vec<f64>, Vec<Vec<f64>>);

@@ -102,7 +102,7 @@ def discover(
     *,
     seed: int,
     groups: list[str],
-    train_share: float,
+    null_runs: int,
     accept: list[str],
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...

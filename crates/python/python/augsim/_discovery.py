@@ -81,12 +81,18 @@ class Discovery:
 
     @property
     def effects(self) -> list[dict[str, Any]]:
-        """What was added, largest share of the gain first: ``kind``, ``parameters`` (``value``, ``ci95``, ``unit``), ``share``, …"""
+        """Established effects, in the order of the error that each removes: ``kind``, ``parameters`` (``value``, ``ci95``,
+        ``unit``), ``share``, ``inclusion``, ``q_value``, …"""
         return self.result["effects"]
 
     @property
+    def leads(self) -> list[dict[str, Any]]:
+        """Findings that are not established: ``kind``, ``inclusion``, ``chance``, ``why``, ``next``."""
+        return self.result.get("leads", [])
+
+    @property
     def error(self) -> dict[str, Any]:
-        """Errors on held-out trajectories in ``unit``: ``declared``, ``calibrated``, ``augmented``, ``noise_floor``, ``reduction``,
+        """Errors on trajectories that no fit has seen, in ``unit``: ``declared``, ``calibrated``, ``augmented``, ``noise_floor``, ``reduction``,
         each with ``rmse`` and ``ci95``."""
         return self.result["error"]
 
@@ -129,16 +135,16 @@ def discover(
     *,
     seed: int = 1,
     groups: Sequence[str] | None = None,
-    train_share: float = 0.7,
+    null_runs: int = 19,
     accept: Sequence[str] = (),
     progress: bool | _progress.Progress = True,
 ) -> Discovery:
     """Finds what a declared model lacks to explain measured trajectories, as ``augsim discover`` does: same seed, same bytes.
 
     ``model`` is a path, the text of a model file or a :class:`Model`; ``data`` whatever :func:`read` takes. ``groups`` leaves out
-    the trajectories of all others, ``train_share`` is the share of the trajectories that fits may see, ``accept`` names checks of
-    suspicious data that are not made. ``progress`` shows the step in a terminal or a notebook, or is called with its text and the
-    share that is done (or ``None``). Other threads of Python run meanwhile, and Ctrl-C ends it.
+    the trajectories of all others, ``null_runs`` is the number of records without a missing effect on which the selection is
+    repeated (at most 1000), ``accept`` names checks of suspicious data that are not made. ``progress`` shows the step in a terminal
+    or a notebook, or is called with its text and the share that is done (or ``None``). Other threads of Python run meanwhile, and Ctrl-C ends it.
 
     Raises :class:`augsim.DataError`, :class:`augsim.ModelError`, :class:`augsim.NumericalError` or :class:`augsim.UsageError`.
     """
@@ -151,7 +157,7 @@ def discover(
             source(data),
             seed=whole("seed", seed),
             groups=[str(group) for group in groups or ()],
-            train_share=float(train_share),
+            null_runs=whole("null_runs", null_runs),
             accept=[str(check) for check in accept],
             progress=told,
         )

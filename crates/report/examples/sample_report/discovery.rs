@@ -3,8 +3,8 @@
 use augsim_report::DiscoveryReport;
 use augsim_report::discovery::{
     Anatomy, Bins, CalibratedParameter, Candidate, ContactError, Correlations, ErrorSummary, Example,
-    FoundEffect, Noise, NoiseFinding, Parameter, Profile, ResidualAutocorrelation, ResidualQuantiles, Rmse,
-    Verdict,
+    FoundEffect, Lead, Noise, NoiseFinding, NullRecords, Parameter, Profile, ResidualAutocorrelation,
+    ResidualQuantiles, Rmse, Verdict,
 };
 use augsim_report::page::Method;
 
@@ -138,7 +138,7 @@ fn candidates() -> Vec<Candidate> {
             vec![parameter("k_per_m", 0.1318, 0.0011, "1/m"), parameter("b_s_per_m", 0.0143, 0.0016, "s/m")],
             4182.6,
             true,
-            "chosen: best held-out likelihood, residual white",
+            "chosen: every effect is significant and comes back over resamples",
         ),
         candidate(
             &["quadratic-drag"],
@@ -173,7 +173,7 @@ fn candidates() -> Vec<Candidate> {
             vec![parameter("delay_s", 0.0021, 0.0002, "s")],
             402.3,
             false,
-            "loses 95 % of the gain on held-out drops",
+            "loses 95 % of the gain on left-out drops",
         ),
         candidate(&[], vec![], 0.0, false, "structure above the noise (p < 10⁻³⁰⁰)"),
     ]
@@ -204,15 +204,24 @@ pub fn sample() -> DiscoveryReport {
             CalibratedParameter { parameter: Parameter { name: "gravity_m_s2".into(), value: 9.81, ci95: None, unit: "m/s²".into() }, declared: 9.81, frozen: true },
         ],
         effects: vec![
-            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551), removed: Some(12.6), folds: None },
-            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), removed: Some(0.4), folds: None },
+            FoundEffect { kind: "quadratic-drag".into(), stands_for: "air resistance of a ball; the textbook value for a table-tennis ball is 0.13 1/m".into(), parameters: vec![parameter("k_per_m", 0.1318, 0.0011, "1/m")], share: Some(0.551), removed: Some(12.6), inclusion: Some(1.0), q_value: Some(1.2e-9), folds: None },
+            FoundEffect { kind: "restitution-speed-linear".into(), stands_for: "losses in the shell that grow with impact speed".into(), parameters: vec![parameter("b_s_per_m", 0.0143, 0.0016, "s/m")], share: Some(0.036), removed: Some(0.4), inclusion: Some(0.965), q_value: Some(0.0041), folds: None },
         ],
+        leads: vec![Lead {
+            kind: "latency".into(),
+            inclusion: 0.42,
+            chance: Some(0.0031),
+            why: "not significant among so many candidates".into(),
+            next: "more drops like these, over a wider range of heights".into(),
+        }],
+        null_records: Some(NullRecords { named: 1, of: 19 }),
         anatomy: anatomy(),
+        examples_fitted: false,
         examples_note: String::new(),
         laws: Vec::new(),
         examples: examples(),
         candidates: candidates(),
-        score_unit: "nats, held-out".into(),
+        score_unit: "nats".into(),
         correlations: Correlations {
             names: names.map(str::to_owned).to_vec(),
             values: vec![
@@ -240,8 +249,8 @@ pub fn sample() -> DiscoveryReport {
         reproduce: vec!["augsim discover models/table-tennis.toml data/drops.csv --seed 1 --out out/drops".into()],
         methods: vec![
             Method { name: "Levenberg–Marquardt".into(), purpose: "calibration through the simulator.".into(), reference: "Marquardt, An algorithm for least-squares estimation of nonlinear parameters, SIAM J. 11, 1963.".into() },
-            Method { name: "Score test".into(), purpose: "structure that a candidate would explain, without a refit.".into(), reference: "Rao, Large sample tests of statistical hypotheses, Proc. Camb. Phil. Soc. 44, 1948.".into() },
-            Method { name: "Bootstrap".into(), purpose: "intervals of the held-out error, over trajectories.".into(), reference: "Efron, Bootstrap methods: another look at the jackknife, Ann. Stat. 7, 1979.".into() },
+            Method { name: "Block jackknife".into(), purpose: "whether an effect is away from none, whatever the correlation of the residuals.".into(), reference: "Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17, 1989.".into() },
+            Method { name: "Bootstrap".into(), purpose: "intervals of the errors, over trajectories.".into(), reference: "Efron, Bootstrap methods: another look at the jackknife, Ann. Stat. 7, 1979.".into() },
         ],
         provenance: provenance("data/drops.csv"),
     }

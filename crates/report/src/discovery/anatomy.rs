@@ -1,4 +1,4 @@
-//! Figures of the residual before and after, and of held-out trajectories.
+//! Figures of the residual before and after, and of laws.
 
 use super::tones::{AFTER, BEFORE};
 use super::{Anatomy, Bins, LawCurve, Profile, Rmse};

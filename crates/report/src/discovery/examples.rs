@@ -1,7 +1,7 @@
-//! Held-out trajectories: what was measured with what the models foretell, and the difference below it; pushes from above.
+//! Examples: measured trajectories with the predictions of the models, and the residuals below them; pushes from above.
 
 use super::tones::{AFTER, BEFORE};
-use super::{Example, TopView};
+use super::{DiscoveryReport, Example, TopView};
 use crate::figure::{Axis, Event, Figure, Line, Mark, Series, Tone};
 use crate::page::{Block, Columns, Grid, LegendEntry};
 use crate::plot::text::capitalised;
@@ -11,8 +11,9 @@ const DECLARED: &str = "declared model";
 const AUGMENTED: &str = "augmented model";
 
 /// The figures of all examples: for each the overlay and, beside it, the strip of residuals; for a push the view from above.
-/// `note` is said below them where they are not held out: then the first model is the calibrated one.
-pub(super) fn examples(examples: &[Example], note: &str) -> Vec<Block> {
+/// With a note of its own the first model is the calibrated one.
+pub(super) fn examples(report: &DiscoveryReport) -> Vec<Block> {
+    let (examples, note) = (&report.examples, &report.examples_note);
     let figures: Vec<Figure> = examples.iter().flat_map(of_one).collect();
     if figures.is_empty() {
         return Vec::new();
@@ -24,16 +25,29 @@ pub(super) fn examples(examples: &[Example], note: &str) -> Vec<Block> {
         legend.push(key(AUGMENTED, AFTER));
     }
     let above = examples.iter().any(|e| e.top_view.is_some());
-    let caption = if !note.is_empty() {
-        note
-    } else if above {
-        "Pushes that no fit has seen, from their first measured pose: the object and the rod from above, where the push began \
-         and where it ended, and the errors of the position."
-    } else {
-        "Trajectories that no fit has seen. Up to the mark the start was fitted; what follows is foretold. Below zero the \
-         measured value is less than foretold."
+    let caption = match (note.is_empty(), above) {
+        (false, _) => note.clone(),
+        (true, true) => format!(
+            "{}. Each runs from the first measured pose: the object and the rod from above, where the push began and where it ended, \
+             and the errors of the position.",
+            whose("Pushes", report.examples_fitted)
+        ),
+        (true, false) => format!(
+            "{}. Up to the mark the initial state was fitted; what follows is predicted. Below zero the measured value is less than \
+             predicted.",
+            whose("Trajectories", report.examples_fitted)
+        ),
     };
-    vec![Block::Grid(Grid { columns: Columns::Two, legend, figures, caption: caption.to_owned() })]
+    vec![Block::Grid(Grid { columns: Columns::Two, legend, figures, caption })]
+}
+
+/// Whose data the examples are.
+fn whose(records: &str, are_fitted: bool) -> String {
+    if are_fitted {
+        format!("{records} that the models were fitted to")
+    } else {
+        format!("{records} that no fit has seen")
+    }
 }
 
 fn of_one(e: &Example) -> [Figure; 2] {

@@ -1,6 +1,6 @@
 //! Sections on findings: effects, parameters, candidates, noise, open questions.
 
-use super::{DiscoveryReport, Noise, Parameter, Verdict};
+use super::{DiscoveryReport, Lead, Noise, NullRecords, Parameter, Verdict};
 use crate::figure::Heatmap;
 use crate::page::{Block, Cell, Column, Columns, Grid, Row, Table};
 use crate::plot::text::significant;
@@ -17,57 +17,13 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
             Verdict::NothingToAdd => {
                 "No effect was added: what the calibrated model leaves looks like noise."
             }
-            _ => "No effect from the library was added.",
+            _ => "No effect is established.",
         };
         blocks.push(Block::Prose(text.to_owned()));
     } else {
-        let mut rows = Vec::new();
-        let folds = report.effects.iter().any(|e| e.folds.is_some());
-        let removed = report.effects.iter().any(|e| e.removed.is_some());
-        for effect in &report.effects {
-            for (i, p) in effect.parameters.iter().enumerate() {
-                let first = |cell: Cell| if i == 0 { cell } else { Cell::text("") };
-                let [value, unit] = parameter_cells(p);
-                let mut cells = vec![
-                    first(Cell::text(format!("`{}`", effect.kind))),
-                    first(Cell::text(&effect.stands_for)),
-                    Cell::text(format!("`{}`", p.name)),
-                    value,
-                    unit,
-                    first(Cell::number(effect.share.map(|s| s * 100.0))),
-                ];
-                if removed {
-                    cells.insert(5, first(Cell::number(effect.removed)));
-                }
-                if folds {
-                    let again =
-                        effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}")));
-                    cells.push(first(again));
-                }
-                rows.push(Row::from(cells));
-            }
-        }
-        let mut columns = vec![
-            Column::text("kind"),
-            Column::text("stands for"),
-            Column::text("parameter"),
-            Column::number("value [95 %]", ""),
-            Column::text("unit"),
-            Column::number("share of the gain", "%").decimals(1),
-        ];
-        if removed {
-            columns.insert(5, Column::number("error removed", &report.error.unit));
-        }
-        if folds {
-            columns.push(Column::text("found again in folds"));
-        }
-        blocks.push(Block::Table(Table {
-            caption: "Effects added".to_owned(),
-            columns,
-            rows,
-            footnotes: vec!["Error removed: by how much the forecast error grows when this effect alone is left out and the rest is fitted again. Share of the gain: how much of the gain in likelihood is lost then.".to_owned()],
-        }));
+        blocks.push(Block::Table(established(report)));
     }
+    blocks.extend(report.null_records.map(|null| Block::Prose(null_rate(null))));
     if !report.calibrated.is_empty() {
         let rows = (report.calibrated.iter())
             .map(|c| {
@@ -94,6 +50,124 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
         }));
     }
     blocks
+}
+
+/// The table of established effects: one row for each parameter.
+fn established(report: &DiscoveryReport) -> Table {
+    let effects = &report.effects;
+    let has_removed = effects.iter().any(|e| e.removed.is_some());
+    let has_inclusion = effects.iter().any(|e| e.inclusion.is_some());
+    let has_q_value = effects.iter().any(|e| e.q_value.is_some());
+    let has_folds = effects.iter().any(|e| e.folds.is_some());
+    let mut rows = Vec::new();
+    for effect in effects {
+        let mut of_effect = Vec::new();
+        if has_removed {
+            of_effect.push(Cell::number(effect.removed));
+        }
+        of_effect.push(Cell::number(effect.share.map(|s| s * 100.0)));
+        if has_inclusion {
+            of_effect.push(Cell::number(effect.inclusion.map(|s| s * 100.0)));
+        }
+        if has_q_value {
+            of_effect.push(probability(effect.q_value));
+        }
+        if has_folds {
+            of_effect.push(effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}"))));
+        }
+        let blank = vec![Cell::text(""); of_effect.len()];
+        let name = [Cell::text(format!("`{}`", effect.kind)), Cell::text(&effect.stands_for)];
+        let row = |is_first: bool, parameter: [Cell; 3]| {
+            let name = if is_first { name.clone() } else { [Cell::text(""), Cell::text("")] };
+            let own = if is_first { of_effect.clone() } else { blank.clone() };
+            Row::from(name.into_iter().chain(parameter).chain(own).collect::<Vec<_>>())
+        };
+        if effect.parameters.is_empty() {
+            rows.push(row(true, [Cell::Missing, Cell::Missing, Cell::Missing]));
+        }
+        for (i, p) in effect.parameters.iter().enumerate() {
+            let [value, unit] = parameter_cells(p);
+            rows.push(row(i == 0, [Cell::text(format!("`{}`", p.name)), value, unit]));
+        }
+    }
+    let mut columns = vec![
+        Column::text("kind"),
+        Column::text("stands for"),
+        Column::text("parameter"),
+        Column::number("value [95 %]", ""),
+        Column::text("unit"),
+    ];
+    if has_removed {
+        columns.push(Column::number("error removed", &report.error.unit));
+    }
+    columns.push(Column::number("share of the gain", "%").decimals(1));
+    if has_inclusion {
+        columns.push(Column::number("in resamples", "%").decimals(0));
+    }
+    if has_q_value {
+        columns.push(Column::text("q-value"));
+    }
+    if has_folds {
+        columns.push(Column::text("found again in folds"));
+    }
+    Table { caption: "Established effects".to_owned(), columns, rows, footnotes: vec![FOOTNOTE.to_owned()] }
+}
+
+/// Meaning of the columns of the table of established effects.
+const FOOTNOTE: &str = "Error removed: by how much the forecast error grows when this effect alone is left out and the rest is fitted again. \
+                        Share of the gain: how much of the gain in predictions of left-out blocks is lost then. In resamples: share of the \
+                        resamples of the data in which the effect, or another reading of it, comes back. q-value: share of false findings to \
+                        be expected among those that are as significant.";
+
+/// A probability in print: small ones as a bound.
+fn probability(p: Option<f64>) -> Cell {
+    match p {
+        None => Cell::Missing,
+        Some(p) if p < 0.001 => Cell::text("< 0.001"),
+        Some(p) => Cell::text(format!("{p:.3}")),
+    }
+}
+
+/// The share of records without an effect that name one, in a sentence.
+fn null_rate(null: NullRecords) -> String {
+    let NullRecords { named, of } = null;
+    format!(
+        "{named} of {of} records like these, made without an effect, {} one.",
+        if named == 1 { "names" } else { "name" }
+    )
+}
+
+pub(super) fn leads(report: &DiscoveryReport) -> Vec<Block> {
+    if report.leads.is_empty() {
+        return Vec::new();
+    }
+    let row = |lead: &Lead| {
+        Row::from(vec![
+            Cell::text(format!("`{}`", lead.kind)),
+            Cell::Number(100.0 * lead.inclusion),
+            probability(lead.chance),
+            Cell::text(&lead.why),
+            Cell::text(&lead.next),
+        ])
+    };
+    let table = Table {
+        caption: "Findings that are not established".to_owned(),
+        columns: vec![
+            Column::text("kind"),
+            Column::number("in resamples", "%").decimals(0),
+            Column::text("chance"),
+            Column::text("what it is short of"),
+            Column::text("what would establish it"),
+        ],
+        rows: report.leads.iter().map(row).collect(),
+        footnotes: vec![
+            "In resamples: share of the resamples of the data that select the effect. Chance: probability that chance alone moves its amount as \
+             far from none; missing where no fitted model has the effect."
+                .to_owned(),
+        ],
+    };
+    let text = "The data hint at these effects and do not establish them. The verdict, the augmented model and its predictions do not rest on them.";
+    vec![Block::Prose(text.to_owned()), Block::Table(table)]
 }
 
 pub(super) fn open_questions(report: &DiscoveryReport) -> Vec<Block> {
@@ -163,7 +237,7 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
         }
     });
     vec![Block::Table(Table {
-        caption: "All candidates: those that were fitted, then those that were only tested, each by gain less penalty".to_owned(),
+        caption: "All candidates that were fitted, by gain less penalty".to_owned(),
         columns: vec![
             Column::text("effect"),
             Column::number("rank", "").decimals(0),
@@ -172,7 +246,7 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
             Column::text("why it won or lost"),
         ],
         rows: rows.collect(),
-        footnotes: vec!["Bold row: chosen. Gain is that over the calibrated model on the trajectories that fits may see; of a candidate that was only tested it is what the test promises.".to_owned()],
+        footnotes: vec!["Bold row: chosen. Gain is that over the calibrated model in predictions of left-out blocks; the penalty grows with the number of candidates and of effects.".to_owned()],
     })]
 }
 

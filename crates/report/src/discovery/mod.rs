@@ -25,21 +25,30 @@ pub struct DiscoveryReport {
     /// Suspicions about the data, one paragraph each.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// Error before and after on held-out trajectories.
+    /// Errors before and after on trajectories that no fit has seen.
     pub error: ErrorSummary,
     /// The declared parameters, before and after calibration.
     #[serde(default)]
     pub calibrated: Vec<CalibratedParameter>,
-    /// The effects that were added, strongest first.
+    /// The established effects, strongest first.
     #[serde(default)]
     pub effects: Vec<FoundEffect>,
+    /// Findings that are not established.
+    #[serde(default)]
+    pub leads: Vec<Lead>,
+    /// How often records like these name an effect where none is missing.
+    #[serde(default)]
+    pub null_records: Option<NullRecords>,
     /// Residuals before and after.
     #[serde(default)]
     pub anatomy: Anatomy,
-    /// Held-out trajectories with the predictions of the declared and the augmented model.
+    /// Trajectories with the predictions of the declared and the augmented model.
     #[serde(default)]
     pub examples: Vec<Example>,
-    /// Sentence below the examples; empty: that no fit has seen them.
+    /// Whether fits have seen the examples.
+    #[serde(default)]
+    pub examples_fitted: bool,
+    /// Sentence below the examples; empty: whether fits have seen them.
     #[serde(default)]
     pub examples_note: String,
     /// Laws that were added, as curves over what they depend on.
@@ -48,7 +57,7 @@ pub struct DiscoveryReport {
     /// All candidates, best first.
     #[serde(default)]
     pub candidates: Vec<Candidate>,
-    /// Unit and meaning of `Candidate::score`, e.g. `nats of held-out log-likelihood`.
+    /// Unit and meaning of `Candidate::score`, e.g. `nats`.
     pub score_unit: String,
     /// Correlations of the fitted parameters.
     #[serde(default)]
@@ -120,14 +129,14 @@ pub struct Rmse {
     pub ci95: Option<[f64; 2]>,
 }
 
-/// Error on held-out trajectories, stage by stage.
+/// Errors on trajectories that no fit has seen, stage by stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
     /// The predicted quantity, e.g. `height`.
     pub quantity: String,
     /// The user's unit, e.g. `mm`.
     pub unit: String,
-    /// Number of held-out trajectories.
+    /// Number of these trajectories.
     pub heldout_trajectories: u64,
     /// The model as declared.
     pub declared: Option<Rmse>,
@@ -140,7 +149,7 @@ pub struct ErrorSummary {
     /// Calibrated minus augmented.
     #[serde(default)]
     pub reduction: Option<Rmse>,
-    /// Folds of a cross-validation that the errors come from; absent for one split.
+    /// Folds of the cross-validation that the errors come from; absent where trajectories were kept out from the beginning.
     #[serde(default)]
     pub folds: Option<u64>,
     /// Share of the removable error that was removed, as a fraction.
@@ -173,7 +182,7 @@ pub struct CalibratedParameter {
     pub frozen: bool,
 }
 
-/// An effect that was added.
+/// An established effect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FoundEffect {
     /// Kind, e.g. `quadratic-drag`.
@@ -182,15 +191,46 @@ pub struct FoundEffect {
     pub stands_for: String,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// Share of the total gain in likelihood that goes when this effect is left out, as a fraction.
+    /// Share of the total gain that is lost when this effect is left out, as a fraction.
     #[serde(default)]
     pub share: Option<f64>,
     /// By how much the forecast error grows without it, in the unit of the error.
     #[serde(default)]
     pub removed: Option<f64>,
+    /// Share of the resamples of the data in which it comes back, as a fraction.
+    #[serde(default)]
+    pub inclusion: Option<f64>,
+    /// Share of false findings to be expected among those that are as significant.
+    #[serde(default)]
+    pub q_value: Option<f64>,
     /// In how many folds it was found again, of how many.
     #[serde(default)]
     pub folds: Option<[u64; 2]>,
+}
+
+/// A finding that is not established.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    /// Kind, e.g. `stribeck`.
+    pub kind: String,
+    /// Share of the resamples of the data that select it, as a fraction.
+    pub inclusion: f64,
+    /// Probability that chance alone moves its amount as far from none; absent where no fitted set has it.
+    #[serde(default)]
+    pub chance: Option<f64>,
+    /// Which condition of an established finding it does not meet.
+    pub why: String,
+    /// Experiment that would establish it, or show that it is none.
+    pub next: String,
+}
+
+/// Records like those that were measured, made without a missing effect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NullRecords {
+    /// How many of them named an effect.
+    pub named: u64,
+    /// How many there were.
+    pub of: u64,
 }
 
 /// Residuals before (calibrated model) and after (augmented model).
@@ -291,7 +331,7 @@ pub struct ResidualQuantiles {
     pub after: Vec<f64>,
 }
 
-/// A held-out trajectory with predictions.
+/// A trajectory with predictions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Example {
     /// Trajectory, e.g. `worst: trajectory 31`.
@@ -312,7 +352,7 @@ pub struct Example {
     /// Predictions of the augmented model; may be empty.
     #[serde(default, with = "crate::nullable")]
     pub after: Vec<f64>,
-    /// Time until which the start was fitted, s; what follows is foretold.
+    /// Time until which the initial state was fitted, s; what follows is predicted.
     #[serde(default)]
     pub known_until_s: Option<f64>,
     /// For a pushed object: what is seen from above.
@@ -362,7 +402,7 @@ pub struct Candidate {
     /// Their parameters.
     #[serde(default)]
     pub parameters: Vec<Parameter>,
-    /// Gain over the calibrated model, in `score_unit`; larger is better.
+    /// Gain over the calibrated model less the penalty, in `score_unit`; larger is better.
     pub score: Option<f64>,
     /// Whether it was chosen.
     #[serde(default)]

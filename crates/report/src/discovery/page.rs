@@ -13,7 +13,11 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
     }
     let methods =
         if report.methods.is_empty() { Vec::new() } else { vec![Block::Methods(report.methods.clone())] };
-    let runs = if report.examples_note.is_empty() { "Held-out trajectories" } else { "Runs of both models" };
+    let runs = match (report.examples_note.is_empty(), report.examples_fitted) {
+        (false, _) => "Runs of both models",
+        (true, false) => "Trajectories that no fit has seen",
+        (true, true) => "Trajectories and both models",
+    };
     Page {
         overline: format!("augsim · discovery report · {}", report.scenario),
         title: report.title.clone(),
@@ -21,13 +25,14 @@ pub(super) fn page(report: &DiscoveryReport) -> Page {
         summary: lead(&report.sentence),
         key_figures: key_figures(report),
         sections: vec![
-            Section::new(runs, examples::examples(&report.examples, &report.examples_note)),
+            Section::new(runs, examples::examples(report)),
             Section::new(
                 "Warnings about the data",
                 report.warnings.iter().cloned().map(Block::Prose).collect(),
             ),
-            Section::new("Error on held-out trajectories", error(&report.error)),
+            Section::new("Error on data that no fit has seen", error(&report.error)),
             Section::new("What was found", findings::found(report)),
+            Section::new("Leads", findings::leads(report)),
             Section::new("The laws as curves", anatomy::laws(&report.laws)),
             Section::new("What remains open", findings::open_questions(report)),
             Section::new("Residual, before and after", anatomy::residual(&report.anatomy)),
@@ -84,7 +89,7 @@ fn key_figures(report: &DiscoveryReport) -> Vec<KeyFigure> {
         _ => "of what noise does not explain",
     };
     [
-        figure("error as declared", rmse(e.declared), &e.unit, "held-out, root mean square".to_owned()),
+        figure("error as declared", rmse(e.declared), &e.unit, "root mean square".to_owned()),
         figure(after_label, rmse(e.augmented.or(e.calibrated)), &e.unit, floor),
         figure("removable error removed", e.explained_share.map(|s| s * 100.0), "%", share_note.to_owned()),
     ]
@@ -102,7 +107,7 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
     ];
     let shown: Vec<_> = stages.into_iter().filter(|s| s.1.is_some()).collect();
     if shown.is_empty() {
-        return vec![Block::Prose("No held-out trajectories were evaluated.".to_owned())];
+        return vec![Block::Prose("No trajectories were evaluated.".to_owned())];
     }
     let bars = shown.iter().map(|(name, rmse, tone, _)| Bar {
         name: (*name).to_owned(),
@@ -111,7 +116,10 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         interval: rmse.and_then(|r| r.ci95),
     });
     let figure = Bars {
-        title: format!("Error on {} held-out trajectories: {}", e.heldout_trajectories, e.quantity),
+        title: format!(
+            "Error on {} trajectories that no fit has seen: {}",
+            e.heldout_trajectories, e.quantity
+        ),
         value: Axis::linear("root mean square error", &e.unit),
         groups: vec![BarGroup { label: String::new(), bars: bars.collect() }],
         references: Vec::new(),
@@ -127,7 +135,7 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         }
     });
     let table = Table {
-        caption: format!("Error of the {} on {} held-out trajectories", e.quantity, e.heldout_trajectories),
+        caption: format!("Error of the {} on {} trajectories that no fit has seen", e.quantity, e.heldout_trajectories),
         columns: vec![
             Column::text("model"),
             Column::text("which is"),
@@ -135,10 +143,10 @@ fn error(e: &ErrorSummary) -> Vec<Block> {
         ],
         rows: rows.collect(),
         footnotes: vec![match e.folds {
-            None => "Trajectories that no fit has seen; intervals by bootstrap over trajectories.".to_owned(),
+            None => "These trajectories were kept out from the beginning. Intervals by bootstrap over trajectories.".to_owned(),
             Some(n) => format!(
-                "One split left the answer open, so the whole loop, search included, was repeated without each of {n} folds; \
-                 every trajectory is forecast by the model that has not seen it. Intervals by bootstrap over trajectories."
+                "Too few trajectories to keep any out: fits and choice were repeated without each of {n} folds, and every trajectory \
+                 is forecast by a model that has not seen it. Intervals by bootstrap over trajectories."
             ),
         }],
     };

@@ -25,7 +25,39 @@ fn empty_reports_are_sound_and_say_what_is_missing() {
     check_page(&discovery);
     assert!(discovery.contains("nothing to add"));
     assert!(discovery.contains("No effect was added"));
-    assert!(discovery.contains("No held-out trajectories were evaluated."));
+    assert!(discovery.contains("No trajectories were evaluated."));
+}
+
+#[test]
+fn leads_stand_apart_from_what_is_established() {
+    let mut report = discovery::sample();
+    let page = discovery_report(&report);
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("`{text}` is not on the page"));
+    let (effects, leads) = (place("Established effects"), place("Findings that are not established"));
+    assert!(effects < leads);
+    let mut places = vec![effects];
+    places.extend(
+        ["1 of 19 records like these, made without an effect, names one.", "do not rest on them"].map(place),
+    );
+    places.extend([leads, place("not significant among so many candidates"), place("more drops like these")]);
+    assert!(places.is_sorted(), "{places:?}");
+    // What is not there is not spoken of.
+    (report.leads, report.null_records) = (Vec::new(), None);
+    let page = discovery_report(&report);
+    assert!(!page.contains("not established") && !page.contains("records like these"));
+}
+
+#[test]
+fn examples_say_whether_fits_have_seen_them() {
+    let mut report = discovery::sample();
+    let unseen = discovery_report(&report);
+    assert!(unseen.contains("Trajectories that no fit has seen.") && !unseen.contains("were fitted to"));
+    report.examples_fitted = true;
+    let fitted = discovery_report(&report);
+    assert!(
+        fitted.contains("Trajectories that the models were fitted to."),
+        "as there are too few to keep any out"
+    );
 }
 
 #[test]

@@ -25,14 +25,14 @@ impl fmt::Display for Setting {
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Takes {
-    /// A share that leaves something on both sides.
-    OpenShare,
     /// A positive number.
     Positive,
     /// A positive number of seconds.
     PositiveSeconds,
     /// A count.
     AtLeastOne,
+    /// A count up to a limit.
+    AtMost { most: usize },
     /// Pushes for training, of which there are so many.
     TrainingPushes { there: usize },
     /// A finite number, which a word is not.
@@ -48,10 +48,10 @@ pub enum Takes {
 impl fmt::Display for Takes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Takes::OpenShare => f.write_str("must lie between 0 and 1"),
             Takes::Positive => f.write_str("must be a positive number"),
             Takes::PositiveSeconds => f.write_str("give a positive number of seconds"),
             Takes::AtLeastOne => f.write_str("give at least one"),
+            Takes::AtMost { most } => write!(f, "give at most {most}"),
             Takes::TrainingPushes { there } => write!(f, "there are {there} training pushes"),
             Takes::Finite { word } => write!(f, "{word} is no finite number"),
             Takes::Assignment { example } => write!(f, "write a name, = and a value, such as {example}"),

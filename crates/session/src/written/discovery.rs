@@ -10,8 +10,8 @@ use augsim_discovery::{Discovery, Verdict};
 use augsim_physics::system::Record;
 use augsim_written::{MeasuredModel, Model, WrittenSystem};
 
-/// Windows that the data are to have at least, where they are long enough: half of them are held out. More of them would be
-/// shorter, and what no output shows of a start is then free too often.
+/// Windows that the data are to have at least, where they are long enough. More of them would be shorter, and what no output
+/// shows of a start is then free too often.
 const WINDOWS: f64 = 8.0;
 /// Samples of the longest windows of the search: the engine carries many windows in one pass, and a few long ones leave it idle.
 const SAMPLES: f64 = 500.0;
@@ -54,17 +54,22 @@ pub struct Against {
 }
 
 /// The declaration of a model for data, and the data in the columns of the model, of which as many samples are kept as tell
-/// something.
+/// something. `check` refuses data that are not to be fitted.
 ///
 /// # Errors
-/// A column is missing, or the declared model cannot be simulated.
-pub fn measured(model: &Model, source: &DataFrom) -> anyhow::Result<Against> {
+/// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
+pub fn measured(
+    model: &Model,
+    source: &DataFrom,
+    check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
+) -> anyhow::Result<Against> {
     let mut data = records::read(source, model)?.data;
+    check(&data)?;
     let records = records::records(&data, model, true)?;
     let fitted = fit(model, &records)?;
     let gauges = &fitted.calibration.gauges;
     if let Some((held, sentence)) = gauges.iter().find_map(|gauge| without(model, gauge)) {
-        let mut against = measured(&held, source)?;
+        let mut against = measured(&held, source, check)?;
         against.notes.insert(0, sentence);
         return Ok(against);
     }

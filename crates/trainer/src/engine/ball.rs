@@ -135,7 +135,7 @@ impl Motion for ModelBall {
     }
 
     fn expected(&self) -> Expected {
-        self.expected
+        self.expected.clone()
     }
 
     fn ground_m(&self) -> Option<f64> {

@@ -115,6 +115,17 @@ fn put(p: &mut Parameter, fitted: &Fitted) {
     p.nominal = if (value - within).abs() <= ROUNDING * within.abs() { within } else { value };
 }
 
+impl Model {
+    /// The columns of its outputs and inputs, for the checks of suspicious data.
+    pub fn expected(&self) -> Expected {
+        Expected {
+            outputs: self.outputs.iter().map(|o| o.name.clone()).collect(),
+            inputs: self.inputs.iter().map(|i| i.name.clone()).collect(),
+            ..Expected::default()
+        }
+    }
+}
+
 impl WrittenSystem {
     /// The model `declared`, which this system is of but for its values, with what is known from these records: the sizes in
     /// its library, the widths of jumps, the steps and the windows. This system was tuned on them.
@@ -137,7 +148,7 @@ impl Declaration for MeasuredModel {
     }
 
     fn expected(&self) -> Expected {
-        Expected::default()
+        self.model.expected()
     }
 
     fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {

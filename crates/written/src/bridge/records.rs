@@ -30,11 +30,12 @@ pub(super) fn signal(input: &Input, stream: &Stream) -> Signal {
     }
 }
 
-/// The part of a prepared stream that a window from `begin` to `end` needs, with `delay` seconds before it.
+/// The part of a prepared stream that a window from `begin` to `end` needs, with `delay` seconds before it, or behind it where the delay is
+/// below 0.
 fn part(input: &Input, stream: &Stream, (begin, end): (f64, f64), delay: f64) -> Signal {
     let hold = input.hold.unwrap_or(Hold::Linear);
     let from = stream.times.partition_point(|t| *t <= begin - delay).saturating_sub(1);
-    let to = stream.times.partition_point(|t| *t <= end).max(from);
+    let to = stream.times.partition_point(|t| *t <= end - delay.min(0.0)).max(from);
     let piece = |k: usize| [0, 1, 2, 3].map(|power| stream.values[power][k]);
     Signal::from_coefficients(stream.times[from..to].to_vec(), (from..to).map(piece).collect(), hold)
 }

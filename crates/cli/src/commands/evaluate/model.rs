@@ -30,8 +30,10 @@ struct Row {
 #[derive(Debug, Serialize)]
 struct Scored {
     trajectories: usize,
-    /// Whether these are the trajectories that the discovery held out of its own data.
+    /// Whether these are the trajectories of its own data that the discovery kept out of all fits.
     held_out: bool,
+    /// Whether the models were fitted to these trajectories: the discovery's own data, of which it kept none out.
+    fitted: bool,
     /// Samples that the start of each forecast was fitted to, in words.
     start: String,
     rows: Vec<Row>,
@@ -51,6 +53,7 @@ pub(super) fn run(
     let whole = !written::is_model(file);
     let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
     let held_out = only.is_some();
+    let fitted = !held_out && folder.is_some_and(|folder| is_own(folder, &args.data));
     let options = ForetellOptions { seed, draws: foretell::DRAWS, only };
     let data = DataFrom::from(&args.data);
     let score = |model: &Subject| foretell::foretell(model, &data, args.burn_in as usize, &options);
@@ -68,7 +71,7 @@ pub(super) fn run(
     let last = scored.last().map(|(_, f)| f);
     let trajectories = last.map_or(0, |f| f.records.len());
     let start = last.map_or_else(String::new, |f| f.start.clone());
-    let all = Scored { trajectories, held_out, start, rows, verdict };
+    let all = Scored { trajectories, held_out, fitted, start, rows, verdict };
     output.result(&all, || model_score_text(&all))?;
     met(args, last)
 }
@@ -83,10 +86,15 @@ fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome>
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// The trajectories that a discovery held out, where `data` are its own.
+/// Whether `data` are those that the discovery in `folder` was made on.
+fn is_own(folder: &Path, data: &Path) -> bool {
+    let record = Record::read(folder).ok().flatten();
+    record.is_some_and(|record| record.inputs.get("data") == Some(&fingerprint(data)))
+}
+
+/// The trajectories that a discovery kept out of all fits, where `data` are its own and it kept some out.
 pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
-    let record = Record::read(folder).ok().flatten()?;
-    if record.inputs.get("data") != Some(&fingerprint(data)) {
+    if !is_own(folder, data) {
         return None;
     }
     Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
@@ -117,7 +125,11 @@ fn told_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<Str
 }
 
 fn model_score_text(all: &Scored) -> String {
-    let which = if all.held_out { "held-out trajectories of the discovery" } else { "trajectories" };
+    let which = match (all.held_out, all.fitted) {
+        (true, _) => "trajectories that the discovery kept out of all fits",
+        (false, true) => "trajectories that the models were fitted to",
+        (false, false) => "trajectories",
+    };
     let mut text = format!("forecasts of {} {which} from {}", all.trajectories, all.start);
     // Writing to a string cannot fail.
     let _ = write!(

@@ -1,0 +1,58 @@
+//! Units that a clock may be in by mistake.
+
+use serde::Serialize;
+use std::fmt;
+
+/// Unit of a clock that is not in seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClockUnit {
+    /// 1e-9 s.
+    Nanoseconds,
+    /// 1e-6 s.
+    Microseconds,
+    /// 1e-3 s.
+    Milliseconds,
+    /// 60 s.
+    Minutes,
+    /// 3600 s.
+    Hours,
+}
+
+impl ClockUnit {
+    pub(super) const LIST: [ClockUnit; 5] = [
+        ClockUnit::Nanoseconds,
+        ClockUnit::Microseconds,
+        ClockUnit::Milliseconds,
+        ClockUnit::Minutes,
+        ClockUnit::Hours,
+    ];
+
+    /// Whether a number of such a clock is larger than that of seconds.
+    pub(super) fn is_finer_than_seconds(self) -> bool {
+        self.excess() > 1.0
+    }
+
+    /// How many times too large the numbers of such a clock are when they are read as seconds.
+    pub(super) fn excess(self) -> f64 {
+        match self {
+            ClockUnit::Nanoseconds => 1e9,
+            ClockUnit::Microseconds => 1e6,
+            ClockUnit::Milliseconds => 1e3,
+            ClockUnit::Minutes => 1.0 / 60.0,
+            ClockUnit::Hours => 1.0 / 3600.0,
+        }
+    }
+}
+
+impl fmt::Display for ClockUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ClockUnit::Nanoseconds => "nanoseconds",
+            ClockUnit::Microseconds => "microseconds",
+            ClockUnit::Milliseconds => "milliseconds",
+            ClockUnit::Minutes => "minutes",
+            ClockUnit::Hours => "hours",
+        })
+    }
+}

@@ -1,0 +1,8 @@
+//! Candidates, and by how much it would change the predictions.
+
+mod candidates;
+mod group;
+mod linear_problem;
+
+pub(crate) use candidates::{Family, laws, library, may_join};
+pub(crate) use linear_problem::{LinearProblem, Sums, summed};

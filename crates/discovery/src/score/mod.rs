@@ -1,0 +1,11 @@
+//! How good a set of effects is: the algebra of blocks.
+
+mod blocks;
+mod evidence;
+mod rows;
+mod scored;
+
+pub(crate) use blocks::{BLOCKS, Blocks};
+pub(crate) use evidence::Evidence;
+pub(crate) use rows::{Places, Rows, WindowRows};
+pub(crate) use scored::{Scored, amounts_of, held};

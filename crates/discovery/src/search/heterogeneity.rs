@@ -1,0 +1,56 @@
+//! Whether parameters differ from record to record (Kristensen and Madsen 2004, pinpointing of model deficiencies).
+
+use crate::evaluate::Lanes;
+use crate::fit::{ChosenRecords, Fit, assembled};
+use crate::linear::eliminate;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Information below this, in raw units of the parameter, is none.
+pub(crate) const OBSERVABLE: f64 = 1e-7;
+
+/// Of each entry of theta how much its values differ between records: statistic and degrees of freedom.
+pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, f64)> {
+    differences(sample, &parts(sample, fit))
+}
+
+/// Evidence of each window on the entries of theta: entry, curvature, gradient.
+pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
+    let h = &fit.hypothesis;
+    let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
+    assembled(sample, h, &lanes, &fit.theta, &fit.nuisance)
+        .into_par_iter()
+        .zip(&lanes)
+        .map(|(n, lanes)| {
+            let (s, u, _) = eliminate(&n.h, &n.g, lanes.common());
+            lanes.theta.iter().enumerate().map(|(a, &t)| (t, s.at(a, a), u[a])).collect()
+        })
+        .collect()
+}
+
+/// Statistic and degrees of freedom of the differences between records in each entry of theta, from what each window says of it (entry,
+/// curvature, gradient).
+pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
+    let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
+    let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    for windows in sample.of_records() {
+        // What the windows of a record say of each entry, together.
+        let mut record: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for &(t, s, u) in parts[windows].iter().flatten() {
+            let sums = record.entry(t).or_default();
+            *sums = (sums.0 + s, sums.1 + u);
+        }
+        for (t, (s, u)) in record.into_iter().filter(|(_, (s, _))| *s > OBSERVABLE) {
+            q[t] += u * u / s;
+            sum_u[t] += u;
+            sum_s[t] += s;
+            count[t] += 1.0;
+        }
+    }
+    (0..n)
+        .map(|t| {
+            let mean = if sum_s[t] > 0.0 { sum_u[t] * sum_u[t] / sum_s[t] } else { 0.0 };
+            (q[t] - mean, count[t] - 1.0)
+        })
+        .collect()
+}

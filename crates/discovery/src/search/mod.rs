@@ -1,0 +1,13 @@
+//! The search: linearise, select, refit, repeat.
+
+mod five_steps;
+mod heterogeneity;
+mod length;
+mod refit;
+mod select;
+
+pub(crate) use five_steps::{ALPHA, Found, chosen_again, run, without};
+pub(crate) use heterogeneity::{differences, parts};
+pub(crate) use length::{calibrated, lengthened, refitted};
+pub(crate) use refit::{Search, Starts};
+pub(crate) use select::{Chosen, Price, chances, is_significant, select, select_of};

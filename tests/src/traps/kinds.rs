@@ -1,0 +1,251 @@
+//! The kinds of trap, the class of each, and the effects that an answer may name.
+
+use super::plants::Law;
+
+/// The classes of trap, which differ in the answers that are right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// The model is right and only the noise or the sampling is unusual: `nothing-to-add` is right.
+    Noise,
+    /// A fault of logging: a refusal is right, or any verdict that names no absent effect.
+    Logging,
+    /// A defect outside the library: a verdict that says so and names no effect is right.
+    Defect,
+    /// The truth has an effect and the model declares it: `nothing-to-add` is right.
+    Declared,
+}
+
+/// Measurement noise of a set, in units of the sensor's standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Noise {
+    /// Independent normal errors.
+    White,
+    /// AR(1) errors with this correlation from one sample to the next and the same variance as white ones.
+    Correlated(f64),
+    /// Rounded to multiples of this many standard deviations, with 0.3 standard deviations of white noise before rounding.
+    Quantised(f64),
+    /// White noise plus errors of 2 % of the reading.
+    Multiplicative,
+    /// Laplace errors of unit variance.
+    Laplace,
+    /// Student's t with three degrees of freedom, scaled to unit variance.
+    Student,
+    /// White noise and 1 % of readings off by 15 to 40 standard deviations.
+    Outliers,
+    /// White noise whose standard deviation is multiplied by 0.3 to 3, drawn per recording.
+    PerRecording,
+    /// White noise whose standard deviation grows from 0.3 to 3 times its value along each recording.
+    Growing,
+    /// White noise of a thousandth of the standard deviation.
+    Tiny,
+    /// White noise and a sine of half its size at 0.37 cycles a sample, with a phase per recording.
+    Hum,
+}
+
+/// Number, length and likeness of recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Every recording has the same input and the same initial state.
+    Repeats,
+    /// One recording of 800 samples.
+    One,
+    /// Ten recordings of 15 samples.
+    VeryShort,
+    /// Forty recordings of 25 samples.
+    ManyShort,
+}
+
+/// Faults of logging.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Logging {
+    /// The input is logged this many samples late (early where negative).
+    InputLate(isize),
+    /// The model declares a zero-order hold, and the input runs straight from sample to sample.
+    LinearHold,
+    /// The input of one recording has the other sign.
+    SignInOne,
+    /// The clock of one recording is in milliseconds.
+    MillisecondsInOne,
+    /// The column of the second output is a copy of the first.
+    Duplicate,
+    /// The first output of one recording is 1000 times too large.
+    ThousandInOne,
+    /// The input is in thousands of its declared unit.
+    Kilo,
+    /// The clock is in minutes under a name that says seconds.
+    Minutes,
+    /// Outputs were smoothed beforehand (Savitzky-Golay, quadratic, 11 samples).
+    Smoothed,
+    /// The first sensor settles with a time constant of four samples.
+    SettlingSensor,
+    /// The input has the other sign in every recording.
+    SignReversed,
+    /// Pairs of recordings are joined to one, the clock running on.
+    Concatenated,
+    /// Outputs were measured at every sixth sample and interpolated straight to the others.
+    Resampled,
+    /// Three readings have lost their decimal point.
+    MissingDecimal,
+    /// The columns of the two outputs are swapped.
+    Swapped,
+}
+
+/// Defects that no effect of the library describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// The first parameter is 1.5 times as large in one recording.
+    ParameterInOne,
+    /// The second parameter grows by 2 % from each recording to the next.
+    DriftBetween,
+    /// The surroundings differ in one recording (a tilt, the temperature of the room, an inflow).
+    SurroundingsInOne,
+    /// A hidden state stores and returns part of what drives the motion.
+    HiddenLag,
+    /// Somebody bumps the rig once, in one recording.
+    Bump,
+    /// The second parameter is 1.25 times as large in the second half of each recording.
+    StepHalfWay,
+}
+
+/// The peculiarity of a set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trap {
+    /// Measurement noise.
+    Noise(Noise),
+    /// 15 % of cells are empty, one by one.
+    DropOuts,
+    /// Runs of 10 to 25 cells are empty, one in each column of each recording.
+    DropOutRuns,
+    /// The second sensor is read at every fifth sample only.
+    TwoRates,
+    /// Time stamps err by up to 3 % of a step.
+    Jitter,
+    /// Steps vary between half and one and a half of their mean, and the stamps are right.
+    Uneven,
+    /// The rate is pushed by this share of its root mean square.
+    ProcessNoise(f64),
+    /// The input comes from a PI controller that reads the measured output.
+    ClosedLoop,
+    /// All parameters are frozen at their true values.
+    Frozen,
+    /// The recordings' number, length and likeness.
+    Layout(Layout),
+    /// A fault of logging.
+    Logging(Logging),
+    /// A defect outside the library.
+    Defect(Defect),
+    /// An effect that the model declares as well.
+    Declared(Law),
+}
+
+/// A kind of trap.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// Short name.
+    pub name: &'static str,
+    /// The peculiarity.
+    pub trap: Trap,
+    /// Effects that describe the peculiarity exactly, so that an answer may name them.
+    pub allowed: &'static [&'static str],
+}
+
+impl Kind {
+    /// Class of the kind.
+    pub fn class(&self) -> Class {
+        match self.trap {
+            Trap::Logging(_) => Class::Logging,
+            Trap::Defect(_) => Class::Defect,
+            Trap::Declared(_) => Class::Declared,
+            _ => Class::Noise,
+        }
+    }
+
+    /// Whether the fault needs two outputs, so that plants with one get their second sensor.
+    pub fn needs_two_outputs(&self) -> bool {
+        use Logging::{Duplicate, Swapped};
+        matches!(self.trap, Trap::TwoRates | Trap::Logging(Duplicate | Swapped))
+    }
+}
+
+const fn kind(name: &'static str, trap: Trap) -> Kind {
+    Kind { name, trap, allowed: &[] }
+}
+
+const fn noise(name: &'static str, noise: Noise) -> Kind {
+    kind(name, Trap::Noise(noise))
+}
+
+const fn layout(name: &'static str, layout: Layout) -> Kind {
+    kind(name, Trap::Layout(layout))
+}
+
+const fn logging(name: &'static str, fault: Logging, allowed: &'static [&'static str]) -> Kind {
+    Kind { name, trap: Trap::Logging(fault), allowed }
+}
+
+const fn defect(name: &'static str, defect: Defect) -> Kind {
+    kind(name, Trap::Defect(defect))
+}
+
+const fn declared(name: &'static str, law: Law) -> Kind {
+    kind(name, Trap::Declared(law))
+}
+
+/// All kinds. Classes are mixed, so that a short run meets each of them; the first 40 are a battery of 120 sets.
+pub const KINDS: [Kind; 55] = [
+    noise("white noise", Noise::White),
+    logging("input early by 4 samples", Logging::InputLate(-4), &["input-delay", "sensor-delay"]),
+    defect("first parameter differs in one recording", Defect::ParameterInOne),
+    noise("AR(1) noise, 0.9", Noise::Correlated(0.9)),
+    logging("second column copies the first", Logging::Duplicate, &[]),
+    kind("closed loop", Trap::ClosedLoop),
+    declared("dry law declared with sign", Law::Sign),
+    logging("one recording in milliseconds", Logging::MillisecondsInOne, &[]),
+    noise("multiplicative noise", Noise::Multiplicative),
+    logging("smoothed beforehand", Logging::Smoothed, &[]),
+    defect("second parameter drifts between recordings", Defect::DriftBetween),
+    kind("two sensors of different rates", Trap::TwoRates),
+    logging("input late by 4 samples", Logging::InputLate(4), &[]),
+    noise("outliers", Noise::Outliers),
+    logging("input in thousands of its unit", Logging::Kilo, &["input-gain"]),
+    kind("process noise of 3 %", Trap::ProcessNoise(0.03)),
+    declared("saturated input declared", Law::Saturation),
+    kind("drop-outs at random", Trap::DropOuts),
+    logging("settling sensor", Logging::SettlingSensor, &["sensor-lag"]),
+    defect("surroundings differ in one recording", Defect::SurroundingsInOne),
+    noise("coarse quantisation", Noise::Quantised(4.0)),
+    logging("sign of the input in one recording", Logging::SignInOne, &[]),
+    kind("all parameters frozen at the truth", Trap::Frozen),
+    logging("straight input under a zero-order hold", Logging::LinearHold, &[]),
+    noise("noise differs per recording", Noise::PerRecording),
+    defect("bumped once", Defect::Bump),
+    logging("one recording 1000 times too large", Logging::ThousandInOne, &[]),
+    kind("uneven sampling", Trap::Uneven),
+    logging("recordings joined", Logging::Concatenated, &[]),
+    noise("Student noise", Noise::Student),
+    defect("hidden lag", Defect::HiddenLag),
+    layout("one recording", Layout::One),
+    logging("resampled", Logging::Resampled, &[]),
+    noise("noise grows with time", Noise::Growing),
+    logging("columns swapped", Logging::Swapped, &[]),
+    layout("very short recordings", Layout::VeryShort),
+    declared("dry law declared smooth", Law::Smooth),
+    noise("AR(1) noise, 0.95", Noise::Correlated(0.95)),
+    defect("second parameter steps half-way", Defect::StepHalfWay),
+    kind("drop-outs in runs", Trap::DropOutRuns),
+    noise("AR(1) noise, 0.5", Noise::Correlated(0.5)),
+    logging("sign of the input reversed", Logging::SignReversed, &["input-gain"]),
+    noise("fine quantisation", Noise::Quantised(1.0)),
+    logging("clock in minutes", Logging::Minutes, &[]),
+    noise("Laplace noise", Noise::Laplace),
+    logging("decimal points lost", Logging::MissingDecimal, &[]),
+    noise("tiny noise", Noise::Tiny),
+    declared("range of the sensor declared", Law::SensorRange),
+    noise("mains hum", Noise::Hum),
+    kind("process noise of 1 %", Trap::ProcessNoise(0.01)),
+    kind("jittered stamps", Trap::Jitter),
+    declared("delay of the input declared", Law::Delay),
+    layout("many short recordings", Layout::ManyShort),
+    layout("identical recordings", Layout::Repeats),
+    logging("input late by 1 sample", Logging::InputLate(1), &[]),
+];

@@ -1,0 +1,312 @@
+//! Three plants: the model file of each, and the same equations once more in Rust, with the defects that a set may have.
+
+use super::kinds::{Kind, Trap};
+use std::fmt::Write as _;
+
+/// States: two of the plant (one is unused by the heater), and a hidden one.
+pub type State = [f64; 3];
+
+/// Samples by which a declared delay holds the input back.
+pub const DECLARED_DELAY: usize = 3;
+
+/// Effects that both the truth and the model have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// A dry law, smoothed by `tanh`.
+    Smooth,
+    /// The same law with `sign`.
+    Sign,
+    /// The input saturates.
+    Saturation,
+    /// The range of the first sensor ends within the motion.
+    SensorRange,
+    /// The input acts [`DECLARED_DELAY`] samples late.
+    Delay,
+}
+
+/// Truth during one sample interval.
+#[derive(Clone, Copy, Debug)]
+pub struct Conditions {
+    /// Values of the three parameters.
+    pub parameters: [f64; 3],
+    /// Force of a tilt in N, excess of the room in K, or inflow in V/s.
+    pub surroundings: f64,
+    /// Addition to the rate of the pushed state, in its unit.
+    pub push: f64,
+    /// Whether the hidden state is coupled to the others.
+    pub has_hidden_lag: bool,
+    /// Effect that the truth has and the model declares.
+    pub law: Option<Law>,
+}
+
+/// A parameter of a model file.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    name: &'static str,
+    /// True value.
+    pub truth: f64,
+    nominal: f64,
+    max: f64,
+    unit: Option<&'static str>,
+}
+
+/// A plant.
+#[derive(Clone, Copy, Debug)]
+pub struct Plant {
+    /// Name.
+    pub name: &'static str,
+    /// Column of the input.
+    pub input: &'static str,
+    /// Columns of the outputs, and the expression of each.
+    pub outputs: [(&'static str, &'static str); 2],
+    /// Whether both outputs are measured in every set.
+    pub has_two_outputs: bool,
+    /// Parameters that are fitted.
+    pub parameters: [Parameter; 3],
+    /// Rates at a state, an input and the conditions.
+    pub rates: fn(&State, f64, &Conditions) -> State,
+    /// True outputs at a state and the parameters.
+    pub measured: fn(&State, &[f64; 3]) -> [f64; 2],
+    /// Standard deviations of the sensors.
+    pub sd: [f64; 2],
+    /// Readings from which errors in proportion to the reading are counted.
+    pub zero: [f64; 2],
+    /// Seconds between samples.
+    pub step_s: f64,
+    /// Middle and half range of the input.
+    pub drive: (f64, f64),
+    /// Middle and half range of the initial states.
+    pub start: [(f64, f64); 2],
+    /// State whose rate is pushed.
+    pub pushed: usize,
+    /// Surroundings of the one recording in which they differ.
+    pub other_surroundings: f64,
+    /// Reference (middle, half range), proportional and integral gain of the controller.
+    pub control: ((f64, f64), f64, f64),
+    /// Range of the first sensor where it is declared.
+    pub range: [f64; 2],
+    states: &'static str,
+    /// Parameters that are known, in every set and where the dry law is declared.
+    known: [&'static str; 2],
+    /// Rates, with `{u}` for the input and `{dry}` for the dry law.
+    rate_lines: &'static str,
+    /// Amount of the dry law, its argument, and name and value of its width.
+    dry: (Parameter, &'static str, (&'static str, f64)),
+    limit: Parameter,
+}
+
+const fn parameter(name: &'static str, truth: f64, nominal: f64, max: f64) -> Parameter {
+    Parameter { name, truth, nominal, max, unit: None }
+}
+
+const fn with_unit(parameter: Parameter, unit: &'static str) -> Parameter {
+    Parameter { unit: Some(unit), ..parameter }
+}
+
+impl Parameter {
+    fn line(&self, is_frozen: bool) -> String {
+        let unit = self.unit.map(|unit| format!(", unit = \"{unit}\"")).unwrap_or_default();
+        if is_frozen {
+            return format!("{} = {{ nominal = {}, frozen = true{unit} }}\n", self.name, self.truth);
+        }
+        format!("{} = {{ nominal = {}, min = 0.0, max = {:?}{unit} }}\n", self.name, self.nominal, self.max)
+    }
+}
+
+impl Plant {
+    /// True values of the parameters.
+    pub fn truth(&self) -> [f64; 3] {
+        self.parameters.map(|p| p.truth)
+    }
+
+    /// Outputs that a set of this kind measures.
+    pub fn measured_outputs(&self, kind: &Kind) -> usize {
+        if self.has_two_outputs || kind.needs_two_outputs() { 2 } else { 1 }
+    }
+
+    /// Model file of a set.
+    pub fn model(&self, kind: &Kind) -> String {
+        let law = if let Trap::Declared(law) = kind.trap { Some(law) } else { None };
+        let has_dry_law = matches!(law, Some(Law::Smooth | Law::Sign));
+        let delay = match law {
+            Some(Law::Delay) => format!(", delay_s = {:?}", DECLARED_DELAY as f64 * self.step_s),
+            _ => String::new(),
+        };
+        let mut text = format!(
+            "scenario = \"system\"\nname = \"{}\"\n[inputs]\n{} = {{ hold = \"zero\"{delay} }}\n[states]\n{}[parameters]\n",
+            self.name, self.input, self.states
+        );
+        for p in self.parameters {
+            text += &p.line(kind.trap == Trap::Frozen);
+        }
+        text += self.known[0];
+        let (amount, argument, (width, value)) = self.dry;
+        let mut dry = String::new();
+        let mut u = self.input.to_owned();
+        if has_dry_law {
+            text += &amount.line(false);
+            text += self.known[1];
+            dry = format!("{} * sign({argument})", amount.name);
+        }
+        if law == Some(Law::Smooth) {
+            let _ = writeln!(text, "{width} = {{ nominal = {value:?}, frozen = true }}");
+            dry = format!("{} * tanh(({argument}) / {width})", amount.name);
+        }
+        if law == Some(Law::Saturation) {
+            text += &self.limit.line(false);
+            u = format!("clamp({}, -{limit}, {limit})", self.input, limit = self.limit.name);
+        }
+        let minus = if has_dry_law { format!(" - {dry}") } else { String::new() };
+        let plus = if has_dry_law { format!(" + {dry}") } else { String::new() };
+        let lines = self.rate_lines.replace("{u}", &u).replace("{-dry}", &minus).replace("{+dry}", &plus);
+        let _ = write!(text, "[rates]\n{lines}[outputs]\n");
+        for (i, (name, value)) in self.outputs.iter().take(self.measured_outputs(kind)).enumerate() {
+            let range = match law {
+                Some(Law::SensorRange) if i == 0 => format!(", range = {:?}", self.range),
+                _ => String::new(),
+            };
+            let _ = writeln!(text, "{name} = {{ value = \"{value}\", sd = \"estimate\"{range} }}");
+        }
+        text
+    }
+
+    /// Input that acts on the plant, after saturation where the truth has it.
+    fn acting(&self, u: f64, conditions: &Conditions) -> f64 {
+        if conditions.law != Some(Law::Saturation) {
+            return u;
+        }
+        u.clamp(-self.limit.truth, self.limit.truth)
+    }
+
+    /// Dry law at its argument.
+    fn dry_law(&self, argument: f64, conditions: &Conditions) -> f64 {
+        let (amount, _, (_, width)) = self.dry;
+        match conditions.law {
+            Some(Law::Smooth) => amount.truth * (argument / width).tanh(),
+            Some(Law::Sign) if argument != 0.0 => amount.truth * argument.signum(),
+            _ => 0.0,
+        }
+    }
+}
+
+const SPRING: Plant = Plant {
+    name: "mass on a spring",
+    input: "force_N",
+    outputs: [("position_m", "x_m"), ("speed_m_per_s", "v_m_s")],
+    has_two_outputs: false,
+    parameters: [
+        parameter("mass_kg", 1.3, 1.0, 100.0),
+        parameter("stiffness_N_per_m", 60.0, 50.0, 1e5),
+        parameter("damping_N_s_per_m", 0.9, 0.6, 1e3),
+    ],
+    rates: spring_rates,
+    measured: |x, _| [x[0], x[1]],
+    sd: [0.0005, 0.005],
+    zero: [0.0, 0.0],
+    step_s: 0.01,
+    drive: (0.0, 4.0),
+    start: [(0.0, 0.06), (0.0, 0.3)],
+    pushed: 1,
+    other_surroundings: 0.8,
+    control: ((0.0, 0.06), 60.0, 50.0),
+    range: [-0.05, 0.05],
+    states: "x_m = { start = \"position_m\" }\nv_m_s = { start = \"slope(position_m)\" }\n",
+    known: ["", ""],
+    rate_lines: "x_m = \"v_m_s\"\nv_m_s = \"({u} - stiffness_N_per_m * x_m - damping_N_s_per_m * v_m_s{-dry}) / mass_kg\"\n",
+    dry: (parameter("dry_N", 0.6, 0.4, 100.0), "v_m_s", ("width_m_s", 0.02)),
+    limit: parameter("limit_N", 2.5, 3.0, 100.0),
+};
+
+fn spring_rates(x: &State, u: f64, now: &Conditions) -> State {
+    let [mass, stiffness, damping] = now.parameters;
+    // A spring of 25 N/m in series with a dashpot: it relaxes in 0.15 s.
+    let hidden = if now.has_hidden_lag { x[0] - x[2] } else { 0.0 };
+    let dry = SPRING.dry_law(x[1], now);
+    let force =
+        SPRING.acting(u, now) - stiffness * x[0] - damping * x[1] - dry - 25.0 * hidden + now.surroundings;
+    [x[1], force / mass + now.push, hidden / 0.15]
+}
+
+const HEATER: Plant = Plant {
+    name: "heater",
+    input: "heat_W",
+    outputs: [("sensor_K", "temp_K"), ("flux_W", "loss_W_per_K * (temp_K - room_K) + spill_W")],
+    has_two_outputs: false,
+    parameters: [
+        parameter("capacity_J_per_K", 50.0, 40.0, 1e5),
+        parameter("loss_W_per_K", 0.5, 0.4, 1e3),
+        parameter("spill_W", 2.0, 1.5, 1e3),
+    ],
+    rates: heater_rates,
+    measured: |x, p| [x[0], p[1] * (x[0] - ROOM_K) + p[2]],
+    sd: [0.1, 0.1],
+    zero: [ROOM_K, 0.0],
+    step_s: 5.0,
+    drive: (16.0, 14.0),
+    start: [(310.0, 15.0), (0.0, 0.0)],
+    pushed: 0,
+    other_surroundings: 4.0,
+    control: ((315.0, 12.0), 2.0, 0.01),
+    range: [280.0, 322.0],
+    states: "temp_K = { start = \"sensor_K\" }\n",
+    known: [
+        "room_K = { nominal = 293.15, frozen = true }\n",
+        "switch_K = { nominal = 315.0, frozen = true }\n",
+    ],
+    rate_lines: "temp_K = \"({u} - loss_W_per_K * (temp_K - room_K) - spill_W{-dry}) / capacity_J_per_K\"\n",
+    dry: (parameter("fan_W", 2.0, 1.5, 100.0), "temp_K - switch_K", ("width_K", 2.0)),
+    limit: parameter("limit_W", 22.0, 25.0, 1e3),
+};
+
+/// Temperature of the room, in K.
+const ROOM_K: f64 = 293.15;
+
+fn heater_rates(x: &State, u: f64, now: &Conditions) -> State {
+    let [capacity, loss, spill] = now.parameters;
+    // A block beneath of 40 J/K, coupled by 0.4 W/K: its time constant is 100 s.
+    let hidden = if now.has_hidden_lag { 0.4 * (x[0] - x[2]) } else { 0.0 };
+    let dry = HEATER.dry_law(x[0] - 315.0, now);
+    let heat = HEATER.acting(u, now) - loss * (x[0] - ROOM_K - now.surroundings) - spill - dry - hidden;
+    [heat / capacity + now.push, 0.0, hidden / 40.0]
+}
+
+const TANKS: Plant = Plant {
+    name: "two tanks",
+    input: "pump_V",
+    outputs: [("upper_level_V", "upper_V"), ("lower_level_V", "lower_V")],
+    has_two_outputs: true,
+    parameters: [
+        with_unit(parameter("gain_per_s", 0.05, 0.04, 100.0), "1/s"),
+        with_unit(parameter("k1", 0.06, 0.05, 100.0), "V^0.5/s"),
+        with_unit(parameter("k2", 0.065, 0.05, 100.0), "V^0.5/s"),
+    ],
+    rates: tank_rates,
+    measured: |x, _| [x[0], x[1]],
+    sd: [0.02, 0.02],
+    zero: [0.0, 0.0],
+    step_s: 4.0,
+    drive: (2.5, 1.5),
+    start: [(4.0, 1.5), (4.0, 1.5)],
+    pushed: 0,
+    other_surroundings: 0.02,
+    control: ((4.0, 1.5), 1.0, 0.01),
+    range: [0.0, 4.5],
+    states: "upper_V = { start = \"upper_level_V\", min = 0.0 }\nlower_V = { start = \"lower_level_V\", min = 0.0 }\n",
+    known: ["", ""],
+    rate_lines: "upper_V = \"gain_per_s * {u} - k1 * sqrt(upper_V){-dry}\"\nlower_V = \"k1 * sqrt(upper_V) - k2 * sqrt(lower_V){+dry}\"\n",
+    dry: (parameter("valve_V_per_s", 0.015, 0.01, 10.0), "upper_V - lower_V", ("width_V", 0.2)),
+    limit: parameter("limit_V", 3.2, 3.6, 100.0),
+};
+
+fn tank_rates(x: &State, u: f64, now: &Conditions) -> State {
+    let [gain, k1, k2] = now.parameters;
+    let (upper, lower) = (k1 * x[0].max(0.0).sqrt(), k2 * x[1].max(0.0).sqrt());
+    // A side tank of 1.5 times the upper one's area, behind a pipe of 0.02 1/s.
+    let hidden = if now.has_hidden_lag { 0.02 * (x[0] - x[2]) } else { 0.0 };
+    let dry = TANKS.dry_law(x[0] - x[1], now);
+    let inflow = gain * TANKS.acting(u, now) + now.surroundings + now.push;
+    [inflow - upper - dry - hidden, upper - lower + dry, hidden / 1.5]
+}
+
+/// All of them.
+pub const PLANTS: [Plant; 3] = [SPRING, HEATER, TANKS];
