@@ -9,15 +9,16 @@ use crate::error_table::Lists;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::with_formulas;
-use crate::judge::{self, Doubt, Judgement, Remainder, judged, remainder, tabulated};
+use crate::judge::{self, Doubt, judged, remainder, tabulated};
 use crate::options::{Options, Progress, onward};
 use crate::prepare::{Prepared, misfit, prepare};
 use crate::records::View;
 use crate::report::report;
 use crate::result::{Discovery, Verdict};
-use crate::scattered::{self, Scattered, scattered};
+use crate::scattered::{self, scattered};
 use crate::score::Scored;
-use crate::search::{Found, Search, calibrated, lengthened, refitted, run};
+use crate::search::{Found, Search, calibrated, lengthened, refitted};
+use crate::stages::{Judged, Searched, searched_on};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
@@ -25,31 +26,6 @@ use std::time::Instant;
 
 /// Times that a search is repeated because its windows, or the noise, turn out otherwise beside what it found.
 const REPEATS: usize = 2;
-
-/// Result of a search, with its data.
-pub(crate) struct Searched {
-    pub view: View,
-    pub families: Vec<Family>,
-    pub found: Found,
-}
-
-impl Searched {
-    pub fn search(&self, prepared: &Prepared) -> Search<'_> {
-        Search::new(&self.view, &self.families, &prepared.clock)
-    }
-}
-
-/// Findings of the search, and the remainder.
-pub(crate) struct Judged {
-    pub judgement: Judgement,
-    /// Number of the named set with laws of one quantity, where there are some.
-    pub best: usize,
-    pub scattered: Option<Scattered>,
-    pub left: Remainder,
-    pub verdict: Verdict,
-    /// Why the data are not those of the declared system.
-    pub doubt: Option<String>,
-}
 
 /// Finds what `model` lacks to explain `data`.
 ///
@@ -120,19 +96,6 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
         searched = searched_on(prepared, view, &families, base, vec![known], &mut told);
     }
     with_formulas(prepared, searched, options, progress)
-}
-
-/// A search on data in these windows, from the calibrated model and known sets.
-pub(crate) fn searched_on(
-    prepared: &Prepared,
-    view: View,
-    families: &[Family],
-    base: Scored,
-    known: Vec<Scored>,
-    told: &mut dyn FnMut(f64),
-) -> Searched {
-    let found = run(&Search::new(&view, families, &prepared.clock), base, known, told);
-    Searched { view, families: families.to_vec(), found }
 }
 
 /// Established findings, the remainder, and the verdict.

@@ -1,11 +1,11 @@
 //! Formulas where the library ends.
 
 use crate::columns::Family;
-use crate::discover::{Searched, searched_on};
 use crate::grammar::{has_grammar, is_formula};
 use crate::options::{Options, Progress};
 use crate::prepare::{Prepared, misfit};
 use crate::score::Scored;
+use crate::stages::{Searched, searched_on};
 
 /// Misfit in standard deviations of the noise above which formulas are looked for: what is less improves no prediction.
 const BEYOND_NOISE: f64 = 1.1;

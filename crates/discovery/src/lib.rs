@@ -58,6 +58,7 @@ mod sentence;
 mod separate;
 mod spikes;
 mod spread;
+mod stages;
 mod state;
 mod statistics;
 mod tally;

@@ -1,13 +1,13 @@
 //! Everything that an answer is made of.
 
 use super::Errors;
-use crate::discover::Judged;
 use crate::fit::ChosenRecords;
 use crate::prepare::Prepared;
 use crate::records::View;
 use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Found, Search};
+use crate::stages::Judged;
 use augsim_physics::system::Declaration;
 
 /// Everything that the result is made of.
