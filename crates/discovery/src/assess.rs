@@ -4,7 +4,7 @@ use crate::addition::Addition;
 use crate::columns::Family;
 use crate::prepare::prepare;
 use crate::scattered;
-use crate::search::{ALPHA, Search, Starts, calibrated};
+use crate::search::{Search, Starts, calibrated};
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
 use augsim_physics::system::{Declaration, ScatterPer, System};
@@ -64,13 +64,12 @@ pub fn assess(
         .filter(|s| s.is_finite())
         .min_by(|a, b| a.evidence.cost().total_cmp(&b.evidence.cost()))
         .unwrap_or_else(|| base.clone());
-    let price = (search.candidates / ALPHA).ln();
     let drawn = system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
     let own = if drawn { scattered::gain(&search, &best) } else { 0.0 };
     let kept = if prepared.kept_out.is_empty() { &prepared.searched } else { &prepared.kept_out };
     Ok(Assessment {
         gain: best.gain_over(&base, best.evidence.independent) + own,
-        penalty: price * (additions.len() as f64 + f64::from(u8::from(drawn))),
+        penalty: search.price() * (additions.len() as f64 + f64::from(u8::from(drawn))),
         rmse: forecast::first_rmse(&prepared.sample(kept), &best.fit),
     })
 }

@@ -326,14 +326,10 @@ pub(crate) fn whitened_rows(
     at: Excerpt<'_>,
     correlation: f64,
 ) -> (Vec<f64>, Vec<(usize, usize)>) {
-    let (record, first, count) = (at.record, at.window.samples.start, run.lanes());
+    let (record, count) = (at.record, run.lanes());
     let (mut rows, mut places) = (Vec::new(), Vec::new());
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut Vec<f64>| {
-            let w = record.weight[c][k];
-            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.seen.values[c][k] - run.value(k - first, c))
-        };
+        let residual = |k: usize, d: &mut Vec<f64>| weighted(run, at, c, k, d);
         whitened(at, c, correlation, vec![0.0; count], residual, |r, d| {
             rows.extend_from_slice(d);
             rows.push(r);
@@ -373,15 +369,10 @@ struct Sums {
 
 /// The sums of a simulation whose rows of derivatives have the length `N`.
 fn sums<const N: usize>(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> Sums {
-    let (record, first) = (at.record, at.window.samples.start);
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut [f64; N]| {
-            let w = record.weight[c][k];
-            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.seen.values[c][k] - run.value(k - first, c))
-        };
+        let residual = |k: usize, d: &mut [f64; N]| weighted(run, at, c, k, d);
         whitened(at, c, correlation, [0.0; N], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
@@ -405,15 +396,10 @@ fn sums<const N: usize>(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> S
 
 /// The sums of a simulation with so many derivatives that no kernel is made for their number.
 fn sums_of_any_width(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> Sums {
-    let (record, first) = (at.record, at.window.samples.start);
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut Vec<f64>| {
-            let w = record.weight[c][k];
-            d.iter_mut().zip(run.slopes(k - first, c)).for_each(|(d, slope)| *d = w * slope);
-            w * (record.seen.values[c][k] - run.value(k - first, c))
-        };
+        let residual = |k: usize, d: &mut Vec<f64>| weighted(run, at, c, k, d);
         whitened(at, c, correlation, vec![0.0; count], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
@@ -426,6 +412,14 @@ fn sums_of_any_width(run: &Simulated, at: Excerpt<'_>, correlation: f64) -> Sums
         });
     }
     Sums { h, g, squares, terms }
+}
+
+/// Writes the derivatives of sample `k` of channel `c` and gives its residual, both in units of the noise.
+#[inline]
+fn weighted(run: &Simulated, at: Excerpt<'_>, c: usize, k: usize, derivatives: &mut [f64]) -> f64 {
+    let (w, simulated) = (at.record.weight[c][k], k - at.window.samples.start);
+    derivatives.iter_mut().zip(run.slopes(simulated, c)).for_each(|(d, slope)| *d = w * slope);
+    w * (at.record.seen.values[c][k] - run.value(simulated, c))
 }
 
 /// Gives every measured sample of channel `c` to `each` with its derivatives, both in units of the noise and free of the part

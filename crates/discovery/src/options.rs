@@ -38,22 +38,14 @@ pub enum Progress {
     Noise,
     /// Calibration of the declared parameters.
     Calibration,
-    /// Search over the library.
-    Search,
     /// Search over the library: so many thousandths of the largest one that there can be.
     Searched(u16),
     /// Tests of the best model.
     Adequacy,
-    /// Laws that are not in the library.
-    Unlisted,
     /// Formulas of a grammar.
     Formulas,
-    /// The search once more over longer windows.
-    LongWindows,
     /// Errors before and after.
     Errors,
-    /// The loop once more on folds.
-    Folds,
 }
 
 impl Progress {
@@ -62,12 +54,9 @@ impl Progress {
         match self {
             Progress::Noise => "finding events and estimating the noise",
             Progress::Calibration => "calibrating the declared parameters",
-            Progress::Search | Progress::Searched(_) => "fitting candidate effects",
+            Progress::Searched(_) => "fitting candidate effects",
             Progress::Adequacy => "testing what the best model leaves",
-            Progress::Unlisted => "looking for a law outside the library",
             Progress::Formulas => "looking for a formula",
-            Progress::LongWindows => "searching over longer windows",
-            Progress::Folds => "repeating the loop without each fifth of the data",
             Progress::Errors => "measuring errors on held-out trajectories",
         }
     }
@@ -77,14 +66,10 @@ impl Progress {
         match self {
             Progress::Noise => 0.0,
             Progress::Calibration => 0.03,
-            Progress::Search => 0.08,
             Progress::Searched(thousandths) => 0.08 + 0.42 * (f64::from(thousandths) / 1000.0).min(1.0),
             Progress::Adequacy => 0.50,
-            Progress::Unlisted => 0.58,
-            Progress::LongWindows => 0.62,
             Progress::Formulas => 0.66,
             Progress::Errors => 0.72,
-            Progress::Folds => 0.76,
         }
     }
 }
@@ -111,11 +96,10 @@ mod tests {
         let mut keep = |step: Progress| told.push(step.fraction());
         let mut step = onward(&mut keep);
         use Progress::*;
-        let second = [Search, Searched(500), Adequacy];
-        [Noise, Calibration, Search, Searched(700), Adequacy].into_iter().for_each(&mut step);
-        [LongWindows].into_iter().chain(second).for_each(&mut step);
-        [Formulas].into_iter().chain(second).chain([Unlisted, Errors, Folds]).for_each(&mut step);
+        let second = [Searched(0), Searched(500), Searched(1000)];
+        [Noise, Calibration, Searched(700)].into_iter().chain(second).for_each(&mut step);
+        [Formulas].into_iter().chain(second).chain([Adequacy, Errors]).for_each(&mut step);
         drop(step);
-        assert!(told.is_sorted() && told.len() == 9, "{told:?}");
+        assert!(told.is_sorted() && told.len() == 6, "{told:?}");
     }
 }

@@ -142,21 +142,21 @@ fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     }
 }
 
-fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
+fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let (best, judgement) = (parts.best, &parts.judged.judgement);
     let named = &parts.found.tried[judgement.named];
     let independent = best.evidence.independent;
     let whole = best.gain_over(parts.base, independent);
     let drawn = drawn(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
-    let error = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
-    let own_error = several.then(|| error(&best.fit));
+    let rmse = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
+    let own_error = several.then(|| rmse(&best.fit));
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
         let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
         let rest = rest_of(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed = own_error.filter(|_| lawful).map(|own| error(&rest.fit) - own);
+        let removed = own_error.filter(|_| lawful).map(|own| rmse(&rest.fit) - own);
         let share = best.gain_over(&rest, independent) / whole;
         let folds = &parts.errors.folds;
         let label = kinds(std::slice::from_ref(a));
@@ -185,7 +185,6 @@ fn effects(parts: &AnswerParts<'_>) -> Vec<FoundEffect> {
         out.iter_mut().for_each(|e| e.share *= 1.0 - share);
         out.push(effect);
     }
-    let error = parts.table();
     order(&mut out, error.calibrated.rmse - error.augmented.rmse);
     out
 }
@@ -356,7 +355,8 @@ impl AnswerParts<'_> {
 
 pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
     let (data, judgement) = (&parts.prepared.data, &parts.judged.judgement);
-    let found_effects = effects(parts);
+    let error = parts.table();
+    let found_effects = effects(parts, &error);
     let unexplained = unexplained(parts);
     let alternatives: Vec<Vec<String>> =
         judgement.alternatives.iter().map(|n| kinds(parts.found.tried[*n].additions())).collect();
@@ -369,7 +369,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
     let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.judged.verdict,
-        sentence: sentence(parts, &found_effects, &unexplained, &alternatives),
+        sentence: sentence(parts, &error, &found_effects, &unexplained, &alternatives),
         warnings: Vec::new(),
         notes: Vec::new(),
         noise_cause: None,
@@ -386,7 +386,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         anatomy: anatomy(&view, &parts.calibrated.fit, &full.fit),
         tests: parts.tests(),
         correlations: (axis(&full.fit.hypothesis, &data.groups), matrix),
-        error: parts.table(),
+        error,
         errors: parts.other_tables(),
         horizons: parts.errors.lists.horizons(schema, parts.seed),
         windows: parts.windows(),

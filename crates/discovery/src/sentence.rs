@@ -2,7 +2,7 @@
 
 use crate::answer::AnswerParts;
 use crate::judge::record_name;
-use crate::result::{FoundEffect, Unexplained, Verdict};
+use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
 
 /// Growth of the error without an effect, in the error of the calibrated model, from which on forecasts run away: the number says
@@ -70,11 +70,11 @@ pub(crate) fn three_digits(value: f64) -> String {
 /// The answer in one sentence, and a second one for what is small.
 pub(crate) fn sentence(
     parts: &AnswerParts<'_>,
+    error: &ErrorTable,
     effects: &[FoundEffect],
     unexplained: &Option<Unexplained>,
     alternatives: &[Vec<String>],
 ) -> String {
-    let error = &parts.table();
     let schema = parts.prepared.data.system.schema();
     let (unit, scale) = schema.decides();
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);

@@ -98,8 +98,16 @@ pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec
     let Addition::Effect(listed, Per::All) = addition else { return Vec::new() };
     let effect = &listed.effect;
     if addition.is_structural() {
-        let nulls = || effect.parameters.iter().map(|p| p.null).collect();
-        return vec![if effect.probe.is_empty() { nulls() } else { effect.probe.clone() }];
+        return vec![probe(effect)];
     }
     system.scan_points(listed.index)
+}
+
+/// Values at which an effect is first simulated: its nulls, or near them for a law that is singular there.
+pub(crate) fn probe(effect: &augsim_physics::system::Effect) -> Vec<f64> {
+    if effect.probe.is_empty() {
+        effect.parameters.iter().map(|p| p.null).collect()
+    } else {
+        effect.probe.clone()
+    }
 }

@@ -34,6 +34,18 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
+    /// Sums of some columns alone.
+    pub fn sub(&self, columns: &[usize]) -> Self {
+        Self { h: self.h.sub(columns), g: columns.iter().map(|&c| self.g[c]).collect(), c: self.c }
+    }
+
+    /// Sums with what is left of the residuals at these coefficients.
+    pub fn left_at(&self, x: &[f64]) -> Self {
+        let along = |i: usize| x.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
+        let g = self.g.iter().enumerate().map(|(i, g)| g - along(i)).collect();
+        Self { h: self.h.clone(), g, c: self.c - self.h.fall(&self.g, x) }
+    }
+
     /// The same with residuals of this sign.
     pub fn turned(&self, sign: f64) -> Self {
         Self { h: self.h.clone(), g: self.g.iter().map(|g| sign * g).collect(), c: self.c }
@@ -52,6 +64,15 @@ pub(crate) fn summed(blocks: &[Sums]) -> Sums {
     sum
 }
 
+/// What an effect of a set costs, and how sets are compared.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Price {
+    /// Nats for each effect.
+    pub of_effect: f64,
+    /// Half the number of independent residuals.
+    pub half_of_samples: f64,
+}
+
 /// The linear problem at a fit.
 pub(crate) struct LinearProblem {
     /// Columns of the declared parameters: the first ones, which every set has. Those at a bound have none.
@@ -61,9 +82,9 @@ pub(crate) struct LinearProblem {
     pub fitted: Vec<usize>,
     pub blocks: Vec<Sums>,
     /// Number of residuals.
-    pub samples: f64,
+    samples: f64,
     /// Share of them that are independent.
-    pub independent: f64,
+    independent: f64,
     width: usize,
 }
 
@@ -84,17 +105,25 @@ impl LinearProblem {
 
     /// Sums of the blocks with what is left of the residuals after these columns were fitted.
     pub fn left_by(&self, columns: &[usize]) -> Vec<Sums> {
-        let all = summed(&self.blocks);
-        let mut x: Vec<f64> = columns.iter().map(|&c| all.g[c]).collect();
-        all.h.sub(columns).cholesky().solve(&mut x);
-        let left = |block: &Sums| {
-            let own: Vec<f64> = columns.iter().map(|&c| block.g[c]).collect();
-            let c = block.c - block.h.sub(columns).fall(&own, &x);
-            let along = |i: usize| columns.iter().zip(&x).map(|(&k, x)| block.h.at(i, k) * x).sum::<f64>();
-            let g = (0..self.width).map(|i| block.g[i] - along(i)).collect();
-            Sums { h: block.h.clone(), g, c }
+        let Sums { h, g: mut x, .. } = summed(&self.blocks).sub(columns);
+        h.cholesky().solve(&mut x);
+        let mut of_all = vec![0.0; self.width];
+        columns.iter().zip(x).for_each(|(&c, x)| of_all[c] = x);
+        self.blocks.iter().map(|block| block.left_at(&of_all)).collect()
+    }
+
+    /// Price of a set in the linear problem where an effect costs so many nats.
+    pub fn price(&self, of_effect: f64) -> Price {
+        Price { of_effect, half_of_samples: 0.5 * self.samples * self.independent }
+    }
+
+    /// Groups that may stand in a set beside these, which are not of the fitted set.
+    pub fn beside(&self, set: &[usize]) -> Vec<usize> {
+        let goes = |g: &usize| {
+            let new = &self.groups[*g];
+            !self.fitted.contains(g) && set.iter().all(|f| self.groups[*f].goes_with(new))
         };
-        self.blocks.iter().map(left).collect()
+        (0..self.groups.len()).filter(goes).collect()
     }
 
     /// Columns of the declared parameters and of some groups.

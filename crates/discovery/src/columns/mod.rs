@@ -1,8 +1,9 @@
-//! Candidates, and by how much it would change the predictions.
+//! Candidates, and by how much each would change the predictions.
 
 mod candidates;
 mod group;
 mod linear_problem;
 
 pub(crate) use candidates::{Family, laws, library, may_join};
-pub(crate) use linear_problem::{LinearProblem, Sums, summed};
+pub(crate) use group::probe;
+pub(crate) use linear_problem::{LinearProblem, Price, SEEN, Sums, summed};

@@ -1,11 +1,12 @@
 //! How often a finding comes back where blocks count more and less, and how often nothing is taken for something.
 //!
 //! Neither simulates anything. The first repeats the choice among all sets that were fitted, with weights of the Bayesian bootstrap (Rubin
-//! 1981) over blocks; the second repeats the selection in the linear problem at the best set. Records in which nothing is missing are made of the best set's residuals by turning the sign of whole blocks
-//! (the wild cluster bootstrap: Cameron, Gelbach and Miller 2008), so that their correlation, their size and where they stand remain.
+//! 1981) over blocks. The second repeats the selection in the linear problem at the best set, on records in which nothing is missing: the
+//! best set's residuals with the sign of whole blocks turned (the wild cluster bootstrap: Cameron, Gelbach and Miller 2008), so that their
+//! correlation, their size and where they stand remain.
 
 use crate::columns::LinearProblem;
-use crate::search::{Found, Price, is_significant, select_of};
+use crate::search::{Found, is_significant, select_of};
 use augsim_data::random_stream;
 use rand::RngExt;
 use rand_distr::{Distribution, Exp1};
@@ -66,15 +67,10 @@ pub(crate) fn resamples(found: &Found, seed: u64) -> Resamples {
 }
 
 /// How many of `runs` records in which nothing is missing name an effect.
-pub(crate) fn null_rate(
-    problem: &LinearProblem,
-    price: Price,
-    level: f64,
-    runs: usize,
-    seed: u64,
-) -> NullRate {
+pub(crate) fn null_rate(problem: &LinearProblem, price: f64, level: f64, runs: usize, seed: u64) -> NullRate {
     let fitted = problem.columns_of(&problem.fitted);
     let left = problem.left_by(&fitted);
+    let price = problem.price(price);
     let names = |run: usize| {
         let mut rng = random_stream(seed, "record without effects", run as u64);
         let signs: Vec<f64> = left.iter().map(|_| if rng.random_bool(0.5) { 1.0 } else { -1.0 }).collect();

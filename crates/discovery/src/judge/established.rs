@@ -4,11 +4,11 @@ use super::bootstrap::{NullRate, Resamples, null_rate, resamples};
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
-use crate::search::{ALPHA, Found, Price, Search, chances};
+use crate::search::{ALPHA, Found, Search, chances_beside};
 use std::collections::BTreeMap;
 
-/// Share of resamples in which a finding, or one that takes its place, has to come back. A finding at three standard errors does in
-/// 0.95 of them, one at twice the standard error in 0.7.
+/// Share of resamples in which a finding, or one that takes its place, has to come back. The price of a resample is eased so that a finding
+/// at the limit of what pays in the search does as often, where nothing takes its place.
 const COMES_BACK: f64 = 0.9;
 /// Share of resamples from which on what is not established is told as a lead.
 const LEADS: f64 = 1.0 / 3.0;
@@ -56,8 +56,6 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_run
     let best = found.best().clone();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
-    let price =
-        Price { of_effect: found.price, half_of_samples: 0.5 * problem.samples * problem.independent };
     let mut named = named(search, found);
     let all = resamples(found, seed);
     // A finding that does not come back over resamples leaves, and what is left is judged again.
@@ -80,7 +78,7 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_run
     let q_values = q_values(&problem, found, named, &chances, search.candidates);
     let leads = leads(found, named, &all, &alternatives);
     let level = ALPHA / search.candidates;
-    let null = null_rate(&problem, price, level, null_runs, seed);
+    let null = null_rate(&problem, found.price, level, null_runs, seed);
     Judgement { named, chances, q_values, inclusion, alternatives, leads, null }
 }
 
@@ -101,7 +99,7 @@ fn simplest(search: &Search<'_>, found: &Found, best: usize) -> usize {
         other.additions().len() < set.additions().len()
             && !is_part(other)
             && is_as_good(found, other, set)
-            && is_significant(search, found, other)
+            && found.is_significant(search, other)
             && found.margin(other, found.base()) >= 0.0
     };
     let alive = (0..found.tried.len()).filter(is_alive);
@@ -117,10 +115,6 @@ fn is_as_good(found: &Found, other: &Scored, set: &Scored) -> bool {
     margin < AS_GOOD * error
 }
 
-fn is_significant(search: &Search<'_>, found: &Found, set: &Scored) -> bool {
-    found.is_significant(search, set)
-}
-
 /// Other significant sets of no more additions that are as good.
 fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> {
     let set = &found.tried[named];
@@ -133,7 +127,7 @@ fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> 
             && key.len() <= mine.len()
             && !keys.contains(&key)
             && !key.iter().all(|k| mine.contains(k));
-        if is_other && is_as_good(found, other, set) && is_significant(search, found, other) {
+        if is_other && is_as_good(found, other, set) && found.is_significant(search, other) {
             keys.push(key);
             out.push(n);
         }
@@ -167,16 +161,8 @@ fn q_values(problem: &LinearProblem, found: &Found, named: usize, own: &[f64], c
     let set = found.tried[named].additions();
     let fitted: Vec<usize> =
         problem.fitted.iter().copied().filter(|g| set.contains(&problem.groups[*g].addition)).collect();
-    let beside = |g: usize| {
-        let with = [&fitted[..], &[g]].concat();
-        chances(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
-    };
-    let goes = |g: &usize| {
-        !problem.fitted.contains(g)
-            && fitted.iter().all(|f| problem.groups[*f].goes_with(&problem.groups[*g]))
-    };
-    let mut all: Vec<f64> =
-        (0..problem.groups.len()).filter(goes).map(beside).chain(own.iter().copied()).collect();
+    let mut all = chances_beside(problem, &fitted);
+    all.extend(own);
     all.sort_by(f64::total_cmp);
     let count = candidates.max(all.len() as f64);
     let harmonic: f64 = (1..=count as usize).map(|i| 1.0 / i as f64).sum();

@@ -7,7 +7,7 @@ use crate::periodicity;
 use crate::record::Record;
 use crate::scattered::Scattered;
 use crate::score::Scored;
-use crate::search::{ALPHA, Found, Price, Search, Starts, chances, differences, select};
+use crate::search::{ALPHA, Found, Search, Starts, chances_beside, differences, select};
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
@@ -48,16 +48,8 @@ pub(crate) fn remainder(
 ) -> Remainder {
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, set, &search.library);
-    let beside = |g: usize| {
-        let with = [&problem.fitted[..], &[g]].concat();
-        chances(&problem, &problem.blocks, &with).pop().unwrap_or(1.0)
-    };
-    let goes = |g: &usize| {
-        let new = &problem.groups[*g];
-        !problem.fitted.contains(g) && problem.fitted.iter().all(|f| problem.groups[*f].goes_with(new))
-    };
-    let tested: Vec<usize> = (0..problem.groups.len()).filter(goes).collect();
-    let best = tested.par_iter().map(|g| beside(*g)).reduce(|| 1.0, f64::min);
+    let tested = chances_beside(&problem, &problem.fitted);
+    let best = tested.iter().copied().fold(1.0, f64::min);
     let parts = match own {
         Some(own) => own.parts.clone(),
         None => crate::search::parts(&sample, &set.fit),
@@ -141,8 +133,7 @@ fn one_more(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usiz
     }
     let problem = LinearProblem::new(&sample, &search.view.blocks, &set, &tables);
     let of_effect = ((search.candidates + tables.len() as f64) / ALPHA).ln();
-    let price = Price { of_effect, half_of_samples: 0.5 * problem.samples * problem.independent };
-    let all = select(&problem, price).into_iter();
+    let all = select(&problem, problem.price(of_effect)).into_iter();
     let adds = |c: &crate::search::Chosen| {
         c.groups.len() == problem.fitted.len() + 1 && problem.fitted.iter().all(|g| c.groups.contains(g))
     };

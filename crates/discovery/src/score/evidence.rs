@@ -15,6 +15,7 @@
 //! white noise shows.
 
 use super::blocks::Blocks;
+use super::jackknife::{covariance, distance, move_without};
 use super::rows::{Rows, WindowRows};
 use crate::evaluate::{cost_and_weight, softening};
 use crate::linear::Square;
@@ -171,44 +172,13 @@ impl Evidence {
     /// Squared distance of some parameters from values that they are `off` by, in their covariance (3). Where blocks touch, their moves may
     /// go the same way: the covariance of neighbours together is taken as well (Newey and West 1987), and the lesser distance counts.
     pub fn distance(&self, entries: &[usize], off: &[f64]) -> f64 {
-        let of = |lags: usize| {
-            let mut x = off.to_vec();
-            self.covariance(entries, lags).cholesky().forward(&mut x);
-            x.iter().map(|v| v * v).sum::<f64>()
-        };
+        let of = |lags: usize| distance(&self.moves, entries, off, lags);
         if self.touch { of(0).min(of(LAGS)) } else { of(0) }
-    }
-
-    /// Covariance (3) of some parameters, so many neighbouring blocks to each side taken together.
-    fn covariance(&self, entries: &[usize], lags: usize) -> Square {
-        let n = self.blocks as f64;
-        let mean: Vec<f64> =
-            entries.iter().map(|&i| self.moves.iter().map(|d| d[i]).sum::<f64>() / n).collect();
-        let off: Vec<Vec<f64>> = self
-            .moves
-            .iter()
-            .map(|d| entries.iter().zip(&mean).map(|(&i, mean)| d[i] - mean).collect())
-            .collect();
-        let mut out = Square::zero(entries.len());
-        for lag in 0..=lags.min(off.len()) {
-            let share = (n - 1.0) / n * (1.0 - lag as f64 / (lags + 1) as f64);
-            for (later, earlier) in off[lag..].iter().zip(&off) {
-                for (a, x) in later.iter().enumerate() {
-                    for (b, y) in earlier.iter().enumerate() {
-                        *out.at_mut(a, b) += share * x * y;
-                        if lag > 0 {
-                            *out.at_mut(b, a) += share * x * y;
-                        }
-                    }
-                }
-            }
-        }
-        out
     }
 
     /// Variance of a parameter as in [`distance`](Self::distance): the larger of both.
     pub fn variance(&self, entry: usize) -> f64 {
-        let of = |lags: usize| self.covariance(&[entry], lags).at(0, 0);
+        let of = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
         if self.touch { of(0).max(of(LAGS)) } else { of(0) }
     }
 
@@ -273,10 +243,10 @@ fn moves(cells: &[Cell], scales: &[Scale], blocks: usize, held: &[bool]) -> Vec<
     }
     let mut sum = Square::zero(p);
     each.iter().for_each(|(h, _)| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
+    let sum = sum.sub(&moving);
     let without = |(h, g): &(Square, Vec<f64>)| {
-        let rest = Square { n: p, a: sum.a.iter().zip(&h.a).map(|(a, b)| a - b).collect() };
-        let mut step: Vec<f64> = moving.iter().map(|&i| -g[i]).collect();
-        rest.sub(&moving).cholesky().solve(&mut step);
+        let gradient: Vec<f64> = moving.iter().map(|&i| g[i]).collect();
+        let step = move_without(&sum, &h.sub(&moving), &gradient);
         let mut all = vec![0.0; p];
         moving.iter().zip(step).for_each(|(&i, d)| all[i] = d);
         all

@@ -2,10 +2,12 @@
 
 mod blocks;
 mod evidence;
+mod jackknife;
 mod rows;
 mod scored;
 
 pub(crate) use blocks::{BLOCKS, Blocks};
 pub(crate) use evidence::Evidence;
+pub(crate) use jackknife::{distance, move_without};
 pub(crate) use rows::{Places, Rows, WindowRows};
 pub(crate) use scored::{Scored, amounts_of, held};

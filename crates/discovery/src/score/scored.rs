@@ -8,7 +8,7 @@ use crate::chosen_records::ChosenRecords;
 use crate::fit::Fit;
 use crate::interval::Intervals;
 use crate::linear::Square;
-use crate::statistics::f_tail;
+use crate::statistics::hotelling_tail;
 use crate::undetermined::undetermined;
 use augsim_physics::system::Effect;
 
@@ -51,13 +51,13 @@ impl Scored {
     /// Probability that chance alone moves the amounts of each addition as far from their nulls as they are, by the scatter of the
     /// parameters over blocks that are left out (Hotelling's T squared for several amounts). An addition without amounts, and a table,
     /// which has more knots than blocks tell apart, are judged by what they gain in each block.
-    pub fn chances(&self, without: &dyn Fn(usize) -> Option<Evidence>) -> Vec<f64> {
+    pub fn chances<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
             .map(|number| match self.amounts(number) {
                 Some((entries, off)) => self.chance_of_amounts(&entries, &off),
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
-                    Addition::Scatter(_) => self.evidence.bound_on_chance(&less),
-                    _ => self.evidence.chance_of_gain(&less),
+                    Addition::Scatter(_) => self.evidence.bound_on_chance(less),
+                    _ => self.evidence.chance_of_gain(less),
                 }),
             })
             .collect()
@@ -112,14 +112,9 @@ impl Scored {
     fn chance_of_amounts(&self, entries: &[usize], off: &[f64]) -> f64 {
         let held = held(&self.fit);
         let moving: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
-        let (k, n) = (moving.len() as f64, self.evidence.blocks as f64);
-        if moving.is_empty() || n <= k + 1.0 {
-            return 1.0;
-        }
         let own: Vec<usize> = moving.iter().map(|&i| entries[i]).collect();
         let x: Vec<f64> = moving.iter().map(|&i| off[i]).collect();
-        let t2 = self.evidence.distance(&own, &x);
-        f_tail(t2 * (n - k) / (k * (n - 1.0)), k, n - k)
+        hotelling_tail(self.evidence.distance(&own, &x), own.len(), self.evidence.blocks)
     }
 
     /// Whether an addition is judged by what it gains in each block: its gain pays for the number of candidates already.

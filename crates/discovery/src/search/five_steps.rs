@@ -1,12 +1,11 @@
 //! The search in five steps: linearise at the best set, select in the linear problem, refit what is new, repeat, drop what does not pay.
 
 use super::refit::{Search, Starts};
-use super::select::{Chosen, Price, select};
+use super::select::{Chosen, select};
 use crate::addition::{Addition, labels};
-use crate::columns::{LinearProblem, may_join};
+use crate::columns::{LinearProblem, may_join, probe};
 use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
-use augsim_physics::system::Effect;
 use rayon::prelude::*;
 
 /// Probability that data of a complete model name an effect.
@@ -56,23 +55,17 @@ impl Found {
         self.tried.iter().find(|s| s.key() == key)
     }
 
-    /// By how many nats, less the price, one set is better than another.
+    /// By how many nats, less the price of its additions, one set is better than another. Independence is that of what the larger leaves.
     pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
-        margin(self.price, one, other)
+        let [a, b] = [one, other].map(|s| s.additions().len());
+        let larger = if a >= b { one } else { other };
+        one.gain_over(other, larger.evidence.independent) - self.price * (a as f64 - b as f64)
     }
-}
-
-/// By how many nats, less the price of its additions, one set is better than another. Independence is that of what the larger leaves.
-fn margin(price: f64, one: &Scored, other: &Scored) -> f64 {
-    let [a, b] = [one, other].map(|s| s.additions().len());
-    let larger = if a >= b { one } else { other };
-    one.gain_over(other, larger.evidence.independent) - price * (a as f64 - b as f64)
 }
 
 /// Searches from the calibrated model `base` and sets that are known already.
 pub(crate) fn run(search: &Search<'_>, base: Scored, known: Vec<Scored>, told: &mut dyn FnMut(f64)) -> Found {
-    let price = (search.candidates / ALPHA).ln();
-    let mut found = Found::of(base, price);
+    let mut found = Found::of(base, search.price());
     found.tried.extend(known.into_iter().filter(Scored::is_finite));
     settle(&mut found);
     for round in 0..MOST_ROUNDS {
@@ -116,8 +109,7 @@ pub(crate) fn chosen_again(search: &Search<'_>, base: Scored, known: &Found) -> 
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
         search.refit(&starts, &from.hypothesis.additions, &Vec::new())
     };
-    let price = (search.candidates / ALPHA).ln();
-    let mut found = Found::of(base, price);
+    let mut found = Found::of(base, search.price());
     let fitted: Vec<Scored> = order.par_iter().map(again).collect();
     found.tried.extend(fitted.into_iter().filter(Scored::is_finite));
     settle(&mut found);
@@ -153,14 +145,10 @@ fn moves(search: &Search<'_>, found: &Found) -> Vec<(Vec<Addition>, Starts)> {
     let best = found.best();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
-    let price =
-        Price { of_effect: found.price, half_of_samples: 0.5 * problem.samples * problem.independent };
-    let chosen = select(&problem, price);
+    let chosen = select(&problem, problem.price(found.price));
     let mut seen: Vec<Vec<String>> = found.tried.iter().map(Scored::key).collect();
     let mut out: Vec<(Vec<Addition>, Starts)> = Vec::new();
-    let mut fitted = problem.fitted.clone();
-    fitted.sort_unstable();
-    let now = chosen.iter().find(|c| c.groups == fitted).map_or(0.0, |c| c.value);
+    let now = chosen.iter().find(|c| c.groups == problem.fitted).map_or(0.0, |c| c.value);
     let most = chosen.first().map_or(0.0, |c| c.value);
     let level = (now - BEHIND).max(now + GOOD_PART * (most - now));
     let selected = chosen.iter().map(|c| (c.value, set_of(&problem, best, c)));
@@ -260,15 +248,6 @@ fn beyond_columns(
     out
 }
 
-/// Values at which an effect is first simulated: its nulls, or near them for a law that is singular there.
-fn probe(effect: &Effect) -> Vec<f64> {
-    if effect.probe.is_empty() {
-        effect.parameters.iter().map(|p| p.null).collect()
-    } else {
-        effect.probe.clone()
-    }
-}
-
 /// The values in a fit of one of its additions for another whose parameters are among those of the first, by their names; empty where they
 /// are not.
 fn values_shared(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
@@ -303,8 +282,8 @@ pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
 
 impl Found {
     /// Evidence of a set without one of its additions, where that was fitted.
-    pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<Evidence> {
-        self.with_key(&labels(&without(set.additions(), number))).map(|s| s.evidence.clone())
+    pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<&Evidence> {
+        self.with_key(&labels(&without(set.additions(), number))).map(|s| &s.evidence)
     }
 
     /// Probability that chance alone moves each addition of a set as far from its null.

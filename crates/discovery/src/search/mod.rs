@@ -10,4 +10,4 @@ pub(crate) use five_steps::{ALPHA, Found, chosen_again, run, without};
 pub(crate) use heterogeneity::{differences, parts};
 pub(crate) use length::{calibrated, lengthened, refitted};
 pub(crate) use refit::{Search, Starts};
-pub(crate) use select::{Chosen, Price, chances, is_significant, select, select_of};
+pub(crate) use select::{Chosen, chances_beside, is_significant, select, select_of};

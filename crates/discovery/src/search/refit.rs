@@ -9,6 +9,7 @@ use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
 use crate::records::View;
 use crate::score::Scored;
+use crate::search::five_steps::ALPHA;
 use crate::search::heterogeneity::heterogeneity;
 use crate::statistics::chi2_tail;
 use augsim_physics::model::Per;
@@ -37,6 +38,11 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> = families.iter().flat_map(|family| library(data, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
         Self { view, library, candidates, clock: clock.clone() }
+    }
+
+    /// Nats that an effect has to gain: odds against one of so many candidates by chance.
+    pub fn price(&self) -> f64 {
+        (self.candidates / ALPHA).ln()
     }
 
     pub fn sample(&self) -> ChosenRecords<'a> {

@@ -1,27 +1,18 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
-use crate::columns::{LinearProblem, Sums, summed};
+use crate::columns::{LinearProblem, Price, SEEN, Sums, summed};
 use crate::linear::{Cholesky, Square};
-use crate::statistics::f_tail;
+use crate::score::{distance, move_without};
+use crate::statistics::hotelling_tail;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Share of a column that has to be left beside those of a set: less is rounding.
-const LEFT: f64 = 1e-6;
 /// Candidates of each step whose cross-validated error is worked out: by the gain that all data show.
 const LOOKED_AT: usize = 6;
 /// Steps forward that may bring no gain: two laws that are both needed may each be useless alone.
 const PATIENCE: usize = 2;
 /// Most effects of a set.
 pub(crate) const MOST_EFFECTS: usize = 5;
-
-/// Price of an effect of a set, and how sets are compared.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Price {
-    /// Nats for each effect.
-    pub of_effect: f64,
-    /// Half the number of independent residuals.
-    pub half_of_samples: f64,
-}
 
 /// A set in the linear problem.
 #[derive(Clone, Debug)]
@@ -79,46 +70,31 @@ pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, level: f64
 /// Probability that chance alone moves the coefficients of each group of a set as far from 0, by the scatter over left-out blocks.
 pub(crate) fn chances(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]) -> Vec<f64> {
     let columns = problem.columns_of(groups);
-    let n = blocks.len() as f64;
-    let (mut h, mut g) = (Square::zero(columns.len()), vec![0.0; columns.len()]);
-    let own: Vec<(Square, Vec<f64>)> = blocks
-        .iter()
-        .map(|b| (b.h.sub(&columns), columns.iter().map(|&c| b.g[c]).collect::<Vec<f64>>()))
-        .collect();
-    for (own_h, own_g) in &own {
-        h.a.iter_mut().zip(&own_h.a).for_each(|(a, x)| *a += x);
-        g.iter_mut().zip(own_g).for_each(|(a, x)| *a += x);
-    }
-    let mut x = g;
+    let own: Vec<Sums> = blocks.iter().map(|b| b.sub(&columns)).collect();
+    let Sums { h, g: mut x, .. } = summed(&own);
     h.cholesky().solve(&mut x);
-    let moved = |(own_h, own_g): &(Square, Vec<f64>)| {
-        let along = |i: usize| (0..x.len()).map(|j| own_h.at(i, j) * x[j]).sum::<f64>();
-        let mut step: Vec<f64> = own_g.iter().enumerate().map(|(i, g)| along(i) - g).collect();
-        let rest = Square { n: h.n, a: h.a.iter().zip(&own_h.a).map(|(a, b)| a - b).collect() };
-        rest.cholesky().solve(&mut step);
-        step
+    let moved = |block: &Sums| {
+        let at_x = block.left_at(&x);
+        move_without(&h, &at_x.h, &at_x.g)
     };
     let moves: Vec<Vec<f64>> = own.iter().map(moved).collect();
-    let mean: Vec<f64> = (0..x.len()).map(|i| moves.iter().map(|d| d[i]).sum::<f64>() / n).collect();
     let mut at = problem.declared.len();
     let each = groups.iter().map(|group| {
-        let range = at..at + problem.groups[*group].columns.len();
-        at = range.end;
-        let k = range.len();
-        let mut covariance = Square::zero(k);
-        for d in &moves {
-            for (a, i) in range.clone().enumerate() {
-                for (b, j) in range.clone().enumerate() {
-                    *covariance.at_mut(a, b) += (n - 1.0) / n * (d[i] - mean[i]) * (d[j] - mean[j]);
-                }
-            }
-        }
-        let mut off: Vec<f64> = x[range].to_vec();
-        covariance.cholesky().forward(&mut off);
-        let (t2, k) = (off.iter().map(|v| v * v).sum::<f64>(), k as f64);
-        if n > k + 1.0 { f_tail(t2 * (n - k) / (k * (n - 1.0)), k, n - k) } else { 1.0 }
+        let entries: Vec<usize> = (at..at + problem.groups[*group].columns.len()).collect();
+        at += entries.len();
+        let off: Vec<f64> = entries.iter().map(|&i| x[i]).collect();
+        hotelling_tail(distance(&moves, &entries, &off, 0), entries.len(), blocks.len())
     });
     each.collect()
+}
+
+/// The same of each group that may stand beside these, with it.
+pub(crate) fn chances_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
+    let chance = |g: usize| {
+        let with = [set, &[g]].concat();
+        chances(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
+    };
+    problem.beside(set).into_par_iter().map(chance).collect()
 }
 
 fn best_of(selection: &Selection<'_>) -> Chosen {
@@ -136,7 +112,7 @@ impl<'p> Selection<'p> {
     fn new(problem: &'p LinearProblem, blocks: &'p [Sums], price: Price) -> Self {
         let Sums { h, g, .. } = summed(blocks);
         let mut new = Self { problem, blocks, h, g, price, base: 0.0 };
-        new.base = new.error(&[]).map_or(0.0, |(error, _)| error);
+        new.base = new.error(&problem.declared).0;
         new
     }
 
@@ -252,7 +228,7 @@ impl<'p> Selection<'p> {
             (0..own.len()).for_each(|j| *s.at_mut(i, j) = self.h.at(c, own[j]) - dot(&along[i], &along[j]));
         }
         let seen: Vec<usize> =
-            (0..own.len()).filter(|&i| s.at(i, i) > LEFT * self.h.at(own[i], own[i])).collect();
+            (0..own.len()).filter(|&i| s.at(i, i) > SEEN * self.h.at(own[i], own[i])).collect();
         if seen.is_empty() {
             return None;
         }
@@ -278,7 +254,7 @@ impl<'p> Selection<'p> {
 
     fn chosen(&self, groups: Vec<usize>) -> Option<Chosen> {
         let columns = self.problem.columns_of(&groups);
-        let (error, coefficients) = self.error(&columns)?;
+        let (error, coefficients) = self.error(&columns);
         let mut at = self.problem.declared.len();
         for g in &groups {
             let group = &self.problem.groups[*g];
@@ -294,28 +270,15 @@ impl<'p> Selection<'p> {
     }
 
     /// Logarithm of the squared error of predictions by some columns, and their coefficients by all data.
-    fn error(&self, columns: &[usize]) -> Option<(f64, Vec<f64>)> {
-        let columns = if columns.is_empty() { self.problem.declared.clone() } else { columns.to_vec() };
-        let h = self.h.sub(&columns);
-        let g: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
-        let factor = h.cholesky();
-        let mut x = g.clone();
-        factor.solve(&mut x);
-        let mut sum = 0.0;
-        for block in self.blocks {
-            let own = block.h.sub(&columns);
-            let gradient: Vec<f64> = columns
-                .iter()
-                .enumerate()
-                .map(|(i, &c)| block.g[c] - (0..columns.len()).map(|j| own.at(i, j) * x[j]).sum::<f64>())
-                .collect();
-            let own_g: Vec<f64> = columns.iter().map(|&c| block.g[c]).collect();
-            let at_x = block.c - own.fall(&own_g, &x);
-            let rest = Square { n: own.n, a: h.a.iter().zip(&own.a).map(|(a, b)| a - b).collect() };
-            let mut step: Vec<f64> = gradient.iter().map(|v| -v).collect();
-            rest.cholesky().solve(&mut step);
-            sum += at_x - own.fall(&gradient, &step);
-        }
-        Some((sum.max(f64::MIN_POSITIVE).ln(), x))
+    fn error(&self, columns: &[usize]) -> (f64, Vec<f64>) {
+        let h = self.h.sub(columns);
+        let mut x: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
+        h.cholesky().solve(&mut x);
+        let left_out = |block: &Sums| {
+            let at_x = block.sub(columns).left_at(&x);
+            at_x.c - at_x.h.fall(&at_x.g, &move_without(&h, &at_x.h, &at_x.g))
+        };
+        let sum: f64 = self.blocks.iter().map(left_out).sum();
+        (sum.max(f64::MIN_POSITIVE).ln(), x)
     }
 }

@@ -38,9 +38,7 @@ pub use law::{Law, Table};
 pub use quantity::Quantity;
 pub use record::{MEMORY, Record, SeenEvent, Stream, Window, pieces_of, spread, typical_step};
 pub use scatter::{Scatter, ScatterPer};
-pub use schema::{
-    Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, SensorEnd, State, Target,
-};
+pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;
@@ -110,12 +108,6 @@ pub trait System: Debug + Send + Sync {
     /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
     fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
         Vec::new()
-    }
-
-    /// The sensor whose end an effect may be taken for: one that keeps the state which the sensor reads from passing a threshold, its one
-    /// parameter. `None` for every other effect, and where no end is declared.
-    fn end_of_sensor(&self, _effect: usize) -> Option<SensorEnd> {
-        None
     }
 
     /// Name and unit of a declared parameter in results.

@@ -27,24 +27,6 @@ pub struct State {
     pub begin: Begin,
 }
 
-/// An end of the range of the sensor of a channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorEnd {
-    /// Place of the channel.
-    pub channel: usize,
-    /// The last value that it reads there, in the unit of the channel.
-    pub value: f64,
-    /// Whether it is the upper end.
-    pub is_upper: bool,
-}
-
-impl SensorEnd {
-    /// Whether a reading stands at the end, or beyond.
-    pub fn is_at(&self, reading: f64) -> bool {
-        if self.is_upper { reading >= self.value } else { reading <= self.value }
-    }
-}
-
 /// A measured channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {

@@ -16,8 +16,8 @@ use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, SensorEnd, Simulated, SimulationError,
-    System, SystemError, Table, Task,
+    Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
+    SystemError, Table, Task,
 };
 pub use declaration::MeasuredModel;
 use std::collections::BTreeMap;
@@ -29,9 +29,6 @@ const SIDE_BY_SIDE: usize = 16;
 const SUBSTEPS: usize = 4;
 /// Samples that a forecast may begin from: as many as `slope` in a `start` looks at.
 const KNOWN: usize = 5;
-
-/// The library's word for the end of a sensor, which a stop of a state may be taken for.
-const SENSOR_RANGE: &str = "sensor-range";
 
 /// A system of equations behind the loop's trait.
 #[derive(Debug, Clone)]
@@ -349,20 +346,6 @@ impl System for WrittenSystem {
 
     fn scan_points(&self, effect: usize) -> Vec<Vec<f64>> {
         self.free_points(effect, Candidate::scan_points)
-    }
-
-    fn end_of_sensor(&self, effect: usize) -> Option<SensorEnd> {
-        let (candidate, model) = (self.candidates.get(effect)?, self.model());
-        candidate.stands_for.iter().find(|other| *other == SENSOR_RANGE)?;
-        let mut free = candidate.parameters.iter().filter(|p| !p.frozen);
-        let (Some(threshold), None) = (free.next(), free.next()) else { return None };
-        let state = model.states.iter().position(|s| s.name == candidate.on)?;
-        let channel = (0..model.outputs.len()).find(|output| schema::shows(model, *output, state))?;
-        let [low, high] = model.outputs[channel].range?;
-        // The effect vanishes beyond the end that it acts at.
-        let is_upper = threshold.null > threshold.min;
-        let end = SensorEnd { channel, value: if is_upper { high } else { low }, is_upper };
-        (threshold.min..=threshold.max).contains(&end.value).then_some(end)
     }
 
     fn fit_from(&self, parameter: usize) -> Option<f64> {

@@ -91,7 +91,7 @@ pub(super) fn states(model: &Model) -> Vec<State> {
 }
 
 /// Whether an output is a state and nothing else.
-pub(super) fn shows(model: &Model, output: usize, state: usize) -> bool {
+fn shows(model: &Model, output: usize, state: usize) -> bool {
     matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
 }
 
