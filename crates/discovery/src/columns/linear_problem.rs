@@ -64,7 +64,7 @@ pub(crate) fn summed(blocks: &[Sums]) -> Sums {
     sum
 }
 
-/// What an effect of a set costs, and how sets are compared.
+/// The price of an effect of a set, and the factor with which prediction errors of sets become nats.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Price {
     /// Nats for each effect.
