@@ -20,7 +20,7 @@ pub enum Law {
     Saturation,
     /// The range of the first sensor ends within the motion.
     SensorRange,
-    /// The input acts [`DECLARED_DELAY`] samples late.
+    /// The input acts `DECLARED_DELAY` samples late.
     Delay,
 }
 
