@@ -1,6 +1,6 @@
 //! The search in five steps: linearise at the best set, select in the linear problem, refit what is new, repeat, drop what does not pay.
 
-use super::refit::{Search, Starts};
+use super::refit::{ALPHA, Search, Starts};
 use super::select::{Chosen, select};
 use crate::addition::{Addition, labels};
 use crate::columns::{LinearProblem, may_join, probe};
@@ -8,8 +8,6 @@ use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
-/// Probability that data of a complete model name an effect.
-pub(crate) const ALPHA: f64 = 0.01;
 /// New sets that are refitted in a round: of one effect more, of as many, and of others. With nothing named yet all effects are rivals, and
 /// as many are tried as with one.
 const ONE_MORE: usize = 4;

@@ -9,12 +9,13 @@ use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
 use crate::records::View;
 use crate::score::Scored;
-use crate::search::five_steps::ALPHA;
 use crate::search::heterogeneity::heterogeneity;
 use crate::statistics::chi2_tail;
 use augsim_physics::model::Per;
 use augsim_physics::system::{ScatterPer, System};
 
+/// Probability that data of a complete model name an effect.
+pub(crate) const ALPHA: f64 = 0.01;
 /// Largest rough offset of the events' parameter that a fit begins with, in units of the largest scatter.
 const MOST_OF_AN_OFFSET: f64 = 0.6;
 /// Share of its typical size that an addition begins with where nothing is known of it.
