@@ -61,14 +61,14 @@ impl Group {
 
     /// Values from which a fit of the addition begins, by the coefficients of its columns.
     pub fn start(&self, coefficients: &[f64]) -> Vec<f64> {
-        let Addition::Effect(listed, per) = &self.addition else { return coefficients.to_vec() };
-        let own = |k: usize| match per {
-            Per::Group => k * self.point.len() / coefficients.len().max(1),
-            _ => k,
-        };
+        let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
+        // Amounts move from their nulls by the coefficients, one for each group where they have values by group; shape parameters stay.
+        let amounts = listed.effect.amounts.unwrap_or(usize::MAX).min(self.point.len()).max(1);
+        let groups = coefficients.len() / amounts;
         let estimate = || -> Vec<f64> {
-            let each = coefficients.iter().enumerate();
-            each.map(|(k, c)| self.point.get(own(k)).copied().unwrap_or(0.0) + c).collect()
+            let nulls = self.point.iter().flat_map(|v| std::iter::repeat_n(*v, groups));
+            let moved = coefficients.iter().copied().chain(std::iter::repeat(0.0));
+            nulls.zip(moved).map(|(v, c)| v + c).collect()
         };
         match (self.effect, &listed.effect.start) {
             (Effect::Change, _) => {
