@@ -12,6 +12,8 @@ const TABLE_KIND: &str = "table";
 pub(crate) struct Listed {
     pub index: usize,
     pub effect: Effect,
+    /// Points that it is tried at: its shape parameters on their grids.
+    pub points: usize,
 }
 
 /// A scatter with the word for what one draw of it belongs to.
@@ -64,7 +66,8 @@ impl Addition {
     /// The effect of index `index` in a system's library.
     pub fn effect(system: &dyn System, index: usize, per: Per) -> Option<Self> {
         let effect = system.library().get(index)?.clone();
-        Some(Addition::Effect(Arc::new(Listed { index, effect }), per))
+        let points = system.null_points(index).len() + system.scan_points(index).len();
+        Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
     }
 
     /// The effect of a kind, one value for all.
@@ -128,6 +131,14 @@ impl Addition {
             Addition::Table(t) => t.table.knots,
             Addition::Split(_) => 0,
             _ => self.parameters().len(),
+        }
+    }
+
+    /// At how many points it is tried: with the best of so many shapes chance has as many tries.
+    pub fn tries(&self) -> f64 {
+        match self {
+            Addition::Effect(listed, _) if !self.is_structural() => listed.points.max(1) as f64,
+            _ => 1.0,
         }
     }
 

@@ -68,8 +68,8 @@ pub fn assess(
     let own = if drawn { scattered::gain(&search, &best) } else { 0.0 };
     let kept = if prepared.kept_out.is_empty() { &prepared.searched } else { &prepared.kept_out };
     Ok(Assessment {
-        gain: best.gain_over(&base, best.evidence.independent) + own,
-        penalty: search.price() * (additions.len() as f64 + f64::from(u8::from(drawn))),
+        gain: best.gain_over(&base, best.evidence.memory.independent) + own,
+        penalty: search.price().of_set(&additions) + f64::from(u8::from(drawn)) * search.price().0,
         rmse: forecast::first_rmse(&prepared.sample(kept), &best.fit),
     })
 }

@@ -17,7 +17,7 @@ use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::scattered::{self, scattered};
 use crate::score::Scored;
-use crate::search::{Found, Search, calibrated, lengthened, refitted};
+use crate::search::{Found, Price, Search, calibrated, lengthened, refitted};
 use crate::stages::{Judged, Searched, searched_on};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -71,7 +71,7 @@ pub fn discover(
 fn unsearched(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Searched {
     progress(Progress::Calibration);
     let (view, base) = calibrated(prepared, &prepared.searched);
-    Searched { view, families: Vec::new(), found: Found::of(base, 0.0) }
+    Searched { view, families: Vec::new(), found: Found::of(base, Price(0.0)) }
 }
 
 /// Calibration and search, over windows and with noise that suit what was found.

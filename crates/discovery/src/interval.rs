@@ -15,7 +15,7 @@ use crate::statistics::student_quantile;
 const NORMAL: f64 = 1.96;
 /// Fewest degrees of freedom that Student's quantile is taken with: from four records or fewer no variance can be told, and
 /// those of white noise are the better guide.
-const FEWEST_FREEDOM: f64 = 4.0;
+pub(crate) const FEWEST_FREEDOM: f64 = 4.0;
 
 /// Curvature and gradient of the cost of one cluster.
 pub(crate) type Quadratic = (Square, Vec<f64>);

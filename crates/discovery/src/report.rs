@@ -98,8 +98,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             continue;
         }
         let chosen = key == best.key();
-        let gain = set.gain_over(parts.base, set.evidence.independent);
-        let penalty = found.price * set.additions().len() as f64;
+        let gain = set.gain_over(parts.base, set.evidence.memory.independent);
+        let penalty = found.price.of_set(set.additions());
         seen.push(key);
         let why = if chosen {
             "chosen: every effect is significant and comes back over resamples".to_owned()
@@ -145,7 +145,7 @@ fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let (best, judgement) = (parts.best, &parts.judged.judgement);
     let named = &parts.found.tried[judgement.named];
-    let independent = best.evidence.independent;
+    let independent = best.evidence.memory.independent;
     let whole = best.gain_over(parts.base, independent);
     let drawn = drawn(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
@@ -243,7 +243,7 @@ fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
 impl AnswerParts<'_> {
     /// Gain of the answer in predictions of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
-        let gain = self.best.gain_over(self.base, self.best.evidence.independent);
+        let gain = self.best.gain_over(self.base, self.best.evidence.memory.independent);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
@@ -390,7 +390,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         errors: parts.other_tables(),
         horizons: parts.errors.lists.horizons(schema, parts.seed),
         windows: parts.windows(),
-        independent: Some(full.evidence.independent),
+        independent: Some(full.evidence.memory.independent),
         model_toml: parts.model_toml()?,
         models: parts.models()?,
         heldout: parts.prepared.kept_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),

@@ -4,7 +4,7 @@ use crate::drawn::{Estimated, Shared};
 use crate::fit::{ChosenRecords, Fit};
 use crate::result::Estimate;
 use crate::score::Scored;
-use crate::search::Search;
+use crate::search::{Price, Search};
 use augsim_physics::system::Drawn;
 use std::collections::BTreeMap;
 
@@ -24,13 +24,13 @@ fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
 }
 
 /// The scatter beside a set, if it pays `price` nats or is declared; none where records are few or short.
-pub(crate) fn scattered(search: &Search<'_>, set: &Scored, price: f64) -> Option<Scattered> {
+pub(crate) fn scattered(search: &Search<'_>, set: &Scored, price: Price) -> Option<Scattered> {
     let sample = search.sample();
     let drawn = drawn(&sample)?;
     let declared = drawn.declared.is_some();
     let (shared, found) = estimated(&sample, drawn, &set.fit)?;
     let gain = 0.5 * found.gain;
-    if gain <= price && !declared {
+    if gain <= price.0 && !declared {
         return None;
     }
     let parts = shared.parts(&sample, found.normals());

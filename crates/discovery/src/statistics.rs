@@ -109,11 +109,11 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     (front.exp() * h / a).clamp(0.0, 1.0)
 }
 
-/// Probability that a squared distance `t2` of `k` means in their covariance from `n` values is as large by chance (Hotelling 1931); 1 where
-/// there are too few values to tell.
-pub(crate) fn hotelling_tail(t2: f64, k: usize, n: usize) -> f64 {
-    let (k, n) = (k as f64, n as f64);
-    if k == 0.0 || n <= k + 1.0 { 1.0 } else { f_tail(t2 * (n - k) / (k * (n - 1.0)), k, n - k) }
+/// Probability that a squared distance `t2` of `k` means in a covariance with `freedom` degrees of freedom is as large by chance (Hotelling
+/// 1931); 1 where these are too few to tell.
+pub(crate) fn hotelling_tail(t2: f64, k: usize, freedom: f64) -> f64 {
+    let (k, rest) = (k as f64, freedom + 1.0 - k as f64);
+    if k > 0.0 && rest > 0.0 { f_tail(t2 * rest / (k * freedom), k, rest) } else { 1.0 }
 }
 
 /// The value that the size of Student's t with `df` degrees of freedom exceeds with a probability of 5 %: the expansion of third

@@ -110,7 +110,7 @@ mod tests {
         let both = found("explained", &["input-delay", "coulomb on v_m_s"]);
         let judged = judge(named("input early by 4 samples"), &both);
         assert!(!judged.is_right && judged.names_absent_effect);
-        assert!(judge(named("input late by 4 samples"), &delay).names_absent_effect);
+        assert!(judge(named("columns swapped"), &delay).names_absent_effect);
     }
 
     #[test]

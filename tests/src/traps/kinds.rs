@@ -145,7 +145,8 @@ pub struct Kind {
     pub name: &'static str,
     /// The peculiarity.
     pub trap: Trap,
-    /// Effects that describe the peculiarity exactly, so that an answer may name them.
+    /// Effects that describe the peculiarity, so that an answer may name them. Another hold is a shift by half a sample to first order, and
+    /// `input-delay` says that it can stand for one.
     pub allowed: &'static [&'static str],
 }
 
@@ -205,7 +206,7 @@ pub const KINDS: [Kind; 55] = [
     logging("smoothed beforehand", Logging::Smoothed, &[]),
     defect("second parameter drifts between recordings", Defect::DriftBetween),
     kind("two sensors of different rates", Trap::TwoRates),
-    logging("input late by 4 samples", Logging::InputLate(4), &[]),
+    logging("input late by 4 samples", Logging::InputLate(4), &["input-delay"]),
     noise("outliers", Noise::Outliers),
     logging("input in thousands of its unit", Logging::Kilo, &["input-gain"]),
     kind("process noise of 3 %", Trap::ProcessNoise(0.03)),
@@ -216,7 +217,7 @@ pub const KINDS: [Kind; 55] = [
     noise("coarse quantisation", Noise::Quantised(4.0)),
     logging("sign of the input in one recording", Logging::SignInOne, &[]),
     kind("all parameters frozen at the truth", Trap::Frozen),
-    logging("straight input under a zero-order hold", Logging::LinearHold, &[]),
+    logging("straight input under a zero-order hold", Logging::LinearHold, &["input-delay"]),
     noise("noise differs per recording", Noise::PerRecording),
     defect("bumped once", Defect::Bump),
     logging("one recording 1000 times too large", Logging::ThousandInOne, &[]),
@@ -247,5 +248,5 @@ pub const KINDS: [Kind; 55] = [
     declared("delay of the input declared", Law::Delay),
     layout("many short recordings", Layout::ManyShort),
     layout("identical recordings", Layout::Repeats),
-    logging("input late by 1 sample", Logging::InputLate(1), &[]),
+    logging("input late by 1 sample", Logging::InputLate(1), &["input-delay"]),
 ];

@@ -35,9 +35,7 @@ fn dry_friction_is_found_although_its_width_first_runs_into_a_bound() {
     assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
 }
 
-// Not answered yet by block cross-validation: the fit of dry friction is lost. When it is, this test says so by failing.
 #[test]
-#[should_panic]
 fn dry_friction_is_not_taken_for_a_law_that_contains_it_because_its_own_fit_was_lost() {
     let found = answer(Kind::Single, 6_602_032);
     assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
@@ -90,11 +88,20 @@ fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
     );
 }
 
-// Not answered yet by block cross-validation: a drifting outflow is named for a constant. When it is, this test says so by failing.
 #[test]
-#[should_panic]
 fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
     let plant = PLANTS[(8_310_011 % 8) as usize].in_one_recording();
     let found = answer_of(&plant, Kind::Single, 8_310_011);
     assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
+}
+
+/// Sets in which a law was once named because blocks were taken for more, or for more independent, than they are; the last one ran for ever,
+/// as of three of its sets each was better than the next.
+#[test]
+fn a_shaken_motion_to_which_nothing_is_missing_names_no_law() {
+    for seed in [840_410, 840_416, 840_422, 840_428] {
+        let plant = PLANTS[(seed % 8) as usize].in_one_recording();
+        let found = answer_of(&plant, Kind::Null, seed);
+        assert!(found.effects.is_empty(), "{seed}: {}", found.sentence);
+    }
 }

@@ -303,9 +303,7 @@ fn with_the_library_emptied_a_pendulum_gets_a_formula() {
     assert!(text.contains("formulas are looked for in models of equations only"), "{text}");
 }
 
-// Not answered yet by block cross-validation: formulas are named in part. When it is, this test says so by failing.
 #[test]
-#[should_panic]
 fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
@@ -366,12 +364,12 @@ fn tanks_have_a_free_scale_and_an_overflow() {
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let calibrated = number(&found["error"]["calibrated"]["rmse"]);
     let effects = found["effects"].as_array().unwrap();
-    // On one record of 1,024 samples the overflow is established. The ceiling of the lower tank, which one split of an earlier procedure
-    // named, is not.
-    let overflow = effects.iter().find(|effect| effect["kind"].as_str().unwrap().starts_with("overflow"));
-    assert!(overflow.is_some_and(|effect| number(&effect["inclusion"]) >= 0.9), "{found}");
-    let why = found["candidates"][0]["why"].as_str().unwrap();
-    assert_eq!(why, "chosen: every effect is significant and comes back over resamples");
+    // One record of 1,024 samples is too few for the overflow to be established, or for the ceiling that one split of an earlier procedure
+    // named: the overflow is a lead, and what is told of it does not say that the model is complete.
+    let leads = found["leads"].as_array().unwrap();
+    let named = effects.iter().chain(leads);
+    assert!(named.into_iter().any(|e| e["kind"].as_str().unwrap().starts_with("overflow")), "{found}");
+    assert_ne!(found["verdict"], "nothing-to-add", "{found}");
     assert!(number(&found["error"]["augmented"]["rmse"]) < calibrated, "{found}");
     for effect in effects {
         assert!((0.0..=1.0).contains(&number(&effect["share"])), "{effect}");

@@ -64,15 +64,6 @@ pub(crate) fn summed(blocks: &[Sums]) -> Sums {
     sum
 }
 
-/// The price of an effect of a set, and the factor with which prediction errors of sets become nats.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Price {
-    /// Nats for each effect.
-    pub of_effect: f64,
-    /// Half the number of independent residuals.
-    pub half_of_samples: f64,
-}
-
 /// The linear problem at a fit.
 pub(crate) struct LinearProblem {
     /// Columns of the declared parameters: the first ones, which every set has. Those at a bound have none.
@@ -100,7 +91,7 @@ impl LinearProblem {
         all.add_slopes(library);
         all.add_changes(library);
         all.add_splits(library);
-        all.finish(blocks.count, at.evidence.independent)
+        all.finish(blocks.count, at.evidence.memory.independent)
     }
 
     /// Sums of the blocks with what is left of the residuals after these columns were fitted.
@@ -112,9 +103,16 @@ impl LinearProblem {
         self.blocks.iter().map(|block| block.left_at(&of_all)).collect()
     }
 
-    /// Price of a set in the linear problem where an effect costs so many nats.
-    pub fn price(&self, of_effect: f64) -> Price {
-        Price { of_effect, half_of_samples: 0.5 * self.samples * self.independent }
+    /// By how much the coefficients of some columns are off the values where these change nothing: the declared parameters, which come first,
+    /// have none.
+    pub fn off_nulls(&self, coefficients: &[f64]) -> Vec<f64> {
+        let declared = self.declared.len();
+        coefficients.iter().enumerate().map(|(k, x)| if k < declared { 0.0 } else { *x }).collect()
+    }
+
+    /// Half the number of independent residuals: the factor that makes nats of the logarithm of squared errors.
+    pub fn half_of_samples(&self) -> f64 {
+        0.5 * self.samples * self.independent
     }
 
     /// Groups that may stand in a set beside these, which are not of the fitted set.

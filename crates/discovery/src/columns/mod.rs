@@ -6,4 +6,4 @@ mod linear_problem;
 
 pub(crate) use candidates::{Family, laws, library, may_join};
 pub(crate) use group::probe;
-pub(crate) use linear_problem::{LinearProblem, Price, SEEN, Sums, summed};
+pub(crate) use linear_problem::{LinearProblem, SEEN, Sums, summed};

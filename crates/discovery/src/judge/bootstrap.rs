@@ -6,7 +6,7 @@
 //! correlation, their size and where they stand remain.
 
 use crate::columns::LinearProblem;
-use crate::search::{Found, is_significant, select_of};
+use crate::search::{Found, Search, is_significant, select_of};
 use augsim_data::random_stream;
 use rand::RngExt;
 use rand_distr::{Distribution, Exp1};
@@ -39,15 +39,15 @@ pub(crate) struct NullRate {
 /// Sets chosen among all fitted sets under weights of the blocks: the labels of the best set of each resample.
 pub(crate) fn resamples(found: &Found, seed: u64) -> Resamples {
     let (best, base) = (found.best(), found.base());
-    let independent = best.evidence.independent;
-    let price = eased(found.price);
-    let sets: Vec<(Vec<String>, Vec<f64>)> = found
+    let independent = best.evidence.memory.independent;
+    let sets: Vec<(Vec<String>, Vec<f64>, f64)> = found
         .tried
         .iter()
         .map(|s| {
-            let scale = independent / s.evidence.independent;
+            let scale = independent / s.evidence.memory.independent;
             let gains = s.evidence.gains_over(&base.evidence).into_iter().map(|g| scale * g);
-            (s.key(), gains.collect())
+            let price = s.additions().iter().map(|addition| eased(found.price.of(addition))).sum();
+            (s.key(), gains.collect(), price)
         })
         .collect();
     let chosen = |resample: usize| {
@@ -55,9 +55,9 @@ pub(crate) fn resamples(found: &Found, seed: u64) -> Resamples {
         let mut weights: Vec<f64> = (0..best.evidence.blocks).map(|_| Exp1.sample(&mut rng)).collect();
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w *= best.evidence.blocks as f64 / sum);
-        let value = |(key, gains): &(Vec<String>, Vec<f64>)| {
+        let value = |(_, gains, price): &(Vec<String>, Vec<f64>, f64)| {
             let gain: f64 = gains.iter().zip(&weights).map(|(g, w)| g * w).sum();
-            gain - price * key.len() as f64
+            gain - price
         };
         let values: Vec<f64> = sets.iter().map(value).collect();
         let first = (0..sets.len()).fold(0, |best, n| if values[n] > values[best] { n } else { best });
@@ -67,16 +67,15 @@ pub(crate) fn resamples(found: &Found, seed: u64) -> Resamples {
 }
 
 /// How many of `runs` records in which nothing is missing name an effect.
-pub(crate) fn null_rate(problem: &LinearProblem, price: f64, level: f64, runs: usize, seed: u64) -> NullRate {
+pub(crate) fn null_rate(search: &Search<'_>, problem: &LinearProblem, runs: usize, seed: u64) -> NullRate {
     let fitted = problem.columns_of(&problem.fitted);
     let left = problem.left_by(&fitted);
-    let price = problem.price(price);
     let names = |run: usize| {
         let mut rng = random_stream(seed, "record without effects", run as u64);
         let signs: Vec<f64> = left.iter().map(|_| if rng.random_bool(0.5) { 1.0 } else { -1.0 }).collect();
         let blocks = left.iter().zip(&signs).map(|(sums, sign)| sums.turned(*sign)).collect();
-        let best = select_of(problem, blocks, price);
-        !best.chosen.groups.is_empty() && is_significant(problem, &best, level)
+        let best = select_of(problem, blocks, search.price());
+        !best.chosen.groups.is_empty() && is_significant(problem, &best, &|addition| search.level(addition))
     };
     let named = (0..runs).into_par_iter().filter(|run| names(*run)).count();
     NullRate { named, of: runs }

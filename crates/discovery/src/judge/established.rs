@@ -4,7 +4,7 @@ use super::bootstrap::{NullRate, Resamples, null_rate, resamples};
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
-use crate::search::{ALPHA, Found, Search, chances_beside};
+use crate::search::{Found, Search, chances_beside};
 use std::collections::BTreeMap;
 
 /// Share of resamples in which a finding, or one that takes its place, has to come back. The price of a resample is eased so that a finding
@@ -77,8 +77,7 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_run
     let chances = found.chances(&found.tried[named]);
     let q_values = q_values(&problem, found, named, &chances, search.candidates);
     let leads = leads(found, named, &all, &alternatives);
-    let level = ALPHA / search.candidates;
-    let null = null_rate(&problem, found.price, level, null_runs, seed);
+    let null = null_rate(search, &problem, null_runs, seed);
     Judgement { named, chances, q_values, inclusion, alternatives, leads, null }
 }
 

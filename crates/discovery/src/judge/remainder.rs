@@ -7,7 +7,7 @@ use crate::periodicity;
 use crate::record::Record;
 use crate::scattered::Scattered;
 use crate::score::Scored;
-use crate::search::{ALPHA, Found, Search, Starts, chances_beside, differences, select};
+use crate::search::{ALPHA, Found, Price, Search, Starts, chances_beside, differences, select};
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
@@ -93,7 +93,7 @@ fn differing(search: &Search<'_>, set: &Scored, parts: &[Vec<(usize, f64, f64)>]
 /// it, and by how long residuals last.
 fn level(set: &Scored) -> f64 {
     let mut ratios: Vec<f64> = set.fit.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
-    median(&mut ratios).max(1.0) / set.evidence.independent
+    median(&mut ratios).max(1.0) / set.evidence.memory.least_independent
 }
 
 /// The named set with laws of one quantity beside it, while they pay, predict left-out blocks better by more than chance, and are not
@@ -132,8 +132,8 @@ fn one_more(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usiz
         return None;
     }
     let problem = LinearProblem::new(&sample, &search.view.blocks, &set, &tables);
-    let of_effect = ((search.candidates + tables.len() as f64) / ALPHA).ln();
-    let all = select(&problem, problem.price(of_effect)).into_iter();
+    let price = Price(((search.candidates + tables.len() as f64) / ALPHA).ln());
+    let all = select(&problem, price).into_iter();
     let adds = |c: &crate::search::Chosen| {
         c.groups.len() == problem.fitted.len() + 1 && problem.fitted.iter().all(|g| c.groups.contains(g))
     };
@@ -155,10 +155,10 @@ fn one_more(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usiz
         })
         .filter(Scored::is_finite)
         .collect();
-    let gain = |s: &Scored| s.gain_over(&set, s.evidence.independent) - of_effect;
+    let gain = |s: &Scored| s.gain_over(&set, s.evidence.memory.independent) - price.0;
     let best = fitted.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let chance = best.evidence.chance_of_gain(&set.evidence);
-    if gain(&best) <= 0.0 || chance > ALPHA {
+    if gain(&best) <= 0.0 || chance > ALPHA / tables.len() as f64 {
         return None;
     }
     found.tried.push(best);

@@ -7,15 +7,14 @@
 //! (1) without block b the parameters move by  d_b = -(H - H_b)^-1 g_b
 //! (2) its squared prediction error is         r'r - 2 d_b'g_b + d_b'H_b d_b
 //! (3) covariance of the parameters            (B - 1)/B sum (d_b - mean)(d_b - mean)'
-//! (4) share of the samples that are independent   1 / (1 + 2 sum_k (1 - k/L) rho_k^2)
 //! ```
 //!
 //! (1) is one step of Gauss and Newton (approximate leave-one-out: Beirami et al. 2017; Giordano et al. 2019), (3) the block jackknife
-//! (Kuensch 1989), (4) Bartlett's (1946) for squares of residuals with the autocorrelation `rho` within windows of `L` samples, less what
-//! white noise shows.
+//! (Kuensch 1989).
 
 use super::blocks::Blocks;
-use super::jackknife::{covariance, distance, move_without};
+use super::independence::Memory;
+use super::jackknife::{covariance, distance, freedom, move_without};
 use super::rows::{Rows, WindowRows};
 use crate::evaluate::{cost_and_weight, softening};
 use crate::linear::Square;
@@ -23,11 +22,14 @@ use crate::statistics::f_tail;
 use augsim_linear::gram_of_rows;
 use rayon::prelude::*;
 
-/// Lags up to which residuals are correlated with themselves: a residual that lasts longer than a block is told by the blocks.
-const MOST_LAGS: usize = 1000;
-
 /// Neighbouring blocks whose moves are taken together, to each side.
 const LAGS: usize = 2;
+
+/// Independent residuals that a block must have where windows reach over blocks. Of residuals that are forgotten in T samples one in 2 T is
+/// independent, and blocks of L samples understate a variance by the share T / L for what neighbours share (Kuensch 1989), of which the
+/// covariance of neighbours with its weight of 2/3 makes up two thirds: with 7, one in 42 is missing, which raises a chance that five
+/// standard errors show by less than half.
+const APART: f64 = 7.0;
 
 /// One block's part of one window.
 #[derive(Clone, Debug)]
@@ -60,18 +62,22 @@ pub(crate) struct Evidence {
     touch: bool,
     cells: Vec<Cell>,
     scales: Vec<Scale>,
+    /// Entries of theta that are not held.
+    moving: Vec<usize>,
+    /// `H_b` of the moving entries.
+    curvatures: Vec<Square>,
     /// How the parameters move when each block is left out; entries that are held do not move.
     pub moves: Vec<Vec<f64>>,
     /// Squared prediction error of each cell by parameters that did not see its block.
     predicted: Vec<f64>,
     cost: f64,
-    /// Share of the residuals that are independent of each other, (4).
-    pub independent: f64,
+    /// How long residuals last.
+    pub memory: Memory,
 }
 
 impl Evidence {
-    /// Evidence of the rows of a fit; entries of theta that are `held` (at a bound) do not move.
-    pub fn new(rows: &Rows, of: &Blocks, held: &[bool]) -> Self {
+    /// Evidence of the rows of a fit; entries of theta that are `held` (at a bound) do not move, and each is `off` its null by so much.
+    pub fn new(rows: &Rows, of: &Blocks, held: &[bool], off: &[f64]) -> Self {
         let (blocks, touch) = (of.count, of.touch);
         let cells: Vec<Cell> = rows
             .windows
@@ -86,11 +92,23 @@ impl Evidence {
             constant: w.constant,
         };
         let scales: Vec<Scale> = rows.windows.iter().map(scale).collect();
-        let moves = moves(&cells, &scales, blocks, held);
+        let moving: Vec<usize> = (0..held.len()).filter(|i| !held[*i]).collect();
+        let (curvatures, gradients) = by_block(&cells, &scales, blocks, &moving);
+        let moves = moves(&curvatures, &gradients, &moving, off);
         let after = |cell: &Cell| cell.c - cell.h.fall(&cell.g, &moves[cell.block]);
         let predicted = cells.iter().map(after).collect();
-        let independent = independent(rows);
-        let mut found = Self { blocks, touch, cells, scales, moves, predicted, cost: 0.0, independent };
+        let mut found = Self {
+            blocks,
+            touch,
+            cells,
+            scales,
+            moving,
+            curvatures,
+            moves,
+            predicted,
+            cost: 0.0,
+            memory: Memory::of(rows),
+        };
         let (squares, priors) = found.squares();
         let cost = |(w, scale): (usize, &Scale)| {
             let own = cost_and_weight(squares[w], scale.freedom, scale.tolerated).0;
@@ -132,11 +150,13 @@ impl Evidence {
             let mut first = vec![None; evidence.scales.len()];
             for (cell, predicted) in evidence.cells.iter().zip(&evidence.predicted) {
                 let slope = if cell.is_prior { 1.0 } else { slopes[cell.window] };
-                gains[cell.block] += sign * self.independent * slope * predicted;
+                gains[cell.block] += sign * self.memory.independent * slope * predicted;
                 first[cell.window].get_or_insert(cell.block);
             }
             for (scale, block) in evidence.scales.iter().zip(first) {
-                block.into_iter().for_each(|b: usize| gains[b] += sign * self.independent * scale.constant);
+                block
+                    .into_iter()
+                    .for_each(|b: usize| gains[b] += sign * self.memory.independent * scale.constant);
             }
         }
         gains
@@ -174,6 +194,22 @@ impl Evidence {
     pub fn distance(&self, entries: &[usize], off: &[f64]) -> f64 {
         let of = |lags: usize| distance(&self.moves, entries, off, lags);
         if self.touch { of(0).min(of(LAGS)) } else { of(0) }
+    }
+
+    /// Whether a window reaches over blocks with residuals that last so long that these blocks are not independent. Windows inside a block
+    /// have starts of their own, and share nothing with others.
+    pub fn blocks_share_residuals(&self) -> bool {
+        let reaches_over = self.scales.len() < self.blocks;
+        self.touch
+            && reaches_over
+            && self.memory.independent * self.memory.samples / (self.blocks as f64) < APART
+    }
+
+    /// Degrees of freedom of the covariance (3) of some parameters that move.
+    pub fn freedom(&self, entries: &[usize]) -> f64 {
+        let places: Vec<usize> =
+            entries.iter().filter_map(|entry| self.moving.iter().position(|i| i == entry)).collect();
+        freedom(&sum(&self.curvatures), self.curvatures.iter(), &places)
     }
 
     /// Variance of a parameter as in [`distance`](Self::distance): the larger of both.
@@ -230,66 +266,41 @@ fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
     blocks.into_iter().map(of).collect()
 }
 
-/// (1) for every block.
-fn moves(cells: &[Cell], scales: &[Scale], blocks: usize, held: &[bool]) -> Vec<Vec<f64>> {
-    let p = held.len();
-    let moving: Vec<usize> = (0..p).filter(|i| !held[*i]).collect();
-    let mut each = vec![(Square::zero(p), vec![0.0; p]); blocks];
+/// `H_b` and `g_b` of the moving entries of every block.
+fn by_block(
+    cells: &[Cell],
+    scales: &[Scale],
+    blocks: usize,
+    moving: &[usize],
+) -> (Vec<Square>, Vec<Vec<f64>>) {
+    let n = moving.len();
+    let (mut curvatures, mut gradients) = (vec![Square::zero(n); blocks], vec![vec![0.0; n]; blocks]);
     for cell in cells {
         let weight = if cell.is_prior { 1.0 } else { scales[cell.window].weight };
-        let (h, g) = &mut each[cell.block];
-        h.a.iter_mut().zip(&cell.h.a).for_each(|(a, x)| *a += weight * x);
-        g.iter_mut().zip(&cell.g).for_each(|(a, x)| *a += weight * x);
+        let (h, g) = (&mut curvatures[cell.block], &mut gradients[cell.block]);
+        h.a.iter_mut().zip(&cell.h.sub(moving).a).for_each(|(a, x)| *a += weight * x);
+        g.iter_mut().zip(moving).for_each(|(a, &i)| *a += weight * cell.g[i]);
     }
-    let mut sum = Square::zero(p);
-    each.iter().for_each(|(h, _)| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
-    let sum = sum.sub(&moving);
-    let without = |(h, g): &(Square, Vec<f64>)| {
-        let gradient: Vec<f64> = moving.iter().map(|&i| g[i]).collect();
-        let step = move_without(&sum, &h.sub(&moving), &gradient);
-        let mut all = vec![0.0; p];
-        moving.iter().zip(step).for_each(|(&i, d)| all[i] = d);
-        all
-    };
-    each.iter().map(without).collect()
+    (curvatures, gradients)
 }
 
-/// (4), over all windows and channels.
-fn independent(rows: &Rows) -> f64 {
-    let width = rows.width;
-    let (mut sums, mut counts) = (Vec::new(), Vec::new());
-    let (mut samples, mut longest) = (0, 0);
-    for window in &rows.windows {
-        let measured = window.places.len() - window.priors;
-        let residual = |k: usize| window.values[k * width + width - 1] * window.weight.sqrt();
-        let mut first = 0;
-        while first < measured {
-            let channel = window.places[first].1;
-            let end = (first..measured).find(|&k| window.places[k].1 != channel).unwrap_or(measured);
-            let series: Vec<f64> = (first..end).map(residual).collect();
-            let lags = (series.len() / 2).clamp(1, MOST_LAGS);
-            if sums.len() < lags {
-                sums.resize(lags, 0.0);
-                counts.resize(lags, 0.0);
-            }
-            for lag in 0..lags {
-                sums[lag] += series[lag..].iter().zip(&series).map(|(a, b)| a * b).sum::<f64>();
-                counts[lag] += (series.len() - lag) as f64;
-            }
-            samples += series.len();
-            longest = longest.max(series.len());
-            first = end;
-        }
-    }
-    let Some(power) = sums.first().zip(counts.first()).map(|(s, n): (&f64, &f64)| s / n) else { return 1.0 };
-    if !(power > 0.0 && power.is_finite()) {
-        return 1.0;
-    }
-    let excess = sums.iter().zip(&counts).enumerate().skip(1).map(|(_, (s, n))| {
-        let rho = s / n / power;
-        (n / samples as f64) * (rho * rho - 1.0 / n)
-    });
-    1.0 / (1.0 + 2.0 * excess.sum::<f64>().max(0.0))
+/// (1) for every block, of all entries.
+fn moves(curvatures: &[Square], gradients: &[Vec<f64>], moving: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
+    let sum = sum(curvatures);
+    let from_null: Vec<f64> = moving.iter().map(|&i| off[i]).collect();
+    let without = |(h, g): (&Square, &Vec<f64>)| {
+        let mut all = vec![0.0; off.len()];
+        moving.iter().zip(move_without(&sum, h, g, &from_null)).for_each(|(&i, d)| all[i] = d);
+        all
+    };
+    curvatures.iter().zip(gradients).map(without).collect()
+}
+
+/// Sum of matrices of one size.
+fn sum(all: &[Square]) -> Square {
+    let mut sum = Square::zero(all.first().map_or(0, |h| h.n));
+    all.iter().for_each(|h| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
+    sum
 }
 
 #[cfg(test)]
@@ -297,6 +308,7 @@ mod tests {
     //! Contract, on a linear model, where one step of Gauss and Newton is exact: moves and predictions of left-out blocks are those of fits
     //! without them, and the jackknife's variance is that of the estimate over repetitions.
     use super::*;
+    use crate::statistics::hotelling_tail;
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
 
@@ -337,7 +349,7 @@ mod tests {
         let theta = fitted(rows, |_| true);
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
         let rows: Vec<Row> = rows.iter().map(left).collect();
-        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::apart(BLOCKS), &[false; 2])
+        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::apart(BLOCKS), &[false; 2], &[0.0; 2])
     }
 
     #[test]
@@ -368,10 +380,43 @@ mod tests {
         assert!((0.8..1.3).contains(&ratio), "{ratio}");
     }
 
+    /// Share of draws without an effect in which the second column is significant at a level of 1 %, where all blocks but four say a tenth as
+    /// much of it.
+    fn false_findings(freedom: impl Fn(&Evidence) -> f64) -> f64 {
+        let draws = 2000;
+        let found = (0..draws).filter(|seed| {
+            let mut rows = draw(*seed, 0.0);
+            rows.iter_mut().filter(|r| r.2 >= 4).for_each(|r| r.0[1] *= 0.1);
+            let (found, value) = (evidence(&rows), fitted(&rows, |_| true)[1]);
+            hotelling_tail(found.distance(&[1], &[value]), 1, freedom(&found)) < 0.01
+        });
+        found.count() as f64 / draws as f64
+    }
+
+    #[test]
+    fn few_blocks_that_say_something_make_no_more_false_findings() {
+        let (own, all) = (false_findings(|e| e.freedom(&[1])), false_findings(|_| BLOCKS as f64 - 1.0));
+        assert!(own < 0.015 && all > 0.02, "{own} {all}");
+    }
+
+    /// Whether residuals are shared in one window over all blocks, each of which has so many independent ones.
+    fn shares(in_a_block: f64) -> bool {
+        let mut found = evidence(&draw(1, 0.0));
+        found.touch = true;
+        found.memory.independent = in_a_block / ROWS as f64;
+        found.blocks_share_residuals()
+    }
+
+    #[test]
+    fn a_window_reaches_over_blocks_only_where_residuals_are_soon_forgotten() {
+        // A limit twice or half as large fails.
+        assert!(shares(5.0) && !shares(9.0));
+    }
+
     #[test]
     fn residuals_that_last_count_less() {
-        let white = evidence(&draw(3, 0.0)).independent;
-        let lasting = evidence(&draw(3, 3.0)).independent;
+        let white = evidence(&draw(3, 0.0)).memory.independent;
+        let lasting = evidence(&draw(3, 3.0)).memory.independent;
         assert!(white > 0.95 && lasting < 0.2, "{white} {lasting}");
     }
 

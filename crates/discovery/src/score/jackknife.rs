@@ -3,10 +3,20 @@
 
 use crate::linear::Square;
 
-/// (1): how parameters move without a block of this curvature and gradient, where all blocks have the curvature `sum`.
-pub(crate) fn move_without(sum: &Square, curvature: &Square, gradient: &[f64]) -> Vec<f64> {
-    let rest = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
+/// Share of a parameter's information that a null adds, so that what the other blocks do not see is absent without a block. Above rounding,
+/// and below the share (1e-13) from which on a direction counts as seen: a fit that does not feel it must not be held by it.
+const PULL: f64 = 1e-14;
+
+/// (1): how parameters move without a block of this curvature and gradient, where all blocks have the curvature `sum`. A parameter that no
+/// other block tells goes back to its null, which it is `off` by; without this an effect in one block would be judged by its own fit.
+pub(crate) fn move_without(sum: &Square, curvature: &Square, gradient: &[f64], off: &[f64]) -> Vec<f64> {
+    let mut rest = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
     let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
+    for (i, off) in off.iter().enumerate() {
+        let pull = PULL * sum.at(i, i);
+        *rest.at_mut(i, i) += pull;
+        step[i] -= pull * off;
+    }
     rest.cholesky().solve(&mut step);
     step
 }
@@ -32,6 +42,40 @@ pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> 
         }
     }
     out
+}
+
+/// Degrees of freedom of the covariance (3) of some parameters: as many equal blocks as say as much, less one (Satterthwaite 1946; Bell and
+/// McCaffrey 2002). A block's say is its share of the variance that independent residuals would give them.
+pub(crate) fn freedom<'a>(
+    sum: &Square,
+    curvatures: impl Iterator<Item = &'a Square>,
+    entries: &[usize],
+) -> f64 {
+    let factor = sum.cholesky();
+    let column = |&entry: &usize| -> Vec<f64> {
+        let mut x: Vec<f64> = (0..sum.n).map(|i| f64::from(u8::from(i == entry))).collect();
+        factor.solve(&mut x);
+        x
+    };
+    let columns: Vec<Vec<f64>> = entries.iter().map(column).collect();
+    let mut variance = Square::zero(entries.len());
+    for (a, x) in columns.iter().enumerate() {
+        entries.iter().enumerate().for_each(|(b, &entry)| *variance.at_mut(a, b) = x[entry]);
+    }
+    let variance = variance.cholesky();
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    // The trace of a block's part of the variance in units of the whole.
+    let share = |h: &Square| -> f64 {
+        let own = columns.iter().enumerate().map(|(a, x)| {
+            let hx: Vec<f64> = h.a.chunks_exact(h.n).map(|row| dot(row, x)).collect();
+            let mut part: Vec<f64> = columns.iter().map(|y| dot(&hx, y)).collect();
+            variance.solve(&mut part);
+            part[a]
+        });
+        own.sum::<f64>().max(0.0)
+    };
+    let (sum, squares) = curvatures.map(share).fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
+    if squares > 0.0 { sum * sum / squares - 1.0 } else { 0.0 }
 }
 
 /// Squared distance of some parameters from values that they are `off` by, in their covariance.

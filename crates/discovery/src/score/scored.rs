@@ -6,7 +6,7 @@ use super::rows::Places;
 use crate::addition::{Addition, labels};
 use crate::chosen_records::ChosenRecords;
 use crate::fit::Fit;
-use crate::interval::Intervals;
+use crate::interval::{FEWEST_FREEDOM, Intervals};
 use crate::linear::Square;
 use crate::statistics::hotelling_tail;
 use crate::undetermined::undetermined;
@@ -23,7 +23,7 @@ impl Scored {
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, fit: Fit) -> Self {
         let rows = Places::new(sample, &fit).rows(blocks);
         let held = held(&fit);
-        let evidence = Evidence::new(&rows, blocks, &held);
+        let evidence = Evidence::new(&rows, blocks, &held, &off_nulls(&fit));
         Self { fit, evidence }
     }
 
@@ -54,7 +54,7 @@ impl Scored {
     pub fn chances<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
             .map(|number| match self.amounts(number) {
-                Some((entries, off)) => self.chance_of_amounts(&entries, &off),
+                Some((entries, off)) => self.chance_of_amounts(&entries, &off, without(number)),
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
                     Addition::Scatter(_) => self.evidence.bound_on_chance(less),
                     _ => self.evidence.chance_of_gain(less),
@@ -109,12 +109,20 @@ impl Scored {
         covariance
     }
 
-    fn chance_of_amounts(&self, entries: &[usize], off: &[f64]) -> f64 {
+    /// Where four blocks or fewer say something of the amounts, their scatter tells no variance: then the gain of all blocks but the best
+    /// one has to speak for them as well.
+    fn chance_of_amounts(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
         let held = held(&self.fit);
         let moving: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
         let own: Vec<usize> = moving.iter().map(|&i| entries[i]).collect();
         let x: Vec<f64> = moving.iter().map(|&i| off[i]).collect();
-        hotelling_tail(self.evidence.distance(&own, &x), own.len(), self.evidence.blocks)
+        let freedom = self.evidence.freedom(&own);
+        let chance = hotelling_tail(self.evidence.distance(&own, &x), own.len(), freedom.max(FEWEST_FREEDOM));
+        if freedom < FEWEST_FREEDOM {
+            chance.max(without.map_or(1.0, |less| self.evidence.bound_on_chance(less)))
+        } else {
+            chance
+        }
     }
 
     /// Whether an addition is judged by what it gains in each block: its gain pays for the number of candidates already.
@@ -144,6 +152,21 @@ pub(crate) fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<
     let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
     let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
     range.zip(nulls).take(amounts).collect()
+}
+
+/// By how much each entry of theta is off the value where it changes nothing; 0 for what has no such value.
+fn off_nulls(fit: &Fit) -> Vec<f64> {
+    let h = &fit.hypothesis;
+    let mut off = vec![0.0; fit.theta.len()];
+    for (number, addition) in h.additions.iter().enumerate() {
+        let amounts = match addition {
+            Addition::Effect(listed, _) => amounts_of(&listed.effect, h.range_of(number)),
+            Addition::Table(_) => h.range_of(number).map(|i| (i, 0.0)).collect(),
+            Addition::Scatter(_) | Addition::Split(_) => Vec::new(),
+        };
+        amounts.into_iter().for_each(|(i, null)| off[i] = fit.theta[i] - null);
+    }
+    off
 }
 
 /// Entries of theta that stand at a bound of their fit.

@@ -1,6 +1,6 @@
 //! The search in five steps: linearise at the best set, select in the linear problem, refit what is new, repeat, drop what does not pay.
 
-use super::refit::{ALPHA, Search, Starts};
+use super::refit::{ALPHA, Price, Search, Starts};
 use super::select::{Chosen, select};
 use crate::addition::{Addition, labels};
 use crate::columns::{LinearProblem, may_join, probe};
@@ -32,12 +32,12 @@ pub(crate) struct Found {
     pub tried: Vec<Scored>,
     /// Number of the best set by gain less price.
     pub best: usize,
-    pub price: f64,
+    pub price: Price,
 }
 
 impl Found {
     /// The calibrated model alone.
-    pub fn of(base: Scored, price: f64) -> Self {
+    pub fn of(base: Scored, price: Price) -> Self {
         Self { tried: vec![base], best: 0, price }
     }
 
@@ -55,9 +55,9 @@ impl Found {
 
     /// By how many nats, less the price of its additions, one set is better than another. Independence is that of what the larger leaves.
     pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
-        let [a, b] = [one, other].map(|s| s.additions().len());
-        let larger = if a >= b { one } else { other };
-        one.gain_over(other, larger.evidence.independent) - self.price * (a as f64 - b as f64)
+        let [a, b] = [one, other].map(|s| s.additions());
+        let larger = if a.len() >= b.len() { one } else { other };
+        one.gain_over(other, larger.evidence.memory.independent) - self.price.of_set(a) + self.price.of_set(b)
     }
 }
 
@@ -116,24 +116,28 @@ pub(crate) fn chosen_again(search: &Search<'_>, base: Scored, known: &Found) -> 
     found
 }
 
-/// Finds the best of all that was tried.
+/// Finds the best of all that was tried. Independence differs from set to set, so that three may each be better than the next: none is
+/// taken twice.
 fn settle(found: &mut Found) {
+    let mut passed = vec![found.best];
     loop {
         let better = |n: &usize| {
             let (one, best) = (&found.tried[*n], found.best());
             let same = one.key() == best.key();
             if same { one.fit.ll > best.fit.ll + 1e-6 } else { found.margin(one, best) > 0.0 }
         };
-        let better: Vec<usize> = (0..found.tried.len()).filter(better).collect();
+        let better: Vec<usize> =
+            (0..found.tried.len()).filter(|n| !passed.contains(n) && better(n)).collect();
         let by = |n: &&usize| found.margin(&found.tried[**n], found.best());
         match better.iter().max_by(|a, b| by(a).total_cmp(&by(b))) {
             Some(n) if !is_circle(found, *n) => found.best = *n,
             _ => return,
         }
+        passed.push(found.best);
     }
 }
 
-/// Whether the best set would be better than the one that is to take its place: independence differs from set to set.
+/// Whether the best set would be better than the one that is to take its place.
 fn is_circle(found: &Found, next: usize) -> bool {
     found.tried[next].key() != found.best().key() && found.margin(found.best(), &found.tried[next]) >= 0.0
 }
@@ -143,7 +147,7 @@ fn moves(search: &Search<'_>, found: &Found) -> Vec<(Vec<Addition>, Starts)> {
     let best = found.best();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
-    let chosen = select(&problem, problem.price(found.price));
+    let chosen = select(&problem, found.price);
     let mut seen: Vec<Vec<String>> = found.tried.iter().map(Scored::key).collect();
     let mut out: Vec<(Vec<Addition>, Starts)> = Vec::new();
     let now = chosen.iter().find(|c| c.groups == problem.fitted).map_or(0.0, |c| c.value);
@@ -325,7 +329,7 @@ impl Found {
     }
 }
 
-/// Probability below which an addition of a set is significant: one of many candidates, unless its gain has paid for their number.
+/// Probability below which an addition of a set is significant: as one of many candidates, unless its gain has paid for their number.
 fn level(search: &Search<'_>, set: &Scored, number: usize) -> f64 {
-    if set.is_judged_by_gain(number) { ALPHA } else { ALPHA / search.candidates }
+    if set.is_judged_by_gain(number) { ALPHA } else { search.level(&set.additions()[number]) }
 }

@@ -35,7 +35,7 @@ pub(crate) fn lengthened(prepared: &Prepared, chosen: &[usize], view: View, from
         let view = View::new(prepared, chosen, joined);
         let before = &tried[tried.len() - 1].2.fit;
         let fitted = Scored::new(&view.sample(), &view.blocks, refitted(&view, before));
-        if follows_no_longer(&tried[tried.len() - 1].2, &fitted) {
+        if follows_no_longer(&tried[tried.len() - 1].2, &fitted) || fitted.evidence.blocks_share_residuals() {
             break;
         }
         let volume = volume(&fitted);

@@ -21,6 +21,22 @@ const MOST_OF_AN_OFFSET: f64 = 0.6;
 /// Share of its typical size that an addition begins with where nothing is known of it.
 const BEGIN: f64 = 0.2;
 
+/// Price of additions, in nats: that of one at a single point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Price(pub f64);
+
+impl Price {
+    /// Nats that an addition has to gain: one with shapes to choose from pays for each point that it is tried at.
+    pub fn of(self, addition: &Addition) -> f64 {
+        self.0 + addition.tries().ln()
+    }
+
+    /// Nats that a set has to gain.
+    pub fn of_set(self, additions: &[Addition]) -> f64 {
+        additions.iter().map(|addition| self.of(addition)).sum()
+    }
+}
+
 /// Additions with the values that they begin at; none: at a share of the typical size.
 pub(crate) type Starts = Vec<(Addition, Vec<f64>)>;
 
@@ -42,8 +58,13 @@ impl<'a> Search<'a> {
     }
 
     /// Nats that an effect has to gain: odds against one of so many candidates by chance.
-    pub fn price(&self) -> f64 {
-        (self.candidates / ALPHA).ln()
+    pub fn price(&self) -> Price {
+        Price((self.candidates / ALPHA).ln())
+    }
+
+    /// Probability below which the amount of an addition is significant: that of one of so many candidates, at the best of its points.
+    pub fn level(&self, addition: &Addition) -> f64 {
+        ALPHA / (self.candidates * addition.tries())
     }
 
     pub fn sample(&self) -> ChosenRecords<'a> {

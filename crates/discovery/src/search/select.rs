@@ -1,8 +1,10 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
-use crate::columns::{LinearProblem, Price, SEEN, Sums, summed};
+use super::refit::Price;
+use crate::addition::Addition;
+use crate::columns::{LinearProblem, SEEN, Sums, summed};
 use crate::linear::{Cholesky, Square};
-use crate::score::{distance, move_without};
+use crate::score::{distance, freedom, move_without};
 use crate::statistics::hotelling_tail;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -61,10 +63,15 @@ pub(crate) fn select_of(problem: &LinearProblem, blocks: Vec<Sums>, price: Price
     Selected { chosen, blocks }
 }
 
-/// Whether every group of a selected set is significant at a level.
-pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, level: f64) -> bool {
+/// Whether every group of a selected set is significant at the level of its addition.
+pub(crate) fn is_significant(
+    problem: &LinearProblem,
+    set: &Selected,
+    level: &dyn Fn(&Addition) -> f64,
+) -> bool {
     let groups = &set.chosen.groups;
-    chances(problem, &set.blocks, groups).iter().all(|p| *p <= level)
+    let level = |g: &usize| level(&problem.groups[*g].addition);
+    chances(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
 }
 
 /// Probability that chance alone moves the coefficients of each group of a set as far from 0, by the scatter over left-out blocks.
@@ -75,7 +82,7 @@ pub(crate) fn chances(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]
     h.cholesky().solve(&mut x);
     let moved = |block: &Sums| {
         let at_x = block.left_at(&x);
-        move_without(&h, &at_x.h, &at_x.g)
+        move_without(&h, &at_x.h, &at_x.g, &problem.off_nulls(&x))
     };
     let moves: Vec<Vec<f64>> = own.iter().map(moved).collect();
     let mut at = problem.declared.len();
@@ -83,7 +90,8 @@ pub(crate) fn chances(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]
         let entries: Vec<usize> = (at..at + problem.groups[*group].columns.len()).collect();
         at += entries.len();
         let off: Vec<f64> = entries.iter().map(|&i| x[i]).collect();
-        hotelling_tail(distance(&moves, &entries, &off, 0), entries.len(), blocks.len())
+        let freedom = freedom(&h, own.iter().map(|block| &block.h), &entries);
+        hotelling_tail(distance(&moves, &entries, &off, 0), entries.len(), freedom)
     });
     each.collect()
 }
@@ -264,8 +272,9 @@ impl<'p> Selection<'p> {
                 return None;
             }
         }
-        let gain = self.price.half_of_samples * (self.base - error);
-        let value = gain - self.price.of_effect * groups.len() as f64;
+        let gain = self.problem.half_of_samples() * (self.base - error);
+        let price = |g: &usize| self.price.of(&self.problem.groups[*g].addition);
+        let value = gain - groups.iter().map(price).sum::<f64>();
         value.is_finite().then_some(Chosen { groups, value, coefficients })
     }
 
@@ -274,9 +283,10 @@ impl<'p> Selection<'p> {
         let h = self.h.sub(columns);
         let mut x: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
         h.cholesky().solve(&mut x);
+        let off_nulls = self.problem.off_nulls(&x);
         let left_out = |block: &Sums| {
             let at_x = block.sub(columns).left_at(&x);
-            at_x.c - at_x.h.fall(&at_x.g, &move_without(&h, &at_x.h, &at_x.g))
+            at_x.c - at_x.h.fall(&at_x.g, &move_without(&h, &at_x.h, &at_x.g, &off_nulls))
         };
         let sum: f64 = self.blocks.iter().map(left_out).sum();
         (sum.max(f64::MIN_POSITIVE).ln(), x)

@@ -1,0 +1,166 @@
+//! How many of the residuals are independent of each other.
+//!
+//! Misfit and process noise make residuals last. A column that varies as they do collects their spectrum at its peak, and as much fewer of
+//! them count. Where the autocorrelation `rho` fades exponentially, with or without oscillation, the peak is `1 + 4 sum rho_k^2` times the
+//! spectrum's mean: for `rho_k = exp(-k/T)` both are `1 + 2 T`, for `exp(-k/T) cos(w k)` both are `1 + T`. So
+//!
+//! ```text
+//! (4) share of the residuals that are independent   1 / (1 + 4 sum_k (1 - k/L) rho_k^2)
+//! ```
+//!
+//! over the lags within windows of `L` samples, less what white noise shows of them. Twice the sum that Bartlett (1946) has for squares of
+//! the residuals, because a column can be the worst one.
+
+use super::rows::Rows;
+use std::collections::BTreeMap;
+
+/// Lags up to which residuals are correlated with themselves: a residual that lasts longer than a block is told by the blocks.
+const MOST_LAGS: usize = 1000;
+
+/// How long residuals last.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Memory {
+    /// Share of the residuals that are independent of each other, (4).
+    pub independent: f64,
+    /// The same of the channel whose residuals last longest.
+    pub least_independent: f64,
+    /// Samples of a channel, in the mean.
+    pub samples: f64,
+}
+
+impl Memory {
+    /// Memory of the residuals of a fit within its windows.
+    pub fn of(rows: &Rows) -> Self {
+        let of_channels = products(rows);
+        let mut all = Products::default();
+        of_channels.values().for_each(|products| all.join(products));
+        let independent = all.independent();
+        let each = of_channels.values().map(Products::independent);
+        Self {
+            independent,
+            least_independent: each.fold(independent, f64::min),
+            samples: all.samples / of_channels.len().max(1) as f64,
+        }
+    }
+}
+
+/// Products of residuals with those that come so many samples later, and how many there are of each lag.
+#[derive(Clone, Debug, Default)]
+struct Products {
+    sums: Vec<f64>,
+    counts: Vec<f64>,
+    samples: f64,
+}
+
+impl Products {
+    fn add(&mut self, series: &[f64]) {
+        let lags = (series.len() / 2).clamp(1, MOST_LAGS);
+        self.extend(lags);
+        for lag in 0..lags {
+            self.sums[lag] += series[lag..].iter().zip(series).map(|(a, b)| a * b).sum::<f64>();
+            self.counts[lag] += (series.len() - lag) as f64;
+        }
+        self.samples += series.len() as f64;
+    }
+
+    fn extend(&mut self, lags: usize) {
+        let lags = lags.max(self.sums.len());
+        self.sums.resize(lags, 0.0);
+        self.counts.resize(lags, 0.0);
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.extend(other.sums.len());
+        self.sums.iter_mut().zip(&other.sums).for_each(|(a, b)| *a += b);
+        self.counts.iter_mut().zip(&other.counts).for_each(|(a, b)| *a += b);
+        self.samples += other.samples;
+    }
+
+    /// (4).
+    fn independent(&self) -> f64 {
+        let power = self.sums.first().zip(self.counts.first()).map_or(0.0, |(s, n)| s / n);
+        if !(power > 0.0 && power.is_finite()) {
+            return 1.0;
+        }
+        let excess = self.sums.iter().zip(&self.counts).skip(1).map(|(s, n)| {
+            let rho = s / n / power;
+            (n / self.samples) * (rho * rho - 1.0 / n)
+        });
+        1.0 / (1.0 + 4.0 * excess.sum::<f64>().max(0.0))
+    }
+}
+
+/// Products of the residuals of each channel, window by window.
+fn products(rows: &Rows) -> BTreeMap<u16, Products> {
+    let width = rows.width;
+    let mut of: BTreeMap<u16, Products> = BTreeMap::new();
+    for window in &rows.windows {
+        let measured = window.places.len() - window.priors;
+        let residual = |k: usize| window.values[k * width + width - 1] * window.weight.sqrt();
+        let mut first = 0;
+        while first < measured {
+            let channel = window.places[first].1;
+            let end = (first..measured).find(|&k| window.places[k].1 != channel).unwrap_or(measured);
+            let series: Vec<f64> = (first..end).map(residual).collect();
+            of.entry(channel).or_default().add(&series);
+            first = end;
+        }
+    }
+    of
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the share of independent residuals is one over the peak of their spectrum: of white noise, of noise that fades, and of noise
+    //! that swings; and the channel that lasts longest is told apart from the others.
+    use super::*;
+    use augsim_data::random_stream;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const SAMPLES: usize = 40_000;
+
+    /// Second-order autoregressive noise.
+    fn noise(a: f64, b: f64, name: &str) -> Vec<f64> {
+        let mut rng = random_stream(1, name, 0);
+        let mut out = vec![0.0, 0.0];
+        for k in 2..SAMPLES {
+            let pushed: f64 = StandardNormal.sample(&mut rng);
+            out.push(a * out[k - 1] + b * out[k - 2] + pushed);
+        }
+        out
+    }
+
+    fn share(series: &[f64]) -> f64 {
+        let mut products = Products::default();
+        series.chunks(4000).for_each(|window| products.add(window));
+        products.independent()
+    }
+
+    #[test]
+    fn as_many_are_independent_as_the_peak_of_the_spectrum_says() {
+        let white = share(&noise(0.0, 0.0, "white"));
+        assert!(white > 0.95, "{white}");
+        // (1 - a) / (1 + a).
+        let fading = share(&noise(0.8, 0.0, "fading")) * 9.0;
+        assert!((fading - 1.0).abs() < 0.15, "{fading}");
+        // Poles of modulus exp(-1/T) far from the axis: the peak is 1 + T.
+        let (modulus, turn) = ((-0.05_f64).exp(), 1.0_f64.cos());
+        let swinging = share(&noise(2.0 * modulus * turn, -modulus * modulus, "swinging")) * 21.0;
+        assert!((swinging - 1.0).abs() < 0.2, "{swinging}");
+    }
+
+    #[test]
+    fn products_of_channels_are_joined() {
+        let (mut one, mut both) = (Products::default(), Products::default());
+        let (long, short) = (noise(0.5, 0.0, "long"), noise(0.5, 0.0, "short"));
+        one.add(&long);
+        one.add(&short[..100]);
+        for series in [&long[..], &short[..100]] {
+            let mut own = Products::default();
+            own.add(series);
+            both.join(&own);
+        }
+        assert_eq!(one.independent().to_bits(), both.independent().to_bits());
+        assert_eq!(one.samples as usize, SAMPLES + 100);
+    }
+}
