@@ -92,7 +92,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let named = &found.tried[parts.judged.judgement.named];
     let mut seen: Vec<Vec<String>> = Vec::new();
     let mut out: Vec<Candidate> = Vec::new();
-    for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty()) {
+    // A part of the best set may have no fit that is a number: it was compared with nothing.
+    for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
         let key = set.key();
         if seen.contains(&key) {
             continue;
