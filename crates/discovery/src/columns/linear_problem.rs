@@ -8,7 +8,7 @@ use super::group::{Effect, Group, acting_points, null_points};
 use crate::addition::Addition;
 use crate::chosen_records::ChosenRecords;
 use crate::linear::Square;
-use crate::score::{Blocks, Places, Rows, Scored, amounts_of};
+use crate::score::{Blocks, Places, Rows, Scored, off_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
@@ -152,19 +152,11 @@ impl<'a> Assembled<'a> {
         let p = h.theta_len();
         let held = crate::score::held(&at.fit);
         let declared = (0..h.range_of_declared()).filter(|i| !held[*i]).collect();
-        let (mut groups, mut shift) = (Vec::new(), vec![0.0; p]);
+        let mut groups = Vec::new();
         for (number, addition) in h.additions.iter().enumerate() {
             let columns = h.range_of(number);
-            let amounts = match addition {
-                Addition::Effect(listed, _) => amounts_of(&listed.effect, columns.clone()),
-                Addition::Table(_) => columns.clone().map(|i| (i, 0.0)).collect(),
-                Addition::Scatter(_) | Addition::Split(_) => continue,
-            };
-            if columns.is_empty() {
+            if columns.is_empty() || matches!(addition, Addition::Scatter(_) | Addition::Split(_)) {
                 continue;
-            }
-            for (i, null) in amounts {
-                shift[i] = at.fit.theta[i] - null;
             }
             let point = at.fit.theta[columns.clone()].to_vec();
             groups.push(Group { addition: addition.clone(), point, columns, effect: Effect::Fitted });
@@ -175,7 +167,7 @@ impl<'a> Assembled<'a> {
             each.flat_map(|row| row[..p].iter().copied()).collect()
         });
         let pieces = vec![(p, theta.collect())];
-        Self { places, rows, at, declared, groups, fitted, pieces, width: p, shift }
+        Self { places, rows, at, declared, groups, fitted, pieces, width: p, shift: off_nulls(&at.fit) }
     }
 
     /// Candidates that may join the set, or take the place of one of its additions.

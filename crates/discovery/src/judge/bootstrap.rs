@@ -75,7 +75,7 @@ pub(crate) fn null_rate(search: &Search<'_>, problem: &LinearProblem, runs: usiz
         let signs: Vec<f64> = left.iter().map(|_| if rng.random_bool(0.5) { 1.0 } else { -1.0 }).collect();
         let blocks = left.iter().zip(&signs).map(|(sums, sign)| sums.turned(*sign)).collect();
         let best = select_of(problem, blocks, search.price());
-        !best.chosen.groups.is_empty() && is_significant(problem, &best, &|addition| search.level(addition))
+        !best.chosen.groups.is_empty() && is_significant(problem, &best, search)
     };
     let named = (0..runs).into_par_iter().filter(|run| names(*run)).count();
     NullRate { named, of: runs }

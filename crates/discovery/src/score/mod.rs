@@ -11,4 +11,4 @@ pub(crate) use blocks::{BLOCKS, Blocks};
 pub(crate) use evidence::Evidence;
 pub(crate) use jackknife::{distance, freedom, move_without};
 pub(crate) use rows::{Places, Rows, WindowRows};
-pub(crate) use scored::{Scored, amounts_of, held};
+pub(crate) use scored::{Scored, held, off_nulls};

@@ -147,7 +147,7 @@ impl Scored {
 }
 
 /// Places in theta of the amounts of an effect whose entries are `range`, with their nulls: a direction or a scale has no null of its own.
-pub(crate) fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
+fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
     let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
@@ -155,7 +155,7 @@ pub(crate) fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<
 }
 
 /// By how much each entry of theta is off the value where it changes nothing; 0 for what has no such value.
-fn off_nulls(fit: &Fit) -> Vec<f64> {
+pub(crate) fn off_nulls(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut off = vec![0.0; fit.theta.len()];
     for (number, addition) in h.additions.iter().enumerate() {

@@ -1,7 +1,6 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
-use super::refit::Price;
-use crate::addition::Addition;
+use super::refit::{Price, Search};
 use crate::columns::{LinearProblem, SEEN, Sums, summed};
 use crate::linear::{Cholesky, Square};
 use crate::score::{distance, freedom, move_without};
@@ -64,13 +63,9 @@ pub(crate) fn select_of(problem: &LinearProblem, blocks: Vec<Sums>, price: Price
 }
 
 /// Whether every group of a selected set is significant at the level of its addition.
-pub(crate) fn is_significant(
-    problem: &LinearProblem,
-    set: &Selected,
-    level: &dyn Fn(&Addition) -> f64,
-) -> bool {
+pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, search: &Search<'_>) -> bool {
     let groups = &set.chosen.groups;
-    let level = |g: &usize| level(&problem.groups[*g].addition);
+    let level = |g: &usize| search.level(&problem.groups[*g].addition);
     chances(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
 }
 
@@ -80,9 +75,10 @@ pub(crate) fn chances(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]
     let own: Vec<Sums> = blocks.iter().map(|b| b.sub(&columns)).collect();
     let Sums { h, g: mut x, .. } = summed(&own);
     h.cholesky().solve(&mut x);
+    let off_nulls = problem.off_nulls(&x);
     let moved = |block: &Sums| {
         let at_x = block.left_at(&x);
-        move_without(&h, &at_x.h, &at_x.g, &problem.off_nulls(&x))
+        move_without(&h, &at_x.h, &at_x.g, &off_nulls)
     };
     let moves: Vec<Vec<f64>> = own.iter().map(moved).collect();
     let mut at = problem.declared.len();
