@@ -180,6 +180,16 @@ impl Addition {
             _ => false,
         }
     }
+
+    /// Whether the two are forms of one law: each describes the same thing, or one turns into the other where some of its parameters have
+    /// their nulls.
+    pub fn is_form_of(&self, other: &Addition) -> bool {
+        let contains = |one: &Addition, another: &Addition| match (one.listed(), another.listed()) {
+            (Some(one), Some(another)) => one.contains.as_ref() == Some(&another.kind),
+            _ => false,
+        };
+        self.excludes(other) || other.excludes(self) || contains(self, other) || contains(other, self)
+    }
 }
 
 /// A set of additions as a key.

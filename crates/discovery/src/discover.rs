@@ -108,8 +108,10 @@ fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, op
     let best = table.map_or(named, |(best, _)| best);
     let scattered = scattered(&search, &found.tried[named], found.price);
     let left = remainder(&search, &found.tried[best], scattered.as_ref(), table.map(|t| t.1));
+    // A law of one quantity may stand in the place of formulas that follow it: what remains beside it is named.
+    let is_law = |a: &Addition| !matches!(a, Addition::Table(_));
     let is_named =
-        !found.tried[named].additions().is_empty() || scattered.as_ref().is_some_and(|s| !s.declared);
+        found.tried[best].additions().iter().any(is_law) || scattered.as_ref().is_some_and(|s| !s.declared);
     let verdict = judge::verdict(is_named, table.is_some(), &left);
     let mut judged = Judged { judgement, best, scattered, left, verdict, doubt };
     if judged.doubt.is_none()

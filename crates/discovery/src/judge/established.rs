@@ -5,7 +5,6 @@ use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
 use crate::search::{Found, Search, chances_beside};
-use std::collections::BTreeMap;
 
 /// Share of resamples in which a finding, or one that takes its place, has to come back. The price of a resample is eased so that a finding
 /// at the limit of what pays in the search does as often, where nothing takes its place.
@@ -138,7 +137,7 @@ fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> 
 }
 
 /// Share of the resamples in which an addition of the named set comes back, or one that takes its place: an addition of an alternative, or
-/// another form of the same kind of law that resamples select when they leave it out.
+/// another form of the same law.
 fn comes_back(
     all: &Resamples,
     addition: &Addition,
@@ -147,12 +146,11 @@ fn comes_back(
     alternatives: &[usize],
 ) -> f64 {
     let mine = labels(found.tried[named].additions());
-    let label = addition.label();
     let others = alternatives.iter().flat_map(|n| found.tried[*n].key()).filter(|k| !mine.contains(k));
-    let readings: Vec<String> = others.chain([label]).collect();
-    let excluded = |other: &String| addition.listed().is_some_and(|e| e.excludes.contains(other));
-    let has = |labels: &Vec<String>| labels.iter().any(|l| readings.contains(l) || excluded(l));
-    all.iter().filter(|labels| has(labels)).count() as f64 / all.len().max(1) as f64
+    let tried = found.tried.iter().flat_map(|set| set.additions());
+    let forms = tried.filter(|other| addition.is_form_of(other)).map(Addition::label);
+    let readings: Vec<String> = others.chain(forms).chain([addition.label()]).collect();
+    all.share(|labels| labels.iter().any(|l| readings.contains(l)))
 }
 
 /// Share of false findings among those at least as significant as each addition of the named set, among all candidates.
@@ -177,28 +175,22 @@ fn q_values(problem: &LinearProblem, found: &Found, named: usize, own: &[f64], c
 fn leads(found: &Found, named: usize, all: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
     let (set, best) = (&found.tried[named], found.best());
     let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.tried[*n].key()).collect();
-    let share = |label: &str| {
-        all.iter().filter(|labels| labels.iter().any(|l| l == label)).count() as f64 / all.len().max(1) as f64
-    };
     let mut out: Vec<Lead> = Vec::new();
     let chances = found.chances(best);
     for (addition, chance) in best.additions().iter().zip(chances) {
         if !set.additions().contains(addition) {
-            let inclusion = share(&addition.label());
+            let inclusion = all.share_of(&addition.label());
             let short = if inclusion < COMES_BACK { Short::NotStable } else { Short::NotSignificant };
             out.push(Lead { addition: addition.clone(), inclusion, chance: Some(chance), short });
         }
     }
-    let mut counted: BTreeMap<String, f64> = BTreeMap::new();
-    for label in all.iter().flatten() {
-        *counted.entry(label.clone()).or_default() += 1.0 / all.len() as f64;
-    }
     let listed = found.tried.iter().flat_map(|s| s.additions()).collect::<Vec<_>>();
-    for (label, inclusion) in counted.into_iter().filter(|(_, share)| *share >= LEADS) {
-        let is_known = set.key().contains(&label)
-            || of_alternatives.contains(&label)
-            || out.iter().any(|lead| lead.addition.label() == label);
-        if let Some(addition) = listed.iter().find(|a| a.label() == label).filter(|_| !is_known) {
+    let shares = all.selected().into_iter().map(|label| (label, all.share_of(label)));
+    for (label, inclusion) in shares.filter(|(_, share)| *share >= LEADS) {
+        let is_known = set.key().contains(label)
+            || of_alternatives.contains(label)
+            || out.iter().any(|lead| lead.addition.label() == *label);
+        if let Some(addition) = listed.iter().find(|a| a.label() == *label).filter(|_| !is_known) {
             out.push(Lead {
                 addition: (*addition).clone(),
                 inclusion,

@@ -2,7 +2,7 @@
 
 use super::drawn::{Drawn, foretelling};
 use super::scored::{ScoredRow, scored};
-use super::written::{Beginning, declared, free_run, run_all};
+use super::written::{Beginning, free_run, known_noise, run_all, sd_of};
 use crate::DataFrom;
 use crate::usage::{Inapplicable, Usage};
 use crate::written::fit::prepared;
@@ -122,7 +122,7 @@ impl<'a> Run<'a> {
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, mut early, mut begun, .. } =
             Beginning::of(self.model, &self.system, record, self.burn_in, &values)?;
-        let (declared, measured) = (declared(self.model), early.values.clone());
+        let (declared, measured) = (sd_of(&known_noise(self.model)), early.values.clone());
         let actions = states::actions(self.model, read);
         let a = actions.len() / samples.max(1);
         for _ in 0..ROUNDS {

@@ -11,7 +11,7 @@ use augsim_data::random_stream;
 use augsim_discovery::{ForetellOptions, Foretelling};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_trainer::in_order;
-use augsim_written::model::Output;
+use augsim_written::model::{Output, SensorNoise};
 use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -19,8 +19,8 @@ use rayon::prelude::*;
 /// Free runs of all records of a file, from starts that are fitted to the first `burn_in` samples.
 ///
 /// Bands are those of draws: parameters from their 95 % intervals, the start fitted anew at them to the first samples with
-/// other noise, pushes where the model says that its motion is shaken, and the sensor's noise on top, as the model declares it or else
-/// as the first samples scatter.
+/// other noise, process noise where the model has it, and measurement noise: as the model declares it, as a fit found it, or
+/// else as the first samples scatter.
 ///
 /// # Errors
 /// A column is missing, or a record cannot be simulated.
@@ -63,8 +63,8 @@ pub(super) struct Beginning {
     pub early: Record,
     /// The start.
     pub begun: Begun,
-    /// Noise of the sensor of each output: as the model declares it, or else as the first samples scatter.
-    pub noise: Vec<f64>,
+    /// Measurement noise of each output: declared, or found by a fit, or else estimated from the first samples.
+    pub noise: Vec<SensorNoise>,
 }
 
 impl Beginning {
@@ -78,7 +78,8 @@ impl Beginning {
     ) -> anyhow::Result<Self> {
         let outputs = model.outputs.len();
         let known = burn_in.min(record.times.len());
-        let declared = declared(model);
+        let known_noise = known_noise(model);
+        let declared = sd_of(&known_noise);
         let mut early = record.clone();
         // Nothing behind the burn-in may reach the start, not even its rough guess.
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
@@ -88,14 +89,41 @@ impl Beginning {
         // A start takes one degree of freedom for each of its states.
         let freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
         let widen = ((known * outputs) as f64 / freedom).sqrt();
-        let noise = (0..outputs).map(|o| declared[o].unwrap_or(widen * begun.rms[o])).collect();
+        let estimated = |o: usize| SensorNoise::white(widen * begun.rms[o]);
+        let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
         Ok(Beginning { known, early, begun, noise })
     }
 }
 
-/// Standard deviations of sensors that a model declares.
-pub(super) fn declared(model: &Model) -> Vec<Option<f64>> {
-    model.outputs.iter().map(|o| o.sd).collect()
+/// Measurement noise of each output that the model file states: declared by the user, or else written by a fit.
+pub(super) fn known_noise(model: &Model) -> Vec<Option<SensorNoise>> {
+    model.outputs.iter().map(|o| o.sd.map(SensorNoise::white).or(o.noise)).collect()
+}
+
+/// Standard deviations of known measurement noise.
+pub(super) fn sd_of(noise: &[Option<SensorNoise>]) -> Vec<Option<f64>> {
+    noise.iter().map(|n| n.map(|n| n.sd())).collect()
+}
+
+/// Draws the measurement error of each output at each time, `[output][sample]`.
+pub(super) fn drawn_errors(
+    noise: &[SensorNoise],
+    times: &[f64],
+    normal: &mut dyn FnMut() -> f64,
+) -> Vec<Vec<f64>> {
+    let mut draw = |noise: &SensorNoise| {
+        let mut slow = noise.autocorrelated_sd * normal();
+        let mut errors = Vec::with_capacity(times.len());
+        for (k, time) in times.iter().enumerate() {
+            if k > 0 && noise.autocorrelated_sd > 0.0 {
+                let kept = (-(time - times[k - 1]) / noise.correlation_time_s).exp();
+                slow = kept * slow + noise.autocorrelated_sd * (1.0 - kept * kept).sqrt() * normal();
+            }
+            errors.push(slow + noise.white_sd * normal());
+        }
+        errors
+    };
+    noise.iter().map(&mut draw).collect()
 }
 
 /// Model and options that the forecasts of all records share.
@@ -114,7 +142,7 @@ impl Run<'_> {
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, early, begun, noise } =
             Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
-        let declared = declared(self.model);
+        let declared = sd_of(&known_noise(self.model));
         let forecast = self.run(self.system, record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -127,9 +155,11 @@ impl Run<'_> {
                     (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
                 })
                 .collect();
+            // The start is as uncertain as it would be with other errors of the first samples; these go on into the forecast.
+            let errors = drawn_errors(&noise, &record.times, &mut normal);
             let mut noisy = early.clone();
-            for (values, sd) in noisy.values.iter_mut().zip(&noise) {
-                values.iter_mut().for_each(|v| *v += sd * normal());
+            for (values, errors) in noisy.values.iter_mut().zip(&errors) {
+                values.iter_mut().zip(errors).for_each(|(v, e)| *v -= e);
             }
             // What cannot be simulated at values this far off says nothing.
             let Ok(start) = fit_start(self.system, &noisy, known, &drawn, &begun.state, &declared) else {
@@ -144,13 +174,14 @@ impl Run<'_> {
             };
             let Ok(path) = path else { continue };
             for (o, (values, list)) in path.iter().zip(&mut draws).enumerate() {
-                for (v, list) in values.iter().zip(list) {
-                    let value = read_by_sensor(&self.model.outputs[o], v + noise[o] * normal());
+                for ((v, e), list) in values.iter().zip(&errors[o]).zip(list) {
+                    let value = read_by_sensor(&self.model.outputs[o], v + e);
                     list.extend(Some(value).filter(|v| v.is_finite()));
                 }
             }
         }
-        Ok(Drawn::new(record, known, forecast, draws, noise))
+        let noise_sd = noise.iter().map(SensorNoise::sd).collect();
+        Ok(Drawn::new(record, known, forecast, draws, noise_sd))
     }
 
     /// A free run of a record, `[output][sample]`.

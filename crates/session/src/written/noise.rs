@@ -4,7 +4,7 @@ use super::fit::prepared;
 use augsim_calibrate::{Cause, Smoothed, smooth};
 use augsim_discovery::{NoiseCause, NoiseRow, ShakenBy};
 use augsim_physics::system::{Record, System};
-use augsim_written::model::Shaken;
+use augsim_written::model::{SensorNoise, Shaken};
 use augsim_written::{Model, WrittenSystem};
 
 /// Samples that the noise of a model is found on, at most.
@@ -25,8 +25,8 @@ pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
     Ok(smooth(&shown, model.outputs.len(), &records, &values, &pushed, &declared)?)
 }
 
-/// Finds the noise by which records differ from runs of a model, and writes that of the motion into the model: bands of forecasts
-/// are wider by it.
+/// Estimates the noise by which records differ from runs of a model, and writes it into the model: process noise to the states, measurement
+/// noise to the outputs. Forecasts draw their bands with both.
 ///
 /// # Errors
 /// As [`smoothed`].
@@ -38,6 +38,18 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
         for (state, sd) in pushed.iter().zip(&found.drive_sd) {
             model.states[*state].shaken = Some(Shaken { sd: *sd, memory_s: found.memory_s });
         }
+    }
+    let autocorrelated = found.cause == Cause::LastingSensor;
+    for (o, output) in model.outputs.iter_mut().enumerate() {
+        let white = SensorNoise::white(found.sensor_sd[o]);
+        output.noise = Some(match autocorrelated {
+            true => SensorNoise {
+                autocorrelated_sd: found.drive_sd[o],
+                correlation_time_s: found.memory_s,
+                ..white
+            },
+            false => white,
+        });
     }
     Ok(told(model, &pushed, &found))
 }

@@ -24,6 +24,7 @@ impl WrittenSystem {
                 sd: None,
                 range: None,
                 step: None,
+                noise: None,
                 period: None,
             });
         }

@@ -136,6 +136,29 @@ pub struct Let {
     pub value: Expression,
 }
 
+/// Measurement noise of an output, as a fit found it: white noise plus an autocorrelated error (first order, AR(1)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorNoise {
+    /// Standard deviation of the white part, in the output's unit.
+    pub white_sd: f64,
+    /// Standard deviation of the autocorrelated part, in the output's unit; 0 where there is none.
+    pub autocorrelated_sd: f64,
+    /// Correlation time of the autocorrelated part, s: after it the correlation has fallen to 1/e.
+    pub correlation_time_s: f64,
+}
+
+impl SensorNoise {
+    /// White noise alone.
+    pub fn white(sd: f64) -> Self {
+        Self { white_sd: sd, autocorrelated_sd: 0.0, correlation_time_s: 0.0 }
+    }
+
+    /// Standard deviation of both parts together.
+    pub fn sd(&self) -> f64 {
+        self.white_sd.hypot(self.autocorrelated_sd)
+    }
+}
+
 /// A measured quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
@@ -147,6 +170,8 @@ pub struct Output {
     pub value: Expression,
     /// Standard deviation of the sensor; nothing where it is to be estimated.
     pub sd: Option<f64>,
+    /// Noise that a fit found and wrote; forecasts use it where `sd` is to be estimated.
+    pub noise: Option<SensorNoise>,
     /// Readings at or beyond these are saturated.
     pub range: Option<[f64; 2]>,
     /// Quantisation step.

@@ -5,7 +5,9 @@ use super::equations::Equations;
 use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
-use super::{Expression, Hold, Input, Model, Numerics, Output, Shaken, State, Table, check, effects};
+use super::{
+    Expression, Hold, Input, Model, Numerics, Output, SensorNoise, Shaken, State, Table, check, effects,
+};
 use crate::error::{Fault, ModelError, ReadFault};
 use crate::limits;
 use crate::text::{Symbol, Tree};
@@ -121,7 +123,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
             item.table("an expression in quotes or a table such as { value = \"x_m\", sd = \"estimate\" }")?;
         }
         let [range, step, period] = ["range", "step", "period"].map(|kind| suffixed(&item, kind));
-        item.known(&known_with(&["value", "sd", "range", "unit"], &[&step, &period]))?;
+        item.known(&known_with(&["value", "sd", "noise", "range", "unit"], &[&step, &period]))?;
         names.outputs.push(name.into());
         model.outputs.push(Output {
             name: name.into(),
@@ -134,6 +136,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
                 }
                 sd => sd.map(|sd| sd.positive()).transpose()?,
             },
+            noise: item.at("noise").map(|noise| read_noise(&noise)).transpose()?,
             range: range.map(|r| r.range()).transpose()?,
             step: step.map(|s| s.positive()).transpose()?,
             period: period.map(|p| p.positive()).transpose()?,
@@ -167,6 +170,22 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         });
     }
     Ok(())
+}
+
+fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
+    let example = "noise = { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }";
+    item.table("a table such as { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }")?;
+    item.known(&["white_sd", "autocorrelated_sd", "correlation_time_s"])?;
+    let entry = |key| -> Result<f64, ModelError> {
+        let value = item.at(key).ok_or_else(|| item.error(Fault::Missing { key, example }))?;
+        let found = value.number()?;
+        if found < 0.0 { Err(value.error(Fault::Negative { found })) } else { Ok(found) }
+    };
+    Ok(SensorNoise {
+        white_sd: entry("white_sd")?,
+        autocorrelated_sd: entry("autocorrelated_sd")?,
+        correlation_time_s: entry("correlation_time_s")?,
+    })
 }
 
 fn read_shaken(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {

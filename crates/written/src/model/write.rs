@@ -1,7 +1,7 @@
 //! A model written back into its file: new values of parameters, intervals, what is held, and effects; everything else, comments
 //! and order included, stays as the user wrote it.
 
-use super::{Addition, How, Model, Parameter, Shaken};
+use super::{Addition, How, Model, Parameter, SensorNoise, Shaken};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -43,6 +43,11 @@ impl Model {
                 && entry.is_table_like()
             {
                 set(entry, "sd", sd.into());
+            }
+        }
+        for output in &self.outputs {
+            if let Some(entry) = document.get_mut("outputs").and_then(|o| o.get_mut(&output.name)) {
+                set_noise(entry, output.noise);
             }
         }
         for state in self.states.iter().filter(|s| s.shared) {
@@ -165,6 +170,28 @@ fn set(entry: &mut Item, key: &str, new: Value) {
             }
         }
     }
+}
+
+/// Writes the noise that was found for an output into its entry, or removes it.
+fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
+    let Some(noise) = noise else {
+        if let Some(table) = entry.as_table_like_mut() {
+            table.remove("noise");
+        }
+        return;
+    };
+    let mut table = InlineTable::new();
+    table.insert("white_sd", noise.white_sd.into());
+    table.insert("autocorrelated_sd", noise.autocorrelated_sd.into());
+    table.insert("correlation_time_s", noise.correlation_time_s.into());
+    if !entry.is_table_like()
+        && let Some(there) = entry.as_value_mut()
+    {
+        let mut output = InlineTable::new();
+        output.insert("value", there.clone().decorated("", ""));
+        *there = decorated(Value::InlineTable(output), there);
+    }
+    set(entry, "noise", Value::InlineTable(table));
 }
 
 /// Puts noise of the motion into a state's entry, or takes it out.
