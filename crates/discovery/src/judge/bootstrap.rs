@@ -28,7 +28,7 @@ fn eased(price: f64) -> f64 {
     0.5 * errors * errors
 }
 
-/// What resamples select.
+/// Sets that the resamples select.
 pub(crate) struct Resamples {
     /// Labels of each set that one of them selects, and the share of those that do.
     sets: Vec<(Vec<String>, f64)>,
