@@ -5,7 +5,7 @@ use crate::error::{raised, unlocked};
 use crate::model::Model;
 use crate::source::{Source, accepted};
 use augsim_discovery::Options;
-use augsim_report::{DiscoveryReport, discovery_excerpt, discovery_figures, discovery_report};
+use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
 use augsim_session::{Circumstances, DataFrom, Subject, Wanted};
 use pyo3::prelude::*;
@@ -54,7 +54,7 @@ pub fn discover(
 }
 
 impl Discovery {
-    fn report(&self, folder: &Path) -> DiscoveryReport {
+    fn report(&self, folder: &Path) -> Page {
         let circumstances = Circumstances::new(self.model.as_deref(), &self.data, &self.wanted, folder);
         page(&circumstances, &self.subject, &self.found)
     }
@@ -74,12 +74,12 @@ impl Discovery {
 
     /// The page as it is in a folder.
     fn page(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
-        unlocked(py, || Ok(discovery_report(&self.report(&folder))))
+        unlocked(py, || Ok(self.report(&folder).render()))
     }
 
     /// The beginning of the page.
     fn excerpt(&self, py: Python<'_>) -> PyResult<String> {
-        unlocked(py, || Ok(discovery_excerpt(&self.report(Path::new("")))))
+        unlocked(py, || Ok(self.report(Path::new("")).excerpt().render()))
     }
 
     /// Titles and SVG documents of all figures.
@@ -87,6 +87,6 @@ impl Discovery {
         let drawn = |figure: &augsim_report::figure::Figure| {
             (figure.title().to_owned(), figure.svg_document(FIGURE_WIDTH))
         };
-        unlocked(py, || Ok(discovery_figures(&self.report(Path::new(""))).iter().map(drawn).collect()))
+        unlocked(py, || Ok(self.report(Path::new("")).into_figures().iter().map(drawn).collect()))
     }
 }

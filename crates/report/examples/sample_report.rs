@@ -1,24 +1,20 @@
 //! Writes sample reports with made-up content, to look at in a browser.
 //!
 //! `cargo run -p augsim-report --example sample_report -- training out/training.html`
-//! (or `discovery`, `nothing`, or `empty`).
+//! (or `empty`).
 
-#[path = "sample_report/discovery.rs"]
-mod discovery;
 #[path = "sample_report/training.rs"]
 mod training;
 
-use augsim_report::{BenchmarkReport, DiscoveryReport, benchmark_report, discovery_report};
+use augsim_report::{BenchmarkReport, benchmark_report};
 
 fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [kind, path] = arguments.as_slice() else {
-        return Err(std::io::Error::other("usage: sample_report training|discovery|nothing|empty PATH"));
+        return Err(std::io::Error::other("usage: sample_report training|empty PATH"));
     };
     let html = match kind.as_str() {
         "training" => benchmark_report(&training::sample()),
-        "discovery" => discovery_report(&discovery::sample()),
-        "nothing" => discovery_report(&DiscoveryReport::default()),
         "empty" => benchmark_report(&BenchmarkReport::default()),
         other => return Err(std::io::Error::other(format!("unknown kind `{other}`"))),
     };

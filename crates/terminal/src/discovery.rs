@@ -38,7 +38,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     claim.write(MODEL, &found.model_toml)?;
     let mut circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
     circumstances.pictures = pictures(&subject, &found, &data);
-    claim.write(REPORT, &augsim_report::discovery_report(&page(&circumstances, &subject, &found)))?;
+    claim.write(REPORT, &page(&circumstances, &subject, &found).render())?;
     claim.write_timing(())?;
     Ok(found)
 }

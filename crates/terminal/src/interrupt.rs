@@ -43,6 +43,12 @@ impl Keeper {
     }
 }
 
+impl Default for Keeper {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Drop for Keeper {
     fn drop(&mut self) {
         KEEPERS.fetch_sub(1, Ordering::SeqCst);

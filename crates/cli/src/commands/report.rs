@@ -1,7 +1,7 @@
 //! `augsim report`: single figures of the page of a discovery.
 
 use augsim_data::atomic_write;
-use augsim_report::{discovery_figures, figure_names};
+use augsim_report::page::figure_names;
 use augsim_session::discovery_page::page;
 use augsim_session::usage::{PathFault, UnknownName};
 use augsim_session::{Circumstances, Subject, discovery_in, folders};
@@ -47,7 +47,7 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
     let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
-    let figures = discovery_figures(&page(&Circumstances::default(), &subject, &found));
+    let figures = page(&Circumstances::default(), &subject, &found).into_figures();
     let names = figure_names(&figures);
     let Some(wanted) = &args.figure else {
         let listed = Listed { figures: names, written: None };

@@ -347,7 +347,7 @@ fn tanks_have_a_free_scale_and_an_overflow() {
     let rows = std::fs::read_to_string(folder.join("estimation.csv")).unwrap();
     std::fs::write(d.join("tanks.csv"), rows.replacen("t_s", "time_s", 1)).unwrap();
     // As textbooks have it: the gain of the pump and the level that nobody sees share a scale, which is free.
-    let model = include_str!("../../models/cascaded-tanks.toml");
+    let model = include_str!("../../../reproduce/models/cascaded-tanks.toml");
     let free = model.replacen("frozen = true", "min = 0.0, max = 1.0", 1);
     assert_ne!(free, model);
     std::fs::write(d.join("tanks.toml"), free).unwrap();

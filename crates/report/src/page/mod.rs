@@ -8,12 +8,12 @@ mod style;
 mod table;
 
 pub use figures::{Columns, FigureBlock, Grid, LegendEntry};
-pub(crate) use table::estimate_text;
-pub use table::{Best, Cell, Column, Row, Table};
+pub use table::{Best, Cell, Column, Row, Table, estimate_text};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
 
+use crate::figure::Figure;
 use crate::plot::palette;
 pub use crate::plot::text::significant;
 use figures::Ids;
@@ -157,6 +157,49 @@ pub(crate) fn rich(text: &str) -> Markup {
             @if i % 2 == 1 { code { (piece) } } @else { (piece) }
         }
     }
+}
+
+/// Sections of an excerpt.
+const EXCERPT_SECTIONS: usize = 3;
+
+impl Page {
+    /// The beginning of the page, for where there is little room: title, outcome and the first sections that have content.
+    #[must_use]
+    pub fn excerpt(mut self) -> Self {
+        self.sections.retain(|section| !section.blocks.is_empty());
+        self.sections.truncate(EXCERPT_SECTIONS);
+        self
+    }
+
+    /// All figures of the page in its order.
+    #[must_use]
+    pub fn into_figures(self) -> Vec<Figure> {
+        let blocks = self.sections.into_iter().flat_map(|section| section.blocks);
+        let figures = |block| match block {
+            Block::Figure(figure) => vec![figure.figure],
+            Block::Grid(grid) => grid.figures,
+            _ => Vec::new(),
+        };
+        blocks.flat_map(figures).collect()
+    }
+}
+
+/// Names of figures, in their order: the words of each title before a colon or comma, in small letters with
+/// hyphens, and a number where several have the same.
+#[must_use]
+pub fn figure_names(figures: &[Figure]) -> Vec<String> {
+    let mut plain: Vec<String> = Vec::new();
+    let mut names = Vec::new();
+    for figure in figures {
+        let title = figure.title().split([':', ',']).next().unwrap_or_default().to_lowercase();
+        let words: Vec<&str> =
+            title.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let name = words.join("-");
+        let same = plain.iter().filter(|n| **n == name).count();
+        names.push(if same == 0 { name.clone() } else { format!("{name}-{}", same + 1) });
+        plain.push(name);
+    }
+    names
 }
 
 impl Page {

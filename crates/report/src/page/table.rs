@@ -160,7 +160,7 @@ impl Cell {
 }
 
 /// An estimate and its interval, with decimals that show two digits of the interval's half width.
-pub(crate) fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
+pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {

@@ -132,7 +132,8 @@ fn exponent_of(value: f64, digits: usize) -> i32 {
 }
 
 /// `word` with a capital first letter.
-pub(crate) fn capitalised(word: &str) -> String {
+#[must_use]
+pub fn capitalised(word: &str) -> String {
     let mut chars = word.chars();
     chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }

@@ -3,11 +3,12 @@
 use super::fit::prepared;
 use super::forecast::{FreeRun, free_runs};
 use super::records;
+use crate::discovery_page::{Example, LawCurve};
 use crate::{DataFrom, Subject};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_physics::system::{Record, typical_step};
-use augsim_report::discovery::{Example, LawCurve};
+
 use augsim_written::library::curves;
 use augsim_written::{Model, WrittenSystem};
 

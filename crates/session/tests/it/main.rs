@@ -1,5 +1,8 @@
 //! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
 
+// The page of a discovery.
+mod discovery_page;
+
 // The examples of this crate run.
 mod examples;
 

@@ -1,19 +1,44 @@
-//! Sections on findings: effects, parameters, candidates, noise, open questions.
+//! Findings: effects, parameters, leads, candidates, noise, open questions.
 
-use super::{DiscoveryReport, Lead, Noise, NullRecords, Parameter, Verdict};
-use crate::figure::Heatmap;
-use crate::page::{Block, Cell, Column, Columns, Grid, Row, Table};
-use crate::plot::text::significant;
+use super::{DeclaredParameter, display_unit};
+use augsim_data::Unit;
+use augsim_discovery::{Candidate, Discovery, Estimate, Lead, NullRecords, Verdict};
+use augsim_report::figure::Heatmap;
+use augsim_report::page::{Block, Cell, Column, Columns, Grid, Row, Table, estimate_text, significant};
+use std::collections::BTreeMap;
 
-fn parameter_cells(p: &Parameter) -> [Cell; 2] {
-    let unit = if p.unit.is_empty() { Cell::Missing } else { Cell::text(&p.unit) };
-    [Cell::estimate(p.value, p.ci95), unit]
+fn value_cell(estimate: &Estimate) -> Cell {
+    Cell::estimate(estimate.value, Some(estimate.ci95))
 }
 
-pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
+fn unit_cell(unit: &str) -> Cell {
+    if unit.is_empty() { Cell::Missing } else { Cell::text(unit) }
+}
+
+/// Estimates with their names; those with values by group are followed by the values of the groups.
+fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate)> {
+    let mut list = Vec::new();
+    for (name, estimate) in estimates {
+        let has_groups = !estimate.groups.is_empty();
+        list.push((if has_groups { format!("{name}, mean over groups") } else { name.clone() }, estimate));
+        list.extend(estimate.groups.iter().map(|(group, e)| (format!("{name} of {group}"), e)));
+    }
+    list
+}
+
+/// The candidates: the chosen one, then the others by gain less penalty.
+fn sorted(candidates: &[Candidate]) -> Vec<&Candidate> {
+    let mut sorted: Vec<&Candidate> = candidates.iter().collect();
+    let place = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
+    sorted.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(std::cmp::Ordering::Equal));
+    sorted
+}
+
+/// Established effects, the null rate and the declared parameters.
+pub(super) fn found(d: &Discovery, declared: &[DeclaredParameter]) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if report.effects.is_empty() {
-        let text = match report.verdict {
+    if d.effects.is_empty() {
+        let text = match d.verdict {
             Verdict::NothingToAdd => {
                 "No effect was added: what the calibrated model leaves looks like noise."
             }
@@ -21,22 +46,11 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
         };
         blocks.push(Block::Prose(text.to_owned()));
     } else {
-        blocks.push(Block::Table(established(report)));
+        blocks.push(Block::Table(established(d)));
     }
-    blocks.extend(report.null_records.map(|null| Block::Prose(null_rate(null))));
-    if !report.calibrated.is_empty() {
-        let rows = (report.calibrated.iter())
-            .map(|c| {
-                let [value, unit] = parameter_cells(&c.parameter);
-                let value = if c.frozen { Cell::text("frozen") } else { value };
-                Row::from(vec![
-                    Cell::text(format!("`{}`", c.parameter.name)),
-                    Cell::Number(c.declared),
-                    value,
-                    unit,
-                ])
-            })
-            .collect();
+    blocks.extend(d.null_records.as_ref().map(|null| Block::Prose(null_rate(null))));
+    let rows: Vec<Row> = declared.iter().filter_map(|p| calibrated(p, d.parameters.get(&p.name))).collect();
+    if !rows.is_empty() {
         blocks.push(Block::Table(Table {
             caption: "Declared parameters".to_owned(),
             columns: vec![
@@ -52,9 +66,28 @@ pub(super) fn found(report: &DiscoveryReport) -> Vec<Block> {
     blocks
 }
 
+/// The row of a declared parameter; none where it was not fitted although it is free.
+fn calibrated(declared: &DeclaredParameter, fitted: Option<&Estimate>) -> Option<Row> {
+    let name = &declared.name;
+    let unit = match fitted {
+        Some(estimate) => estimate.unit.clone(),
+        None => Unit::of_column_name(name).map_or(String::new(), |u| u.symbol()),
+    };
+    let value = match fitted {
+        _ if declared.is_frozen => Cell::text("frozen"),
+        estimate => value_cell(estimate?),
+    };
+    Some(Row::from(vec![
+        Cell::text(format!("`{name}`")),
+        Cell::Number(declared.value),
+        value,
+        unit_cell(&unit),
+    ]))
+}
+
 /// The table of established effects: one row for each parameter.
-fn established(report: &DiscoveryReport) -> Table {
-    let effects = &report.effects;
+fn established(d: &Discovery) -> Table {
+    let (effects, (error_unit, scale)) = (&d.effects, display_unit(&d.error.unit));
     let has_removed = effects.iter().any(|e| e.removed.is_some());
     let has_inclusion = effects.iter().any(|e| e.inclusion.is_some());
     let has_q_value = effects.iter().any(|e| e.q_value.is_some());
@@ -63,9 +96,9 @@ fn established(report: &DiscoveryReport) -> Table {
     for effect in effects {
         let mut of_effect = Vec::new();
         if has_removed {
-            of_effect.push(Cell::number(effect.removed));
+            of_effect.push(Cell::number(effect.removed.map(|r| scale * r)));
         }
-        of_effect.push(Cell::number(effect.share.map(|s| s * 100.0)));
+        of_effect.push(Cell::Number(effect.share * 100.0));
         if has_inclusion {
             of_effect.push(Cell::number(effect.inclusion.map(|s| s * 100.0)));
         }
@@ -76,7 +109,7 @@ fn established(report: &DiscoveryReport) -> Table {
             of_effect.push(effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}"))));
         }
         let blank = vec![Cell::text(""); of_effect.len()];
-        let name = [Cell::text(format!("`{}`", effect.kind)), Cell::text(&effect.stands_for)];
+        let name = [Cell::text(format!("`{}`", effect.kind)), Cell::text(effect.stands_for.join(", "))];
         let row = |is_first: bool, parameter: [Cell; 3]| {
             let name = if is_first { name.clone() } else { [Cell::text(""), Cell::text("")] };
             let own = if is_first { of_effect.clone() } else { blank.clone() };
@@ -85,9 +118,9 @@ fn established(report: &DiscoveryReport) -> Table {
         if effect.parameters.is_empty() {
             rows.push(row(true, [Cell::Missing, Cell::Missing, Cell::Missing]));
         }
-        for (i, p) in effect.parameters.iter().enumerate() {
-            let [value, unit] = parameter_cells(p);
-            rows.push(row(i == 0, [Cell::text(format!("`{}`", p.name)), value, unit]));
+        for (i, (name, estimate)) in with_groups(&effect.parameters).into_iter().enumerate() {
+            let cells = [Cell::text(format!("`{name}`")), value_cell(estimate), unit_cell(&estimate.unit)];
+            rows.push(row(i == 0, cells));
         }
     }
     let mut columns = vec![
@@ -98,7 +131,7 @@ fn established(report: &DiscoveryReport) -> Table {
         Column::text("unit"),
     ];
     if has_removed {
-        columns.push(Column::number("error removed", &report.error.unit));
+        columns.push(Column::number("error removed", error_unit));
     }
     columns.push(Column::number("share of the gain", "%").decimals(1));
     if has_inclusion {
@@ -129,16 +162,17 @@ fn probability(p: Option<f64>) -> Cell {
 }
 
 /// The share of records without an effect that name one, in a sentence.
-fn null_rate(null: NullRecords) -> String {
+fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
     format!(
         "{named} of {of} records like these, made without an effect, {} one.",
-        if named == 1 { "names" } else { "name" }
+        if *named == 1 { "names" } else { "name" }
     )
 }
 
-pub(super) fn leads(report: &DiscoveryReport) -> Vec<Block> {
-    if report.leads.is_empty() {
+/// Findings that are not established.
+pub(super) fn leads(d: &Discovery) -> Vec<Block> {
+    if d.leads.is_empty() {
         return Vec::new();
     }
     let row = |lead: &Lead| {
@@ -159,7 +193,7 @@ pub(super) fn leads(report: &DiscoveryReport) -> Vec<Block> {
             Column::text("what it is short of"),
             Column::text("what would establish it"),
         ],
-        rows: report.leads.iter().map(row).collect(),
+        rows: d.leads.iter().map(row).collect(),
         footnotes: vec![
             "In resamples: share of the resamples of the data that select the effect. Chance: probability that chance alone moves its amount as \
              far from none; missing where no fitted model has the effect."
@@ -170,12 +204,13 @@ pub(super) fn leads(report: &DiscoveryReport) -> Vec<Block> {
     vec![Block::Prose(text.to_owned()), Block::Table(table)]
 }
 
-pub(super) fn open_questions(report: &DiscoveryReport) -> Vec<Block> {
+/// Open questions: unexplained structure, alternatives, the next experiment.
+pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if let Some(u) = &report.unexplained {
+    if let Some(u) = &d.unexplained {
         let mut text = format!(
             "A residual remains that no effect in the library explains. It lives {}, and depends on {}.",
-            match u.r#where.as_str() {
+            match u.place.as_str() {
                 "flight" => "in flight".to_owned(),
                 "impact" => "at impacts".to_owned(),
                 "sensor" => "in what the sensor reports".to_owned(),
@@ -190,45 +225,43 @@ pub(super) fn open_questions(report: &DiscoveryReport) -> Vec<Block> {
         }
         blocks.push(Block::Prose(text));
     }
-    if !report.alternatives.is_empty() {
+    if !d.alternatives.is_empty() {
         blocks.push(Block::Prose(
             "These explanations fit equally well; the data cannot tell them apart:".to_owned(),
         ));
         let name =
             |kinds: &Vec<String>| kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" with ");
-        blocks.push(Block::List(report.alternatives.iter().map(name).collect()));
+        blocks.push(Block::List(d.alternatives.iter().map(name).collect()));
     }
-    if let Some(next) = &report.next_experiment {
-        blocks.push(Block::Callout(format!("Next experiment: {next}")));
+    if !d.next_experiment.is_empty() {
+        blocks.push(Block::Callout(format!("Next experiment: {}", d.next_experiment)));
     }
     blocks
 }
 
-pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
-    if report.candidates.is_empty() {
+/// All sets of effects that were fitted.
+pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
+    if d.candidates.is_empty() {
         return Vec::new();
     }
-    let rows = report.candidates.iter().enumerate().map(|(i, c)| {
+    let rows = sorted(&d.candidates).into_iter().enumerate().map(|(i, c)| {
         let kinds = if c.kinds.is_empty() {
             "calibrated model".to_owned()
         } else {
             c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + ")
         };
-        let one = |p: &Parameter| {
-            let (value, interval) = match p.ci95 {
-                Some(ci) => crate::page::estimate_text(p.value, ci),
-                None => (significant(p.value, 3), String::new()),
-            };
+        let one = |(name, p): (String, &Estimate)| {
+            let (value, interval) = estimate_text(p.value, p.ci95);
             let interval = if interval.is_empty() { interval } else { format!(" [{interval}]") };
             let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            format!("`{}` = {value}{interval}{unit}", p.name)
+            format!("`{name}` = {value}{interval}{unit}")
         };
-        let parameters = c.parameters.iter().map(one).collect::<Vec<_>>().join("; ");
+        let parameters = with_groups(&c.parameters).into_iter().map(one).collect::<Vec<_>>().join("; ");
         Row {
             cells: vec![
                 Cell::text(kinds),
                 Cell::Number((i + 1) as f64),
-                Cell::number(c.score),
+                Cell::Number(c.gain - c.penalty),
                 if parameters.is_empty() { Cell::Missing } else { Cell::text(parameters) },
                 Cell::text(&c.why),
             ],
@@ -241,7 +274,7 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
         columns: vec![
             Column::text("effect"),
             Column::number("rank", "").decimals(0),
-            Column::number("gain less penalty", &report.score_unit).decimals(1),
+            Column::number("gain less penalty", "nats").decimals(1),
             Column::text("parameters [95 %]"),
             Column::text("why it won or lost"),
         ],
@@ -250,15 +283,16 @@ pub(super) fn candidates(report: &DiscoveryReport) -> Vec<Block> {
     })]
 }
 
-pub(super) fn correlations(report: &DiscoveryReport) -> Vec<Block> {
-    let c = &report.correlations;
-    if c.names.len() < 2 {
+/// Correlations of the estimates.
+pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
+    let (names, values) = &d.correlations;
+    if names.len() < 2 {
         return Vec::new();
     }
     let figure = Heatmap {
         title: "Correlation of the estimates".to_owned(),
-        names: c.names.clone(),
-        values: c.values.clone(),
+        names: names.clone(),
+        values: values.iter().map(|row| row.iter().copied().map(Some).collect()).collect(),
     };
     vec![Block::Grid(Grid {
         columns: Columns::Two,
@@ -269,44 +303,59 @@ pub(super) fn correlations(report: &DiscoveryReport) -> Vec<Block> {
     })]
 }
 
-pub(super) fn noise(noise: &Noise) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    if let Some(sd) = noise.sd {
-        let (value, interval) = noise.ci95.map_or_else(
-            || (significant(sd, 3), String::new()),
-            |ci| {
-                let (value, interval) = crate::page::estimate_text(sd, ci);
-                (value, format!(" (95 %: {interval})"))
-            },
-        );
-        let declared = noise.declared_sd.map_or_else(
-            || "none was declared".to_owned(),
-            |d| format!("declared: {} {}", significant(d, 3), noise.unit),
-        );
-        blocks.push(Block::Prose(format!(
-            "Standard deviation of the sensor, estimated from the data: {value} {}{interval}; {declared}.",
-            noise.unit
-        )));
-    }
-    let findings =
-        noise.findings.iter().map(|f| (format!("`{}`", f.kind), f.text.clone())).collect::<Vec<_>>();
-    if !findings.is_empty() {
-        blocks.push(Block::Definitions(findings));
-    } else if !blocks.is_empty() {
-        blocks.push(Block::Prose(
+/// The noise that was found in the data, beside the standard deviation that the model declares.
+pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
+    let (sd, unit) = (d.noise.sd, &d.noise.unit);
+    let declared = declared_sd.map_or_else(
+        || "none was declared".to_owned(),
+        |declared| format!("declared: {} {unit}", significant(declared, 3)),
+    );
+    let sd = significant(sd, 3);
+    let mut blocks = vec![Block::Prose(format!(
+        "Standard deviation of the sensor, estimated from the data: {sd} {unit}; {declared}."
+    ))];
+    let finding = |kind: &String| (format!("`{kind}`"), noise_text(kind, d));
+    let findings: Vec<_> = d.noise.findings.iter().map(finding).collect();
+    blocks.push(if findings.is_empty() {
+        Block::Prose(
             "Nothing else about the noise was found to differ from what a white, normal sensor gives."
                 .to_owned(),
-        ));
-    }
+        )
+    } else {
+        Block::Definitions(findings)
+    });
     blocks
 }
 
-pub(super) fn model(report: &DiscoveryReport) -> Vec<Block> {
-    if report.model_toml.is_empty() {
+/// A property of the noise that is not as declared, in words.
+fn noise_text(kind: &str, d: &Discovery) -> String {
+    let n = &d.noise;
+    match kind {
+        "noise-autocorrelated" => {
+            n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
+        }
+        "timing-jitter" => {
+            let scatter = n.jitter_s.map(|s| format!("time stamps scatter by {:.2} ms", 1e3 * s));
+            let frames = n
+                .frame_s
+                .map(|s| format!(" about frames of {:.3} ms, on which the samples were put", 1e3 * s));
+            scatter.unwrap_or_default() + &frames.unwrap_or_default()
+        }
+        "outliers" => n
+            .outliers
+            .map_or(String::new(), |count| format!("{count} samples lie too far off and were left out")),
+        "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
+        _ => String::new(),
+    }
+}
+
+/// The augmented model file.
+pub(super) fn model(d: &Discovery) -> Vec<Block> {
+    if d.model_toml.is_empty() {
         return Vec::new();
     }
     vec![Block::Code {
         caption: "The model file with what was found. `augsim simulate model.toml --like DATA` and `augsim predict model.toml --data DATA` run it, `augsim evaluate DIR --data DATA` scores it beside the declared model, `augsim train --residual-of DIR --data DATA` trains a net on what it leaves; DIR is the folder of this page.".to_owned(),
-        text: report.model_toml.clone(),
+        text: d.model_toml.clone(),
     }]
 }

@@ -1,0 +1,98 @@
+//! Error before and after: the key figures in the head of the page, and its section on errors.
+
+use super::{AFTER, BEFORE, display_unit};
+use augsim_discovery::{Discovery, Rmse, Verdict};
+use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Tone};
+use augsim_report::page::{Block, Cell, Column, FigureBlock, KeyFigure, Row, Table, significant};
+
+/// The few numbers to remember.
+pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
+    let (e, (unit, scale)) = (&d.error, display_unit(&d.error.unit));
+    let figure = |label: &str, value: f64, unit: &str, note: String| KeyFigure {
+        value: significant(value, 3),
+        unit: unit.to_owned(),
+        label: label.to_owned(),
+        note,
+    };
+    let floor = format!("noise floor {}\u{202f}{unit}", significant(scale * e.noise_floor.rmse, 3));
+    let after_label =
+        if d.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
+    let after = if d.adds() { e.augmented } else { e.calibrated };
+    let share_note = match d.verdict {
+        Verdict::NothingToAdd => "by calibration",
+        _ => "of what noise does not explain",
+    };
+    let mut figures = vec![
+        figure("error as declared", scale * e.declared.rmse, unit, "root mean square".to_owned()),
+        figure(after_label, scale * after.rmse, unit, floor),
+    ];
+    let share = e.explained_share;
+    figures.extend(share.map(|s| figure("removable error removed", s * 100.0, "%", share_note.to_owned())));
+    figures
+}
+
+/// Errors of the declared, the calibrated and the augmented model, as a table and as bars.
+pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
+    let (e, (unit, scale)) = (&d.error, display_unit(&d.error.unit));
+    let scaled = |r: Rmse| (scale * r.rmse, r.ci95.map(|v| scale * v));
+    let mut stages = vec![
+        ("declared", e.declared, BEFORE, "the model file as it is"),
+        ("calibrated", e.calibrated, Tone::Series(2), "declared parameters fitted"),
+    ];
+    if d.adds() {
+        stages.push(("augmented", e.augmented, AFTER, "with the effects added"));
+    }
+    stages.push(("noise floor", e.noise_floor, Tone::Muted, "what the sensor alone gives"));
+    let bar = |(name, error, tone, _): &(&str, Rmse, Tone, &str)| {
+        let (value, interval) = scaled(*error);
+        Bar { name: (*name).to_owned(), tone: *tone, value: Some(value), interval: Some(interval) }
+    };
+    let figure = Bars {
+        title: format!("Error on {} trajectories that no fit has seen: {quantity}", e.heldout_trajectories),
+        value: Axis::linear("root mean square error", unit),
+        groups: vec![BarGroup { label: String::new(), bars: stages.iter().map(bar).collect() }],
+        references: Vec::new(),
+        shape: BarShape::Bar,
+    };
+    let has_effects = !d.effects.is_empty();
+    let gain = has_effects.then_some(("reduction", e.reduction, Tone::Muted, "calibrated minus augmented"));
+    let row = |(name, error, _, meaning): &(&str, Rmse, Tone, &str)| {
+        let (value, interval) = scaled(*error);
+        Row {
+            cells: vec![Cell::text(*name), Cell::text(*meaning), Cell::estimate(value, Some(interval))],
+            compare: None,
+            strong: *name == "augmented",
+        }
+    };
+    let table = Table {
+        caption: format!(
+            "Error of the {quantity} on {} trajectories that no fit has seen",
+            e.heldout_trajectories
+        ),
+        columns: vec![
+            Column::text("model"),
+            Column::text("which is"),
+            Column::number("root mean square error [95 %]", unit),
+        ],
+        rows: stages.iter().chain(&gain).map(row).collect(),
+        footnotes: vec![match e.folds {
+            None => "These trajectories were kept out from the beginning. Intervals by bootstrap over trajectories.".to_owned(),
+            Some(n) => format!(
+                "Too few trajectories to keep any out: fits and choice were repeated without each of {n} folds, and every trajectory \
+                 is forecast by a model that has not seen it. Intervals by bootstrap over trajectories."
+            ),
+        }],
+    };
+    let share = e.explained_share.map(|s| {
+        Block::Prose(format!(
+            "Of the error that noise does not explain, {} % was removed.",
+            significant(s * 100.0, 3)
+        ))
+    });
+    let mut blocks: Vec<Block> = share.into_iter().collect();
+    blocks.extend([
+        Block::Table(table),
+        Block::Figure(Box::new(FigureBlock { figure: figure.into(), caption: String::new() })),
+    ]);
+    blocks
+}

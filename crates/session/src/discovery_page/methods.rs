@@ -1,0 +1,121 @@
+//! Remarks below the tables of a page, and the methods behind them with their references.
+
+use augsim_discovery::Discovery;
+use augsim_report::page::Method;
+
+/// Remarks: windows that were left out, autocorrelated residuals, further measured quantities, forecast horizons.
+pub(super) fn notes(d: &Discovery) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(windows) = &d.windows {
+        let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
+        let rule = &windows.rule;
+        notes.push(format!(
+            "{train} windows were fitted and {test} predicted; {a} and {b} of them were {rule}."
+        ));
+    }
+    notes.extend(d.independent.map(|share| {
+        format!(
+            "Residuals of the answer are autocorrelated as if {:.0} % of them were independent: gains count so many.",
+            100.0 * share
+        )
+    }));
+    notes.extend(d.errors.iter().map(|(measure, e)| {
+        let (declared, calibrated) = (e.declared.rmse, e.calibrated.rmse);
+        let (augmented, floor) = (e.augmented.rmse, e.noise_floor.rmse);
+        format!(
+            "Error of {measure} on the same forecasts, {}: declared {declared:.3}, calibrated {calibrated:.3}, augmented {augmented:.3}, noise floor {floor:.3}.",
+            e.unit
+        )
+    }));
+    notes.extend(d.horizons.iter().flat_map(|h| {
+        h.errors.iter().map(|(measure, e)| {
+            let gain = e.reduction;
+            format!(
+                "After {} s from a measured state ({} forecasts), {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}; gain over calibration {:.3}, 95 % interval {:.3} to {:.3}.",
+                h.horizon_s, h.forecasts, e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, gain.rmse,
+                gain.ci95[0], gain.ci95[1]
+            )
+        })
+    }));
+    notes
+}
+
+/// Methods that were used for this discovery.
+pub(super) fn methods(d: &Discovery) -> Vec<Method> {
+    let method = |name: &str, purpose: &str, reference: &str| Method {
+        name: name.to_owned(),
+        purpose: purpose.to_owned(),
+        reference: reference.to_owned(),
+    };
+    let mut all = vec![
+        method(
+            "Variable projection",
+            "initial states are eliminated from every fit",
+            "Golub, Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares, 1973",
+        ),
+        method(
+            "Levenberg-Marquardt with exact sensitivities",
+            "fits through events and contact, by dual numbers with the derivative of the event time",
+            "Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear Parameters, 1963",
+        ),
+        method(
+            "Block cross-validation in one Gauss-Newton step",
+            "how well a set of effects predicts what it was not fitted to",
+            "Beirami, Razaviyayn, Shahrampour, Tarokh: On Optimal Generalizability in Parametric Learning, 2017",
+        ),
+        method(
+            "Block jackknife",
+            "whether an effect is away from none, whatever the correlation of the residuals",
+            "Kuensch: The Jackknife and the Bootstrap for General Stationary Observations, 1989",
+        ),
+        method(
+            "Effective sample size",
+            "autocorrelated residuals count less in a gain",
+            "Bartlett: On the Theoretical Specification and Sampling Properties of Autocorrelated Time-Series, 1946",
+        ),
+        method(
+            "Bayesian bootstrap over blocks",
+            "share of the resamples in which a finding comes back",
+            "Rubin: The Bayesian Bootstrap, 1981",
+        ),
+        method(
+            "q-values under dependence",
+            "share of false findings among those that are as significant",
+            "Benjamini, Yekutieli: The Control of the False Discovery Rate in Multiple Testing under Dependency, 2001",
+        ),
+    ];
+    if d.tests.periodicity.is_some() {
+        all.push(method(
+            "Laplace approximation, evidence fixed point",
+            "a parameter of the events that scatters",
+            "MacKay: Bayesian Interpolation, Neural Computation 1992",
+        ));
+    }
+    if d.null_records.is_some() {
+        all.push(method(
+            "Wild cluster bootstrap",
+            "how often records like these name an effect where none is missing",
+            "Cameron, Gelbach, Miller: Bootstrap-Based Improvements for Inference with Clustered Errors, 2008",
+        ));
+    }
+    if d.error.folds.is_some() {
+        all.push(method(
+            "Nested cross-validation",
+            "errors on data that neither a fit nor the choice of the model has seen",
+            "Varma, Simon: Bias in Error Estimation When Using Cross-Validation for Model Selection, 2006",
+        ));
+    }
+    all.extend([
+        method(
+            "Sandwich covariance",
+            "intervals of the parameters",
+            "White: Maximum Likelihood Estimation of Misspecified Models, 1982",
+        ),
+        method(
+            "Bootstrap over records",
+            "intervals of the errors on data that no fit has seen",
+            "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
+        ),
+    ]);
+    all
+}

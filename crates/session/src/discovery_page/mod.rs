@@ -1,0 +1,182 @@
+//! The page of a discovery: what the model lacks, the evidence, and the error before and after.
+
+mod errors;
+mod examples;
+mod findings;
+mod methods;
+mod residuals;
+
+pub use examples::{Example, TopView};
+pub use residuals::LawCurve;
+
+use crate::{Circumstances, Subject};
+use augsim_discovery::{Discovery, Verdict};
+use augsim_physics::model::{ModelFile, Parameter};
+use augsim_report::figure::Tone;
+use augsim_report::page::{Block, Page, Provenance, Section};
+
+/// Colours of the stages, the same on the whole page.
+const BEFORE: Tone = Tone::Series(1);
+const AFTER: Tone = Tone::Series(0);
+
+/// A parameter of the declared model.
+#[derive(Debug)]
+struct DeclaredParameter {
+    name: String,
+    value: f64,
+    is_frozen: bool,
+}
+
+/// The parts of the declared model that the page shows.
+#[derive(Debug)]
+struct DeclaredModel {
+    /// Kind of system, or name of the model.
+    scenario: String,
+    /// Quantity that is predicted.
+    quantity: String,
+    parameters: Vec<DeclaredParameter>,
+    /// Declared standard deviation of the sensor, in the unit of the noise.
+    sensor_sd: Option<f64>,
+}
+
+impl DeclaredModel {
+    fn of(subject: &Subject) -> Self {
+        match subject {
+            Subject::BuiltIn(model) => Self::of_built_in(model),
+            Subject::Written(model) => {
+                let output = model.outputs.first().map_or("", |o| &o.name);
+                let parameters = model.parameters.iter();
+                Self {
+                    scenario: model.name.clone(),
+                    quantity: format!("free run of {output} from its first samples"),
+                    parameters: parameters
+                        .map(|p| DeclaredParameter {
+                            name: p.name.clone(),
+                            value: p.nominal,
+                            is_frozen: p.frozen,
+                        })
+                        .collect(),
+                    sensor_sd: None,
+                }
+            }
+        }
+    }
+
+    fn of_built_in(model: &ModelFile) -> Self {
+        let (scenario, quantity, parameters, sensor_sd): (&str, &str, &[Parameter], Option<f64>) = match model
+        {
+            ModelFile::Ball(m) => ("ball", "forecast after the first flight", &m.parameters, m.position_sd_m),
+            ModelFile::Push(m) => (
+                "push",
+                "position of the object, open loop from a measured pose",
+                &m.parameters,
+                m.position_sd_m,
+            ),
+        };
+        let parameter =
+            |p: &Parameter| DeclaredParameter { name: p.name.clone(), value: p.nominal, is_frozen: p.frozen };
+        Self {
+            scenario: scenario.to_owned(),
+            quantity: quantity.to_owned(),
+            parameters: parameters.iter().map(parameter).collect(),
+            sensor_sd,
+        }
+    }
+}
+
+/// The page of a discovery that was made under these circumstances.
+pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> Page {
+    let declared = DeclaredModel::of(subject);
+    let pictures = &circumstances.pictures;
+    let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {
+        (false, _) => "Runs of both models",
+        (true, false) => "Trajectories that no fit has seen",
+        (true, true) => "Trajectories and both models",
+    };
+    let prose = |list: &[String]| list.iter().cloned().map(Block::Prose).collect::<Vec<_>>();
+    let warnings: Vec<String> = d.warnings.iter().map(|w| w.text.clone()).collect();
+    let command = Some(&circumstances.reproduce).filter(|command| !command.is_empty());
+    let reproduce = command.map(|text| Block::Code { caption: String::new(), text: text.clone() });
+    Page {
+        overline: format!("augsim · discovery report · {}", declared.scenario),
+        title: format!("{}: what the model lacks", circumstances.name),
+        verdict: verdict_in_words(d.verdict).to_owned(),
+        summary: without_intervals(&d.sentence),
+        key_figures: errors::key_figures(d),
+        sections: vec![
+            Section::new(runs, examples::blocks(d, &pictures.examples)),
+            Section::new("Warnings about the data", prose(&warnings)),
+            Section::new("Error on data that no fit has seen", errors::blocks(d, &declared.quantity)),
+            Section::new("What was found", findings::found(d, &declared.parameters)),
+            Section::new("Leads", findings::leads(d)),
+            Section::new("The laws as curves", residuals::laws(&pictures.laws)),
+            Section::new("What remains open", findings::open_questions(d)),
+            Section::new("Residual, before and after", residuals::blocks(d)),
+            Section::new("Candidates", findings::candidates(d)),
+            Section::new("How well the parameters are told apart", findings::correlations(d)),
+            Section::new("Noise", findings::noise(d, declared.sensor_sd)),
+            Section::new("Augmented model", findings::model(d)),
+            Section::new("Remarks", prose(&methods::notes(d))),
+            Section::new("Methods and references", vec![Block::Methods(methods::methods(d))]),
+            Section::new("How to reproduce", reproduce.into_iter().collect()),
+        ],
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: Some(circumstances.seed),
+            data: circumstances.sources.clone(),
+            ..Provenance::default()
+        },
+    }
+}
+
+/// The word for a verdict in the head of the page.
+fn verdict_in_words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NothingToAdd => "nothing to add",
+        Verdict::Explained => "explained",
+        Verdict::PartlyExplained => "partly explained",
+        Verdict::Unknown => "unknown effect",
+        Verdict::NotThisSystem => "not this system",
+    }
+}
+
+/// Display unit of an error, and the factor by which a value in the unit of the result is multiplied: as in sentences, mm for m.
+fn display_unit(unit: &str) -> (&str, f64) {
+    if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) }
+}
+
+/// The sentence of a result without its intervals, which are in the tables.
+fn without_intervals(sentence: &str) -> String {
+    let mut out = String::new();
+    let mut remaining = sentence;
+    while let Some((before, after)) = remaining.split_once(" [") {
+        match after.split_once(']') {
+            // An interval is two numbers.
+            Some((inside, behind)) if inside.split(", ").all(|n| n.parse::<f64>().is_ok()) => {
+                out += before;
+                remaining = behind;
+            }
+            _ => {
+                out += before;
+                out += " [";
+                remaining = after;
+            }
+        }
+    }
+    out + remaining
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the head of the page leaves out intervals and nothing else.
+    use super::without_intervals;
+
+    #[test]
+    fn intervals_are_left_out_and_groups_are_kept() {
+        assert_eq!(
+            without_intervals("lacks drag (k = 0.3 [0.2, 0.4]) and x [a, b]; gain"),
+            "lacks drag (k = 0.3) and x [a, b]; gain"
+        );
+        assert_eq!(without_intervals("no [end"), "no [end");
+    }
+}
