@@ -1,5 +1,5 @@
-//! The ball of a model file thrown in the plane or in space, as an engine: [`SystemEngine`](super::SystemEngine) is that of one
-//! that moves up and down, and of pushing.
+//! The ball of a model file, thrown in a plane or in space, as an engine.
+//! Vertical motion and pushing are simulated by [`SystemEngine`](super::SystemEngine).
 
 use super::ball::ModelBall;
 use super::error::EngineError;
@@ -27,7 +27,8 @@ impl Room {
     }
 }
 
-/// A thrown ball at the nominal values of its model's parameters; configurations and checkpoints hold the file's text.
+/// A thrown ball at the nominal values of its model's parameters.
+/// Configurations and checkpoints hold the text of the model file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Declared", into = "Declared")]
 pub struct ThrowEngine {
@@ -35,7 +36,7 @@ pub struct ThrowEngine {
     motion: Arc<ModelBall>,
 }
 
-/// The engine as configurations and checkpoints hold it.
+/// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Declared {
     room: Room,

@@ -1,7 +1,11 @@
-//! A system of equations as the nets use it: one sample interval at a time, many states side by side.
+//! A system of equations as an engine: one sample interval at a time, for many states at once.
 //!
-//! Nets correct the rates of equations of force and flow. Where the rate of one state is another one, it stays so: a change d of the
-//! rate of a speed over an interval h changes the speed by h d and what runs by it by h²/2 d.
+//! Nets correct the rates of force and flow equations. Where the rate of one state is another state, this
+//! relation is kept. A correction d of the rate of a velocity v, over an interval h, therefore changes
+//!
+//! ```text
+//! (1)  v by h d, and a state x with dx/dt = s v by h^2/2 s d.
+//! ```
 
 use super::error::EngineError;
 use super::motion::Motion;
@@ -14,16 +18,16 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The last of the action columns: equations may name the time.
+/// Name of the last action column: equations may depend on the time.
 const CLOCK: &str = "t_s";
-/// Halvings of a correction that would pass an event; then nothing is left of it.
+/// Maximum number of halvings of a correction that would cross an event; then it is dropped.
 const HALVINGS: usize = 12;
 
-/// A system of equations at the nominal values of its parameters; configurations and checkpoints hold the file's text and what data
-/// decided about its simulation.
+/// A system of equations at the nominal values of its parameters.
+/// Configurations and checkpoints hold the file's text and the numerical settings chosen from data.
 ///
-/// Its states are those of the model. Its actions are the inputs at the samples, those with a delay delayed already, the second derivatives
-/// of those that run as splines, and the time.
+/// States are those of the model. Actions are the inputs at the samples (already delayed where a delay is
+/// declared), the second derivatives of spline inputs, and the time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Declared", into = "Declared")]
 pub struct WrittenEngine {
@@ -31,29 +35,30 @@ pub struct WrittenEngine {
     motion: Arc<WrittenMotion>,
 }
 
-/// The form of an engine in configurations and checkpoints.
+/// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Declared {
     /// Seconds from one sample to the next.
     step_s: f64,
-    /// Steps of integration from one sample to the next.
+    /// Integration steps from one sample to the next.
     substeps: usize,
-    /// Whether the steps are implicit.
+    /// Whether the integrator is implicit.
     implicit: bool,
-    /// Standard deviation of the sensor of each output, in its unit.
+    /// Standard deviation of the measurement noise of each output, in its unit.
     sensor_sd: Vec<f64>,
     /// Text of the model file.
     model: String,
-    /// Widths of smoothed jumps by the text of their argument.
+    /// Widths of smoothed discontinuities, by the text of their argument.
     widths: BTreeMap<String, f64>,
 }
 
 impl WrittenEngine {
-    /// The engine of a system whose steps and widths suit its data, with `step_s` seconds between samples and the noise of the sensor
-    /// of each output, in its unit.
+    /// The engine of a system whose integration steps and smoothing widths suit its data.
+    /// `step_s` is the time between samples in s, `sensor_sd` the measurement noise of each output in its
+    /// unit.
     ///
     /// # Errors
-    /// [`EngineError`] if the step is not positive, or the model cannot be written down or compiled.
+    /// [`EngineError`] if the step is not positive, or the model cannot be serialised or compiled.
     pub fn new(system: &WrittenSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
         Self::try_from(Declared {
             step_s,
@@ -70,12 +75,12 @@ impl WrittenEngine {
         &self.declared.model
     }
 
-    /// The model, with steps and widths as the engine has them.
+    /// The model, with the engine's integration steps and smoothing widths.
     pub fn equations(&self) -> &Model {
         self.motion.system.model()
     }
 
-    /// Names of the actions: the inputs, second derivatives of those that run as splines, and the time.
+    /// Names of the actions: the inputs, the second derivatives of spline inputs, and the time.
     pub fn action_columns(&self) -> &[String] {
         &self.motion.action_columns
     }
@@ -85,12 +90,12 @@ impl WrittenEngine {
         self.declared.step_s
     }
 
-    /// Standard deviation of the sensor of each output, in its unit.
+    /// Standard deviation of the measurement noise of each output, in its unit.
     pub fn sensor_sd(&self) -> &[f64] {
         &self.declared.sensor_sd
     }
 
-    /// Outputs, without noise, at states `[row, S]` and actions `[row, A]` of the same samples, `[row, O]`.
+    /// Outputs without noise `[row, O]` at states `[row, S]` and actions `[row, A]` of the same samples.
     pub fn outputs(&self, states: &[f64], actions: &[f64]) -> Vec<f64> {
         let a = self.motion.action_columns.len();
         self.motion.outputs(states, actions.chunks_exact(a))
@@ -140,11 +145,11 @@ pub(crate) struct WrittenMotion {
     columns: Vec<String>,
     action_columns: Vec<String>,
     step_s: f64,
-    /// States whose rates are corrected.
+    /// Indices of the states whose rates are corrected.
     corrected: Vec<usize>,
-    /// States that run by a corrected one: state, place of that one in `corrected`, and their rate per unit of it.
+    /// States driven by a corrected one: (state, index in `corrected`, rate per unit of that state).
     runs_by: Vec<(usize, usize, f64)>,
-    /// Period of each state that wraps.
+    /// Period of each periodic state.
     periods: Vec<Option<f64>>,
 }
 
@@ -154,7 +159,7 @@ impl WrittenMotion {
         let options =
             Options { method: system.declared_method(), substeps: model.numerics.substeps.unwrap_or(1) };
         let mut parameters = model.nominals();
-        // Actions are delayed before they are sampled.
+        // The inputs in the actions are delayed already, so the simulation must not delay them again.
         model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| parameters[delay] = 0.0);
         let (corrected, runs_by) = corrected(model, &system, &parameters);
         let columns = model.states.iter().map(|s| s.name.clone()).collect();
@@ -181,13 +186,13 @@ impl WrittenMotion {
         self.corrected.len()
     }
 
-    /// Outputs, without noise, `[row, O]`, at states `[row, S]` and the actions of each.
+    /// Outputs without noise `[row, O]` at states `[row, S]` and the actions of each row.
     pub fn outputs<'a>(&'a self, states: &'a [f64], actions: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
         let rows = states.chunks_exact(self.columns.len()).zip(actions);
         self.system.outputs_at(rows.map(|(state, action)| self.point(state, action)))
     }
 
-    /// Period of each output that wraps, in its unit.
+    /// Period of each periodic output, in its unit.
     pub fn output_periods(&self) -> Vec<Option<f64>> {
         self.system.model().outputs.iter().map(|output| output.period).collect()
     }
@@ -197,25 +202,25 @@ impl WrittenMotion {
         self.system.model().inputs.len()
     }
 
-    /// Place of the time among the actions.
+    /// Index of the time among the actions.
     fn clock(&self) -> usize {
         self.action_columns.len() - 1
     }
 
-    /// Period of each state that wraps, in its unit.
+    /// Period of each periodic state, in its unit.
     pub fn periods(&self) -> &[Option<f64>] {
         &self.periods
     }
 
-    /// The states `next [row, S]` one interval after `states [row, S]`, while actions go from `from [row, A]` to `to [row, A]`. A row
-    /// that the equations cannot be simulated from is not a number.
+    /// Simulates one interval: states `next [row, S]` from `states [row, S]`.
+    /// Actions go from `from [row, A]` to `to [row, A]`. A row whose simulation fails is NaN.
     pub fn advance(&self, states: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         let (s, a) = (self.columns.len(), self.action_columns.len());
         let mut records: Vec<Option<Record>> = Vec::new();
         let mut record_of = Vec::with_capacity(states.len() / s);
         let mut last: Option<(&[f64], &[f64])> = None;
         for (from, to) in from.chunks_exact(a).zip(to.chunks_exact(a)) {
-            // Draws of one forecast are many rows under the same actions.
+            // The samples of one forecast are many rows with the same actions, which share a record.
             if last != Some((from, to)) {
                 records.push(self.interval(from, to));
                 last = Some((from, to));
@@ -239,7 +244,7 @@ impl WrittenMotion {
         }
     }
 
-    /// One sample interval; none where its times do not rise.
+    /// The inputs over one sample interval; `None` where its times do not increase.
     fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
         let times = [from[self.clock()], to[self.clock()]];
         let mut curvature = self.inputs();
@@ -255,15 +260,17 @@ impl WrittenMotion {
         Record::new("an interval", times.to_vec(), signals).ok()
     }
 
-    /// Changes of the corrected rates, `[D]` per second, that lead over one interval to `after` instead of `predicted`.
+    /// Corrections of the rates, `[D]` per second, that turn state `predicted` into `after`.
     pub fn lacking(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
         for (rate, &state) in rates.iter_mut().zip(&self.corrected) {
             *rate = (after[state] - predicted[state]) / self.step_s;
         }
     }
 
-    /// Changes a `predicted` state, at the end of an interval with `actions`, as corrected `rates [D]` over the interval do. Walls hold, and no event
-    /// is passed that the physics has not come to: it fires in the next interval.
+    /// Applies corrections `rates [D]` to the state `predicted` at the end of an interval.
+    /// State bounds hold. A correction that would cross an event which the physics has not reached is
+    /// shortened: the event then occurs in the next interval. `actions` are those at the end of the
+    /// interval.
     pub fn correct(&self, predicted: &[f64], actions: &[f64], rates: &[f64], out: &mut [f64]) {
         self.shifted(predicted, rates, 1.0, out);
         let events = &self.system.model().events;
@@ -294,7 +301,7 @@ impl WrittenMotion {
         out.copy_from_slice(predicted);
     }
 
-    /// Adds `share` of what corrected rates do over an interval; walls hold.
+    /// Adds `share` of the corrections over an interval, by (1), within the state bounds.
     fn shifted(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
         let h = self.step_s;
         out.copy_from_slice(predicted);
@@ -333,17 +340,17 @@ impl Motion for WrittenMotion {
     }
 }
 
-/// Whether an input runs as a spline, so that its values at two samples do not tell it in between.
+/// Whether an input is interpolated by a spline, which its values at two samples do not determine.
 fn is_spline(input: &Input) -> bool {
     input.hold == Some(Hold::Spline)
 }
 
-/// States whose rates are equations of force or flow, and what runs by them.
+/// States whose rates are force or flow equations, and the states driven by them.
 fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
     let declared = model.declared_states();
     let kinematic = kinematic(model);
     let corrected: Vec<usize> = (0..declared).filter(|s| !kinematic.contains(s)).collect();
-    // The rate of what runs by a speed is in proportion to it: its derivative is the same everywhere.
+    // The rate of a driven state is proportional to a velocity, so its derivative is the same everywhere.
     let (n, zeros) = (model.states.len(), vec![0.0; model.states.len()]);
     let inputs = vec![0.0; model.inputs.len()];
     let slopes = system.linearise(&Point { state: &zeros, inputs: &inputs, parameters, time: 0.0 }).by_state;
@@ -359,8 +366,9 @@ fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>,
     (corrected, runs_by)
 }
 
-/// States whose rates are no equations of force or flow: those in proportion to another state. Of two that run by each other (an
-/// oscillator without damping) the one whose rate is the other itself is the position.
+/// States whose rates are no force or flow equations: those proportional to another state.
+/// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other
+/// state is the position.
 fn kinematic(model: &Model) -> Vec<usize> {
     let motion = library::Motion::of(model);
     let is_plain = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
@@ -383,7 +391,7 @@ fn kinematic(model: &Model) -> Vec<usize> {
     kinematic
 }
 
-/// Period of a state that an output with one shows as it is.
+/// Period of a state, if a periodic output shows it unchanged.
 fn period(model: &Model, state: usize) -> Option<f64> {
     let shows = |o: &&Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
     model.outputs.iter().filter(shows).find_map(|o| o.period)
@@ -391,7 +399,7 @@ fn period(model: &Model, state: usize) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what is lacking is what a correction adds, a position follows its speed, and an event is not passed.
+    //! Contract: required corrections invert applied ones, positions follow, and no event is crossed.
     use super::*;
 
     fn motion(rates: &str, events: &str) -> WrittenMotion {

@@ -1,4 +1,4 @@
-//! One trait for every model that forecasts behind a prefix.
+//! The trait [`PrefixForecaster`]: forecasts of a trajectory after its first rows were observed.
 
 use super::started::Started;
 use super::{EngineLaw, Filter, FittedDrop, NetLaw, RestitutionLaw, Sensor, StartLaw, StepLaw};
@@ -6,54 +6,57 @@ use crate::{Forecaster, NetModel, SAMPLES, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 
-/// How a filter runs.
+/// Settings of a filter run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FilterSettings {
-    /// Particles.
+    /// Number of particles.
     pub particles: usize,
-    /// Draws of a forecast.
+    /// Number of draws of a forecast.
     pub samples: usize,
-    /// Seed of the sensor's noise and of the particles.
+    /// Seed of the simulated measurement noise and of the particles.
     pub seed: u64,
-    /// Whether the rows are readings of the sensor and not the truth: then nothing is added to what is seen, and the sensor's
-    /// noise is added to what is forecast.
+    /// Whether the rows are sensor readings instead of true states.
+    /// If so, no noise is added to the observed rows, and measurement noise is added to the forecasts.
     pub is_measured: bool,
 }
 
 impl FilterSettings {
-    /// The usual number of draws, of rows that are the truth.
+    /// Settings with [`SAMPLES`] draws a forecast, for rows that hold true states.
     pub fn new(particles: usize, seed: u64) -> Self {
         FilterSettings { particles, samples: SAMPLES, seed, is_measured: false }
     }
 }
 
-/// Knowledge that a model forecasts from: the rows seen, through which sensor, and the law of the start.
+/// Everything that a model may use for its forecast: observed rows, sensor, prior, and actions.
 #[derive(Debug, Clone, Copy)]
 pub struct Prefix<'a> {
-    /// Name of the trajectory.
+    /// Identifier of the trajectory.
     pub id: &'a str,
-    /// Rows `[n, S]` as measured.
+    /// Observed rows `[n, S]`.
     pub rows: &'a [f64],
-    /// The sensor.
+    /// Sensor through which the rows were observed.
     pub sensor: &'a Sensor,
-    /// Law of first states.
+    /// Prior distribution of the initial state.
     pub start: &'a StartLaw,
-    /// Actions `[T, A]`, known beforehand.
+    /// Actions `[T, A]` of the whole trajectory, known in advance.
     pub actions: &'a [f64],
-    /// Rows of the whole trajectory.
+    /// Number T of rows of the whole trajectory.
     pub time: usize,
-    /// Place of the trajectory in its set.
+    /// Index of the trajectory in its set.
     pub index: u64,
 }
 
 impl<'a> Prefix<'a> {
-    /// The forecast from the first row alone.
+    /// The task of forecasting from the first row alone.
     pub(super) fn task(&self) -> Task<'a> {
         let s = self.sensor.sd().len();
         Task { start: &self.rows[..s], actions: self.actions, time: self.time, index: self.index }
     }
 
-    /// Checks that every value of some of its rows `[n, S]` was seen.
+    /// Checks that all values of the given rows `[n, S]` are finite.
+    ///
+    /// # Errors
+    /// [`TrainerError::Unseen`] with the row and column of the first missing value.
     pub(super) fn check_seen(&self, rows: &[f64]) -> Result<(), TrainerError> {
         let s = self.sensor.sd().len();
         let hole = rows.iter().position(|v| !v.is_finite());
@@ -61,13 +64,15 @@ impl<'a> Prefix<'a> {
     }
 }
 
-/// A model that forecasts behind a prefix. It never sees more than its [`Prefix`].
+/// A model that forecasts after an observed prefix.
+/// It has access to its [`Prefix`] and to no later row.
 pub trait PrefixForecaster: Sync {
-    /// Forecasts `[time - n, S, sample]` behind the first n rows, for every n of `lengths` (ascending, at most the prefix's).
-    /// A forecast behind n rows is made before row n is read.
+    /// Forecasts `[time - n, S, sample]` after the first n rows, for every n of `lengths`.
+    /// The lengths are ascending and at most the prefix's. A forecast after n rows is made before row n is
+    /// read.
     ///
     /// # Errors
-    /// [`TrainerError`] if the model cannot be run, or the rows say too little.
+    /// [`TrainerError`] if the model cannot be run, or the rows do not determine the unknowns.
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -84,7 +89,8 @@ impl PrefixForecaster for NetModel {
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
         let first = |samples: usize| -> Result<Samples, TrainerError> {
-            // Behind one exact row nothing is filtered: the forecast from the first state, to the byte.
+            // After one exact row the posterior is the prior, so the forecast from the first state is
+            // reused, which keeps it identical to the unfiltered one in every bit.
             let mut whole = self.forecast(prefix.task(), samples)?;
             whole.values.drain(..prefix.sensor.sd().len() * whole.count);
             Ok(whole)
@@ -134,7 +140,8 @@ impl PrefixForecaster for FittedDrop {
     }
 }
 
-/// Forecasts of a law of steps; `first` is the forecast behind one exact row, where it is made without a filter.
+/// Runs a particle filter over the prefix and forecasts after each of `lengths` rows.
+/// `first` makes the forecast after one exact row where that needs no filter.
 fn stepped<'m>(
     law: &dyn Fn() -> Result<Box<dyn StepLaw + 'm>, TrainerError>,
     first: Option<&dyn Fn(usize) -> Result<Samples, TrainerError>>,
@@ -165,7 +172,7 @@ fn stepped<'m>(
     Ok(out)
 }
 
-/// Adds the sensor's noise of each column to samples `[rest, S, sample]` of states.
+/// Adds measurement noise to samples `[rest, S, sample]` of states, column by column.
 pub(super) fn read_by_sensor(samples: &mut Samples, sd: &[Option<f64>], (seed, index, n): (u64, u64, usize)) {
     let mut rng = random_stream(seed ^ n as u64, "readings", index);
     for (row, values) in samples.values.chunks_exact_mut(samples.count).enumerate() {

@@ -1,48 +1,49 @@
-//! One trajectory behind a prefix as a problem of inference: what is unknown, what was seen, and what a guess costs.
+//! Bayesian estimation of the unknowns of one trajectory from its observed rows.
 
 use augsim_physics::system::{Offsets, Record, Seed, Simulated, System, Task};
 
-/// A number that is not known of a trajectory before it is seen.
+/// A scalar that is estimated for each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unknown {
-    /// Where it enters a simulation.
+    /// Place of the unknown in the simulation: a parameter, an initial state or an event offset.
     pub seed: Seed,
-    /// Mean and standard deviation of its law; none where nothing is known.
+    /// Mean and standard deviation of its normal prior; `None` for a flat prior.
     pub law: Option<(f64, f64)>,
-    /// Bounds.
+    /// Lower and upper bound.
     pub bounds: [f64; 2],
 }
 
-/// One trajectory, the rows seen of it, and how well they are seen.
+/// The estimation problem of one trajectory: its unknowns, observed rows and noise levels.
 pub(super) struct Case<'a> {
     pub system: &'a dyn System,
     pub unknowns: &'a [Unknown],
-    /// Parameters of the system, in its order.
+    /// Parameter values of the system, in its order.
     pub values: &'a [f64],
-    /// Whether one offset is that of all events.
+    /// Whether all events share one offset.
     pub shared: bool,
     pub record: &'a Record,
-    /// Rows `[n, C]`; not a number where not measured or not seen.
+    /// Observed rows `[n, C]`; NaN where not measured.
     pub rows: &'a [f64],
-    /// Standard deviation of each channel.
+    /// Standard deviation of the measurement noise of each channel.
     pub sd: Vec<f64>,
-    /// The state that fits begin from, in the order of the schema.
+    /// Rough initial state from which fits start, in the order of the schema.
     pub start: Vec<f64>,
 }
 
 impl Case<'_> {
-    /// Rows seen.
+    /// Number of observed rows.
     pub fn seen(&self) -> usize {
         self.rows.len() / self.sd.len()
     }
 
-    /// Readings among the first `n` rows.
+    /// Number of measured values in the first `n` rows.
     pub fn readings(&self, n: usize) -> usize {
         self.rows[..n * self.sd.len()].iter().filter(|v| v.is_finite()).count()
     }
 
-    /// Simulates the first `samples` of the record at values of the unknowns, with derivatives with respect to `seeds`; false
-    /// where that cannot be done.
+    /// Simulates the first `samples` of the record at given values of the unknowns.
+    /// Derivatives are computed with respect to `seeds`. Returns false if the simulation fails or any
+    /// output is not finite.
     pub fn simulate(&self, at: &[f64], samples: usize, seeds: &[Seed], out: &mut Simulated) -> bool {
         let (mut parameters, mut start) = (self.values.to_vec(), self.start.clone());
         let mut offsets = Vec::new();
@@ -69,8 +70,8 @@ impl Case<'_> {
         self.system.simulate(&task, out).is_ok() && finite(out)
     }
 
-    /// Negative log posterior density of the unknowns given the first `n` rows, less a constant; infinite where the system
-    /// cannot be simulated or a bound is passed.
+    /// Negative log posterior density of the unknowns given the first `n` rows, up to a constant.
+    /// Infinite where the simulation fails or a value lies outside its bounds.
     pub fn cost(&self, at: &[f64], n: usize, out: &mut Simulated) -> f64 {
         let is_outside = |(u, v): (&Unknown, &f64)| !(u.bounds[0]..=u.bounds[1]).contains(v);
         if self.unknowns.iter().zip(at).any(is_outside) || !self.simulate(at, n, &[], out) {
@@ -79,7 +80,7 @@ impl Case<'_> {
         self.misfit(n, out) + self.against_laws(at)
     }
 
-    /// Half the sum of squared residuals of a simulation of the first `n` rows, in units of the sensor.
+    /// Half the sum of squared residuals of the first `n` rows, each divided by its noise level.
     pub fn misfit(&self, n: usize, out: &Simulated) -> f64 {
         let channels = self.sd.len();
         let residual =
@@ -87,7 +88,7 @@ impl Case<'_> {
         (0..n * channels).map(residual).filter(|r| r.is_finite()).map(|r| 0.5 * r * r).sum()
     }
 
-    /// Half the squared distances of the unknowns from their laws.
+    /// Negative log prior density of the unknowns, up to a constant.
     pub fn against_laws(&self, at: &[f64]) -> f64 {
         let each = self.unknowns.iter().zip(at);
         each.filter_map(|(u, v)| u.law.map(|(mean, sd)| 0.5 * ((v - mean) / sd).powi(2))).sum()

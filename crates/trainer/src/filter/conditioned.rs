@@ -1,26 +1,34 @@
-//! Any forecaster from the first row, behind a longer prefix: its samples, conditioned on the rows seen.
+//! Conditions the samples of any forecaster on an observed prefix, by linear regression.
 //!
-//! The samples of a forecast are joint draws of the rows that are seen and of the rest. Each draw of the rest is moved by the linear
-//! regression of the rest on the principal components of the rows seen, from its own components to those of the readings (the update of an
-//! ensemble, Evensen 2003; exact where the draws are jointly normal). A net that was trained on readings draws readings, so the
-//! sensor's noise is in them already, and none is added.
+//! Each sample of the forecaster is a joint draw of the observed rows and of the remaining ones. With
+//! principal components s of the observed rows, scores s_k of sample k and s_obs of the measurements,
+//!
+//! ```text
+//! (1)  x_k' = x_k + B (s_obs - s_k),    B = cov(x, s) cov(s)^-1,
+//! ```
+//!
+//! moves the remaining rows x_k of each sample (the analysis step of the ensemble Kalman filter, Evensen
+//! 2003; exact for jointly normal samples). The principal components of one set of samples are
+//! uncorrelated, so cov(s) is diagonal. A net that was trained on readings draws readings, so its samples
+//! already contain the measurement noise and none is added.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use super::remainder::{SILENT, components, dot, scores};
 use crate::{Forecaster, Samples, TrainerError};
 
-/// Draws that the regression stands on.
+/// Minimum number of samples for the regression.
 const DRAWS: usize = 500;
-/// Components of the rows seen at most: more than a trajectory has unknowns, and few enough for the draws.
+/// Maximum number of principal components of the observed rows.
+/// It exceeds the number of unknowns of a trajectory and is small enough for the number of samples.
 const MOST: usize = 8;
-/// Unit of a column whose readings are exact, in the column's own.
+/// Scale of a column that is measured exactly, in the column's unit.
 const EXACT: f64 = 1e-6;
 
-/// Forecasts from the first row, conditioned on the rows behind it.
+/// A forecaster from the first row whose samples are conditioned on further observed rows.
 #[derive(Clone, Copy)]
 pub struct Conditioned<'m> {
     model: &'m dyn Forecaster,
-    /// Components of the rows seen at most.
+    /// Maximum number of principal components of the observed rows.
     most: usize,
 }
 
@@ -31,12 +39,12 @@ impl std::fmt::Debug for Conditioned<'_> {
 }
 
 impl<'m> Conditioned<'m> {
-    /// Conditions the forecasts of `model`.
+    /// Conditions the forecasts of `model` on the observed rows.
     pub fn new(model: &'m dyn Forecaster) -> Self {
         Conditioned { model, most: MOST }
     }
 
-    /// The forecasts of `model` as they are, whatever is seen behind the first row: what conditioning gains shows beside them.
+    /// Forecasts of `model` that ignore all observed rows after the first: the baseline.
     pub fn not_at_all(model: &'m dyn Forecaster) -> Self {
         Conditioned { model, most: 0 }
     }
@@ -60,12 +68,12 @@ impl PrefixForecaster for Conditioned<'_> {
     }
 }
 
-/// Draws of a whole trajectory, less their mean, in units of the sensor.
+/// Deviations of the samples from their mean, in units of the measurement noise.
 struct Paths<'a> {
     units: &'a [f64],
-    /// `[T S]`, in the columns' units.
+    /// Mean of the samples `[T S]`, in the columns' units.
     mean: Vec<f64>,
-    /// `[draw][T S]`.
+    /// Deviations from the mean, `[sample][T S]`.
     away: Vec<Vec<f64>>,
 }
 
@@ -80,7 +88,8 @@ impl<'a> Paths<'a> {
         Paths { units, mean, away }
     }
 
-    /// The first `samples` draws of the rest behind readings `[n, S]`, by at most `most` components of them.
+    /// The first `samples` draws of the rows after `readings [n, S]`, conditioned on them by (1).
+    /// `most` is the maximum number of principal components.
     fn behind(&self, readings: &[f64], most: usize, samples: usize) -> Samples {
         let (s, cut, count) = (self.units.len(), readings.len(), self.away.len() as f64);
         let seen: Vec<&[f64]> = self.away.iter().map(|path| &path[..cut]).collect();
@@ -93,7 +102,7 @@ impl<'a> Paths<'a> {
         let mut values = vec![0.0_f32; rest * samples];
         for (i, row) in values.chunks_exact_mut(samples).enumerate() {
             let place = cut + i;
-            // Components of the same draws do not correlate: each has a slope of its own.
+            // Principal components of the same samples are uncorrelated, so each slope is fitted alone.
             let slopes: Vec<f64> = (variances.iter().enumerate())
                 .map(|(c, variance)| {
                     let products = self.away.iter().zip(&known).map(|(path, known)| path[place] * known[c]);
@@ -112,7 +121,7 @@ impl<'a> Paths<'a> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: lines of random slope, read with noise, are continued as the posterior of their slope says.
+    //! Contract: conditioned forecasts of lines with a random slope match the closed-form posterior.
     use super::*;
     use crate::filter::{Sensor, StartLaw};
     use crate::{Sequence, Sequences, Task};
@@ -121,7 +130,7 @@ mod tests {
 
     const NOISE: f64 = 0.1;
 
-    /// Lines from 0 whose slope is drawn once, with noise on each row but the first.
+    /// Straight lines from 0 with one random slope, and noise on each row but the first.
     struct Lines;
 
     impl Forecaster for Lines {
@@ -156,7 +165,8 @@ mod tests {
             Prefix { id: "a", rows: &rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
         let forecast = Conditioned::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let samples = forecast.expect("a forecast").remove(0);
-        // Prior 1, each row t tells t²/NOISE²; the first row is exact and tells nothing.
+        // The prior has precision 1, and row t adds t²/NOISE². The first row is exact and carries no
+        // information.
         let tells: f64 = 1.0 + (1..n).map(|t| (t * t) as f64 / (NOISE * NOISE)).sum::<f64>();
         let slope = (1..n).map(|t| t as f64 * rows[t] / (NOISE * NOISE)).sum::<f64>() / tells;
         let last = &samples.values[(time - 1 - n) * samples.count..];
@@ -165,7 +175,8 @@ mod tests {
             last.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / samples.count as f64;
         let way = (time - 1) as f64;
         let wanted = NOISE * NOISE + way * way / tells;
-        // 100 draws: a mean within four standard errors, a variance within a factor of two.
+        // The bounds are those of 100 samples: four standard errors of the mean, a factor of two in the
+        // variance.
         assert!((mean - way * slope).abs() < 0.4 * wanted.sqrt(), "{mean} against {}", way * slope);
         assert!((0.5..2.0).contains(&(variance / wanted)), "{variance} against {wanted}");
         let plain = Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));

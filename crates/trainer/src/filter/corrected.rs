@@ -1,10 +1,19 @@
-//! A net on what a model's forecasts leave: a recurrent net reads a forecast row by row and corrects it, as the paper's Hybrid reads
-//! the physics' roll-out (Ajay et al. 2018, section IV); here the roll-out starts behind the rows seen.
+//! A recurrent net that corrects another model's forecasts, as the paper's Hybrid corrects roll-outs.
 //!
-//! The net reads of a row: the median of each column, its way since the row before and the spread of the samples; how many rows were
-//! seen, and how far ahead the row is. It gives how far the truth is from the median, in units of the spread, and the scale of what is
-//! left. The trajectories are dealt out to five parts; a net is learned without each, and how far the nets are trusted is
-//! what serves the parts that they have not seen. A forecast is corrected by the mean of the five.
+//! The method follows Ajay et al. 2018, section IV; here the roll-out starts after the observed rows. The
+//! net reads the forecast row by row. Its inputs are the median of each column, the change of the median
+//! since the row before and the spread of the samples, the number of observed rows, and the forecast
+//! horizon. Its outputs are the location and the scale of (truth - median) / u. The corrected median
+//! of column j is
+//!
+//! ```text
+//! (1)  m' = m + a u c,    u = sd + 0.1 sd_typical(j),
+//! ```
+//!
+//! with median m and standard deviation sd of the samples, predicted location c and shrinkage factor a; the
+//! samples are rescaled about it to the predicted scale. The trajectories are split into five folds. One
+//! net is trained without each fold, and a is chosen by the error on the folds that the nets have not seen.
+//! A new forecast is corrected by the mean of the five nets.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use super::evaluate::each_forecast;
@@ -22,51 +31,52 @@ use augsim_physics::statistics::median;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-/// Parts that the trajectories are dealt out to.
+/// Number of cross-validation folds.
 const PARTS: usize = 5;
-/// Iterations of each net.
+/// Training iterations of each net.
 const ITERATIONS: u64 = 400;
-/// Forecasts of a batch.
+/// Forecasts in a training batch.
 const BATCH: usize = 32;
-/// Norm beyond which a gradient is cut.
+/// Maximum norm of a gradient; larger ones are scaled down to it.
 const CLIP: f64 = 10.0;
-/// Learning rate, halved eight times.
+/// Learning rate: initial 3e-3, halved after every eighth of the iterations.
 const LEARNING_RATE: StepDecay = StepDecay { initial: 3e-3, factor: 0.5, every: ITERATIONS / 8 };
-/// Shares of the correction that are compared; 0 keeps the model's median.
+/// Candidate shrinkage factors of the correction; 0 keeps the model's median.
 const TRUST: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Part of the median spread that is added to the spread: a median of samples that agree is not exact.
+/// Share of the typical spread that is added to the spread of the samples.
+/// Samples that agree can all be wrong, so their spread alone would give a unit of zero.
 const FLOOR: f64 = 0.1;
-/// Standard units beyond which a feature is cut: what lies further was never trained on.
+/// Bound of the standardised features: values beyond it were never trained on.
 const CUT: f64 = 6.0;
-/// Features of a column, and of a row besides.
+/// Number of features per column, and per row in addition.
 const OF_COLUMN: usize = 3;
 const OF_ROW: usize = 2;
 
-/// A correction of a model's forecasts, learned from trajectories.
+/// A correction of a model's forecasts that was learned from trajectories.
 #[derive(Debug, Clone)]
 pub struct ForecastCorrection {
     net: ForecastNet,
-    /// Parameters of the nets, each learned without one part.
+    /// Parameters of the nets, one for each fold that was left out.
     params: Vec<Params<f32>>,
     scales: Scales,
     trust: f64,
 }
 
-/// Units of features and corrections.
+/// Scales that standardise features and corrections.
 #[derive(Debug, Clone, Default)]
 struct Scales {
     /// Mean and standard deviation of the medians of each column.
     mean: Vec<f64>,
     sd: Vec<f64>,
-    /// Root mean square of the way of a row.
+    /// Root mean square change of the median from row to row, per column.
     way: Vec<f64>,
-    /// Median spread.
+    /// Median over all rows of the standard deviation of the samples, per column.
     spread: Vec<f64>,
-    /// Mean number of rows ahead, and of rows seen.
+    /// Mean number of forecast rows, and mean number of observed rows.
     rows: [f64; 2],
 }
 
-/// Median and spread `[rest, S]` of a forecast behind `seen` rows.
+/// Median and standard deviation of the samples `[rest, S]` of a forecast after `seen` rows.
 struct Summary {
     seen: usize,
     median: Vec<f64>,
@@ -111,19 +121,20 @@ impl Scales {
         scales
     }
 
-    /// Unit of the corrections of a column where the samples spread so far.
+    /// Unit of the correction of column `j` where the samples have standard deviation `spread`.
     fn unit(&self, j: usize, spread: f64) -> f64 {
         spread + FLOOR * self.spread[j]
     }
 
-    /// Features `[rest, U]`.
+    /// Features `[rest, U]` of a forecast.
     fn features(&self, one: &Summary) -> Vec<f32> {
         let s = self.mean.len();
         let mut u = Vec::with_capacity(one.median.len() / s * (OF_COLUMN * s + OF_ROW));
         let cut = |v: f64| v.clamp(-CUT, CUT) as f32;
         let rest = one.median.len() / s;
         for t in 0..rest {
-            // The way to the first row is not known from the rest alone; that of the second stands for it.
+            // The change to the first forecast row would need the last observed row, so that of the second
+            // is used.
             let (from, to) = if t == 0 { (0, (rest - 1).min(1)) } else { (t - 1, t) };
             for j in 0..s {
                 let unit = self.unit(j, one.spread[t * s + j]);
@@ -137,7 +148,7 @@ impl Scales {
         u
     }
 
-    /// Features and targets of a forecast of a trajectory, up to the first row that was not measured.
+    /// Features and targets of a forecast, up to the first row with a missing measurement.
     fn prepare(&self, one: &Summary, q: &Sequence) -> Prepared {
         let s = self.mean.len();
         let truth = &q.states[one.seen * s..];
@@ -150,12 +161,13 @@ impl Scales {
 }
 
 impl ForecastCorrection {
-    /// Learns from the forecasts of `model` behind the prefixes `lengths [trajectory][prefix]` (rows, ascending) of the whole
-    /// trajectories `train`. What the model itself was fitted to may be the same trajectories where it has few numbers for all of
-    /// them.
+    /// Trains the nets on the forecasts of `model` for the trajectories `train`.
+    /// `lengths [trajectory][prefix]` are the ascending numbers of observed rows. The model itself may have
+    /// been fitted to the same trajectories if it has few parameters for all of them.
     ///
     /// # Errors
-    /// [`TrainerError`] if the model cannot be run, there are fewer trajectories than parts, or training diverges.
+    /// [`TrainerError`] if the model cannot be run, there are fewer trajectories than folds, or training
+    /// diverges.
     pub fn learn(
         model: &dyn PrefixForecaster,
         train: &Sequences,
@@ -190,8 +202,9 @@ impl ForecastCorrection {
         Ok(correction)
     }
 
-    /// The share of the correction that leaves least of the forecasts of trajectories that the nets have not seen: mean logarithm of
-    /// the mean distance, so that a few trajectories that end otherwise do not decide it.
+    /// Chooses the shrinkage factor with the smallest out-of-fold error of the forecasts.
+    /// The error is the mean over forecasts of the logarithm of the mean absolute deviation: with the
+    /// logarithm a few trajectories with very large errors do not decide.
     fn trusted(&self, prepared: &[(usize, Prepared)]) -> f64 {
         let left = |trust: f64| -> f64 {
             let of = prepared.par_iter().map(|(index, one)| {
@@ -200,20 +213,21 @@ impl ForecastCorrection {
                     one.x.iter().zip(&centre).map(|(x, c)| (f64::from(*x) - trust * f64::from(*c)).abs());
                 (away.sum::<f64>() / one.x.len() as f64).max(f64::MIN_POSITIVE).ln()
             });
-            // Collected first: a sum over threads would hang on how they were shared out.
+            // Collected before summing: the result of a parallel sum would depend on how the work was
+            // divided.
             of.collect::<Vec<f64>>().iter().sum()
         };
         let compared = TRUST.map(|trust| (left(trust), trust));
         compared.iter().fold(compared[0], |best, one| if one.0 < best.0 { *one } else { best }).1
     }
 
-    /// Share of the correction that is applied.
+    /// Shrinkage factor that multiplies the correction.
     pub fn trust(&self) -> f64 {
         self.trust
     }
 }
 
-/// Trains a net.
+/// Trains one net by Adam on random batches.
 fn descend(
     net: &ForecastNet,
     params: &mut Params<f32>,
@@ -232,7 +246,7 @@ fn descend(
         order.sort_unstable();
         let mut rng = random_stream(seed, "correction-batch", iteration);
         let (chosen, _) = order.partial_shuffle(&mut rng, batch);
-        // Neighbours in length share a tile.
+        // Trajectories of similar length share a tile, which wastes fewer lanes.
         chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(all[i].time), i));
         let scale = 1.0 / (batch as f64 * mean);
         workspace.run_all(Shared { net, params: &*params, all, scale, seed }, chosen, 0)?;
@@ -247,7 +261,7 @@ fn descend(
     Ok(())
 }
 
-/// Forecasts of another model, corrected.
+/// Another model's forecasts with the learned correction applied.
 #[derive(Clone, Copy)]
 pub struct Corrected<'a> {
     model: &'a dyn PrefixForecaster,
@@ -256,17 +270,17 @@ pub struct Corrected<'a> {
 }
 
 impl<'a> Corrected<'a> {
-    /// The forecasts of `model`, corrected by the mean of all nets.
+    /// Corrects the forecasts of `model` by the mean of all nets.
     pub fn new(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         Corrected { model, correction, is_training_set: false }
     }
 
-    /// The same for the trajectories that the correction was learned from, each corrected by the net that has not seen it.
+    /// Corrects forecasts of the training trajectories, each by the net that was trained without it.
     pub fn crossed(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         Corrected { model, correction, is_training_set: true }
     }
 
-    /// Centre and scale `[rest, S]` of the corrections of a forecast of the trajectory at a place, in units of [`Scales::unit`].
+    /// Location and scale `[rest, S]` of the correction of a forecast, in units of [`Scales::unit`].
     fn law(&self, one: &Summary, index: u64) -> [Vec<f64>; 2] {
         let ForecastCorrection { net, params, scales, .. } = self.correction;
         let part = index as usize % PARTS;
@@ -297,7 +311,8 @@ impl PrefixForecaster for Corrected<'_> {
             for (i, values) in samples.values.chunks_exact_mut(samples.count).enumerate() {
                 let unit = scales.unit(i % scales.mean.len(), one.spread[i]);
                 let middle = one.median[i] + trust * unit * centre[i];
-                // Samples keep their ranks, so that a path stays a path.
+                // All samples of a row are transformed by the same increasing map, so each sample path
+                // stays coherent.
                 let factor = if one.spread[i] > 0.0 { unit * scale[i] / one.spread[i] } else { 1.0 };
                 for v in values {
                     *v = (middle + factor * (f64::from(*v) - one.median[i])) as f32;
@@ -310,15 +325,14 @@ impl PrefixForecaster for Corrected<'_> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what a model leaves of trajectories that no net has seen is learned from others, and a model that leaves noise is left
-    //! as it is.
+    //! Contract: systematic errors of a model are learned and generalise; pure noise is left uncorrected.
     use super::*;
     use rand_distr::{Distribution, StandardNormal};
 
     const TIME: usize = 30;
     const NOISE: f64 = 0.05;
 
-    /// Straight lines from the last row seen, at the slope of the rows seen.
+    /// Extrapolates the line through the first and the last observed row.
     struct Straight;
 
     impl PrefixForecaster for Straight {
@@ -345,7 +359,7 @@ mod tests {
         }
     }
 
-    /// Trajectories that bend away from their straight line behind row 10.
+    /// Trajectories that curve away from a straight line after row 10.
     fn bent(count: usize, bend: f64, purpose: &str) -> Sequences {
         let item = |i: usize| {
             let mut rng = random_stream(3, purpose, i as u64);

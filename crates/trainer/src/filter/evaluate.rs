@@ -1,4 +1,4 @@
-//! The protocol `filtered`: every model sees the same noisy rows and forecasts the rest.
+//! The protocol `filtered`: every model observes the same noisy rows and forecasts the remaining ones.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use super::score::{FilteredScore, tally};
@@ -10,14 +10,15 @@ use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// The same numbers of rows for each of so many trajectories, `[trajectory][prefix]`.
+/// The same prefix lengths for each of `trajectories` trajectories, `[trajectory][prefix]`.
 pub fn behind_rows(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
     vec![rows.to_vec(); trajectories]
 }
 
-/// Scores a model behind prefixes of `lengths [trajectory][prefix]` rows (ascending); a trajectory that is not longer than a
-/// prefix does not count for it. The truth is `test`; what is seen is `test` with the sensor's noise, or `test` as it is where
-/// it is measured.
+/// Scores a model's forecasts after prefixes of `lengths [trajectory][prefix]` rows (ascending).
+/// A trajectory that is not longer than a prefix is left out of the score for that prefix. The true states
+/// are those of `test`; the model observes them with simulated measurement noise, or as they are where they
+/// are measured.
 ///
 /// # Errors
 /// [`TrainerError`] if the model cannot be run, or there is nothing to score.
@@ -43,8 +44,9 @@ pub fn evaluate_filtered(
         .collect()
 }
 
-/// Results of `of` for every forecast of a set, given the trajectory's place, the rows seen and the forecast,
-/// `[trajectory][prefix that leaves a rest]`.
+/// Applies `visit` to every forecast of a set, `[trajectory][prefix shorter than the trajectory]`.
+/// `visit` receives the trajectory's index, the number of observed rows, and the forecast. Trajectories run
+/// in parallel; the results are in their order.
 pub(super) fn each_forecast<T: Send>(
     model: &dyn PrefixForecaster,
     set: &Sequences,
@@ -73,8 +75,9 @@ pub(super) fn each_forecast<T: Send>(
     in_order(each)
 }
 
-/// The rows `[T, S]` of a trajectory as the sensor measures them: one stream of noise for each trajectory and seed; without a
-/// seed they are readings already.
+/// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.
+/// Each trajectory and seed has its own noise stream. Without a seed the rows are measurements already and
+/// no noise is added.
 pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
     let mut rng = random_stream(seed.unwrap_or_default(), "sensor", index);
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
@@ -84,7 +87,7 @@ pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -
             let draw: f64 = StandardNormal.sample(&mut rng);
             *value = match sd {
                 Some(sd) => *value + scale * sd * draw,
-                // What is not seen is not handed over.
+                // The model must not receive a column that the sensor does not observe.
                 None => f64::NAN,
             };
         }

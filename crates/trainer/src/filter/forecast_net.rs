@@ -1,4 +1,12 @@
-//! The net that corrects a forecast: a GRU over its rows, with a scale of what is left for every value.
+//! The net of [`super::ForecastCorrection`]: a GRU over the rows of a forecast with a Student's t loss.
+//!
+//! For target x, location m and scale s, with n degrees of freedom, the loss of one value is
+//!
+//! ```text
+//! (1)  (n + 1) / 2 ln(1 + (x - m)^2 / (n s^2)) + ln s
+//! ```
+//!
+//! up to a constant (Lange, Little and Taylor 1989).
 
 use crate::league::{Extents, operands, zero};
 use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, pull_back};
@@ -7,14 +15,15 @@ use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Units of the memory.
+/// Width of the hidden state.
 const HIDDEN: usize = 16;
-/// Degrees of freedom of the errors: one trajectory in ten ends as no other does, and must not decide the law of all.
+/// Degrees of freedom of Student's t.
+/// About one trajectory in ten has a very large error. The heavy tails keep it from dominating the fit.
 const FREEDOM: f64 = 2.0;
-/// Added to scales, in the units of the corrections.
+/// Minimum scale, in the units of the corrections.
 const SCALE_FLOOR: f64 = 1e-2;
 
-/// Corrections of S columns from U features a row.
+/// Net from U features a row to location and scale of the corrections of S columns.
 #[derive(Debug, Clone)]
 pub(super) struct ForecastNet {
     extents: Extents,
@@ -23,7 +32,7 @@ pub(super) struct ForecastNet {
 }
 
 impl ForecastNet {
-    /// Registers the net.
+    /// Registers the parameters of the net.
     pub fn new<T: Scalar>(extents: Extents, params: &mut Params<T>) -> Self {
         ForecastNet {
             extents,
@@ -32,8 +41,7 @@ impl ForecastNet {
         }
     }
 
-    /// Negative log-likelihood of Student's t, less constants: of a target x with centre m and scale s it is
-    /// `(n + 1) / 2 ln(1 + (x - m)^2 / (n s^2)) + ln s` (Lange, Little and Taylor 1989).
+    /// Loss of a tile: the sum of (1) over the unmasked values.
     fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -48,7 +56,7 @@ impl ForecastNet {
         Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
     }
 
-    /// Centre and scale `[time, S]` of the corrections for features `u [time, U]`.
+    /// Location and scale `[time, S]` of the corrections for features `u [time, U]`.
     pub fn law(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
         let time = u.len() / self.extents.condition;
         let mut memory = GruRunner::new(&self.memory, params, 1, time);
@@ -89,7 +97,7 @@ impl Trainable for ForecastNet {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the loss is that of Student's t, and its gradient the one of central differences.
+    //! Contract: the loss is that of Student's t, and its gradient agrees with central differences.
     use super::*;
     use augsim_data::random_stream;
 
@@ -118,7 +126,7 @@ mod tests {
         let [_, columns, features, _] = SIZES;
         let mut params = Params::<f64>::new(random_stream(1, "init", 0));
         let net = ForecastNet::new(Extents { state: columns, condition: features }, &mut params);
-        // The second lane is one row shorter.
+        // The second lane is one row shorter than the first.
         let mask = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
         let (_, gradient) = loss(&net, &params, &mask);
         let way = values("direction", params.values().len());

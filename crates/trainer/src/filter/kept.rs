@@ -1,19 +1,20 @@
-//! Forecasts that were made once, to be looked at in several ways.
+//! A cache of forecasts that were computed once, for several evaluations.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster};
 use super::evaluate::each_forecast;
 use super::{Sensor, StartLaw};
 use crate::{Samples, Sequences, TrainerError};
 
-/// The forecasts of a model behind prefixes of a set. It forecasts these and no others.
+/// The forecasts of a model after the prefixes of one set; other forecasts are refused.
 #[derive(Debug, Clone)]
 pub struct Kept {
-    /// Rows seen and forecast, `[trajectory][prefix]`.
+    /// Number of observed rows and forecast, `[trajectory][prefix]`.
     behind: Vec<Vec<(usize, Samples)>>,
 }
 
 impl Kept {
-    /// Forecasts `set` behind prefixes of `lengths [trajectory][prefix]` rows (ascending), as [`super::evaluate_filtered`] does.
+    /// Computes the forecasts for `set` as [`super::evaluate_filtered`] does.
+    /// `lengths [trajectory][prefix]` are the ascending numbers of observed rows.
     ///
     /// # Errors
     /// [`TrainerError`] if the model cannot be run.
@@ -52,13 +53,13 @@ impl PrefixForecaster for Kept {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: kept forecasts are those of the model, each made once; others are refused.
+    //! Contract: cached forecasts equal those of the model, each is computed once, and others are refused.
     use super::*;
     use crate::Sequence;
     use crate::filter::{Widened, evaluate_filtered};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Two samples a row: the last row seen, and 1 above it.
+    /// A forecaster that counts its calls. It draws two samples: the last observed row, and 1 above it.
     struct Counted(AtomicUsize);
 
     impl PrefixForecaster for Counted {

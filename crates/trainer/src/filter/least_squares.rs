@@ -1,52 +1,55 @@
-//! The competitor of a filter: PyBullet's ball, its unknowns fitted to the prefix by least squares. A point forecast.
+//! Baseline of the filter: PyBullet's ball fitted to the prefix by least squares. A point forecast.
+//!
+//! The objective is piecewise smooth, because a rebound happens at a whole step of the engine. The fit
+//! therefore runs Levenberg-Marquardt steps from several initial values.
 
 use super::Sensor;
 use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::ball::bullet::BulletBall;
 
-/// Restitutions from which a fit starts, beside the declared one.
+/// Restitutions from which a fit starts, besides the declared one.
 const RESTITUTIONS: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
-/// Dampings from which it starts, 1/s, beside the declared one: another damping is another number of steps to the ground, and
-/// the cost jumps between them.
+/// Dampings from which a fit starts, 1/s, besides the declared one.
+/// Another damping gives another number of steps to the ground, where the objective jumps.
 const DAMPINGS: [f64; 3] = [0.0, 0.015, 0.03];
-/// Gauss-Newton steps, of which damping may reject some.
+/// Maximum number of Levenberg-Marquardt iterations.
 const STEPS: usize = 40;
-/// Steps of the difference quotients: height m, restitution, damping 1/s.
+/// Steps of the central differences: initial height in m, restitution, damping in 1/s.
 const NUDGE: [f64; 3] = [1e-5, 1e-4, 1e-4];
 
-/// Unknowns that are fitted beside the height of the drop.
+/// Unknowns that are fitted besides the initial height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Freedom {
-    /// Nothing: the engine as declared.
+    /// None: the engine as declared.
     Height,
     /// Restitution and damping: the engine calibrated on the prefix.
     Calibrated,
-    /// The restitution of an engine whose damping is known.
+    /// Restitution, for an engine whose damping is known.
     Restitution,
 }
 
-/// A ball that is dropped at rest.
+/// A ball that is dropped from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedDrop {
-    /// The engine, with declared values.
+    /// The engine, with its declared values.
     pub ball: BulletBall,
-    /// Unknowns that are fitted.
+    /// Unknowns that are fitted besides the initial height.
     pub freedom: Freedom,
 }
 
 impl FittedDrop {
-    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` seen through `sensor`.
+    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` seen by `sensor`.
     pub fn path(&self, rows: &[f64], sensor: &Sensor, time: usize) -> Vec<f64> {
         self.simulate(self.fit(rows, sensor), time)
     }
 
-    /// The engine with the values fitted to the rows `[n, 2]` seen through `sensor`.
+    /// The engine with the values fitted to the rows `[n, 2]` seen by `sensor`.
     pub fn fitted(&self, rows: &[f64], sensor: &Sensor) -> BulletBall {
         let [_, restitution, damping] = self.fit(rows, sensor);
         BulletBall { restitution, damping, ..self.ball }
     }
 
-    /// Height, restitution and damping of least squares, from several beginnings.
+    /// Initial height, restitution and damping with the smallest residual over several starts.
     fn fit(&self, rows: &[f64], sensor: &Sensor) -> [f64; 3] {
         let declared = [rows[0], self.ball.restitution, self.ball.damping];
         let from = |declared: f64, others: &[f64], is_free: bool| -> Vec<f64> {
@@ -81,7 +84,7 @@ impl FittedDrop {
         h.into_iter().zip(v).flat_map(|(h, v)| [h, v]).collect()
     }
 
-    /// Residuals of the seen columns in units of the sensor.
+    /// Residuals (simulated - measured) of the observed columns, in units of the measurement noise.
     fn residuals(&self, p: [f64; 3], rows: &[f64], sensor: &Sensor) -> Vec<f64> {
         let path = self.simulate(p, rows.len() / 2);
         let seen: Vec<(usize, f64)> = sensor.seen().collect();
@@ -90,7 +93,8 @@ impl FittedDrop {
         (0..rows.len() / 2).flat_map(|t| seen.iter().map(move |&c| of(t, c))).collect()
     }
 
-    /// Levenberg's descent with difference quotients, within 0 to 1 of restitution and damping.
+    /// Levenberg-Marquardt minimisation with central differences from one start.
+    /// Restitution and damping are kept between 0 and 1. Returns the sum of squares and the values.
     fn descend(&self, start: [f64; 3], rows: &[f64], sensor: &Sensor) -> (f64, [f64; 3]) {
         let free = self.free();
         let clamp = |p: [f64; 3]| [p[0], p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0)];

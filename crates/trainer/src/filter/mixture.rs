@@ -1,8 +1,15 @@
-//! The filter: particles for what differs from trajectory to trajectory, a Gaussian state for each.
+//! A Rao-Blackwellised particle filter: particles for the latents, a Gaussian state for each particle.
 //!
-//! The density of the rows seen so far given a latent is in closed form (up to the cubature), so the latents are moved by
-//! Metropolis steps that leave their posterior as it is (resample-move: Gilks and Berzuini 2001; iterated batch importance
-//! sampling: Chopin 2002). A row that tells much is taken in by degrees (tempering: Del Moral, Doucet, Jasra 2006).
+//! The density of the observed rows given a latent is known up to the cubature error, so the latents are
+//! moved by Metropolis steps that leave their posterior invariant (resample-move: Gilks and Berzuini 2001;
+//! iterated batch importance sampling: Chopin 2002). A very informative row is assimilated in several
+//! tempering steps (Del Moral, Doucet, Jasra 2006): the particles w are weighted by
+//!
+//! ```text
+//! (1)  p(row | rows before, w)^(b_k - b_(k-1)),    0 = b_0 < b_1 < ... < b_K = 1,
+//! ```
+//!
+//! and are resampled and moved between the steps.
 
 use super::moments::{Gaussian, weighted_into};
 use super::particles::{States, Workspace, gather_rows};
@@ -16,25 +23,27 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Least share of effective particles before they are resampled and moved.
+/// Effective share of the particles below which they are resampled and moved.
 const ENOUGH: f64 = 0.5;
-/// Share of effective particles to which one degree of a row may bring them.
+/// Effective share of the particles that one tempering step must leave.
 const DEGREE: f64 = 0.25;
 /// Metropolis steps of every particle after a resampling.
 const MOVES: usize = 2;
-/// Size of a move: a preconditioned Crank-Nicolson step keeps sqrt(1 - MOVE^2) of where it was.
+/// Size of a move: a preconditioned Crank-Nicolson step keeps sqrt(1 - MOVE_SIZE^2) of the old value.
 const MOVE: f64 = 0.7;
-/// Degrees in which one row may be taken in. Each narrows the posterior at least fourfold, so that only a row that no
-/// particle explains needs more.
+/// Maximum number of tempering steps of one row.
+/// Each step narrows the posterior at least fourfold, so only a row that no particle explains needs more.
 const MOST_DEGREES: usize = 40;
 
-/// Part of their standard deviations by which the states of all particles may differ and still count as one (or the law's own
-/// resolution, where that is more): nothing that was seen then tells latents apart. Without the resolution the small errors of
-/// a net along a smooth flight, the same from row to row, were read as evidence: behind 55 exact rows of a falling ball the 90 %
-/// band held 82 %.
+/// Largest difference of the particles' states that still counts as equal, in standard deviations.
+/// The transition model's own resolution replaces it where that is larger. As long as the states are equal
+/// in this sense, the observed rows carry no information about the latents. Without the resolution the
+/// small errors of a net along a smooth flight, the same from row to row, were taken for information: after
+/// 55 exact rows of a falling ball the 90 % band held 82 %.
 const ALIKE: f64 = 0.1;
 
-/// A filter under way. Two with the same law, seed and rows give the same bytes.
+/// A particle filter of one trajectory.
+/// Two filters with the same transition model, seed and rows give identical bytes.
 pub struct Filter<'m> {
     law: Box<dyn StepLaw + 'm>,
     sensor: Sensor,
@@ -44,30 +53,31 @@ pub struct Filter<'m> {
     rng: Xoshiro256PlusPlus,
     stream: (u64, u64),
     count: usize,
-    /// Rows seen, `[t, S]`.
+    /// Observed rows, `[t, S]`.
     rows: Vec<f64>,
-    /// `[n, L]`.
+    /// Latents of the particles, `[n, L]`.
     latents: Vec<f64>,
     states: States,
-    /// Log weights, `[n]`.
+    /// Log weights of the particles, `[n]`.
     weights: Vec<f64>,
-    /// Log density of the rows seen behind `alike`, `[n]`.
+    /// Log density of the rows observed after those of `shared_state`, `[n]`.
     prefix: Vec<f64>,
-    /// Rows after which the states of all particles were still one, and that state: what came before is not replayed.
+    /// Number of leading rows after which all particles had one state, and that state.
+    /// These rows are not replayed when latents are moved.
     alike: (usize, Gaussian),
-    /// Whether they still are.
+    /// Whether all particles still have one state.
     is_alike: bool,
-    /// Whether the first state is a part of the latents.
+    /// Whether the latents include the initial state.
     has_starts: bool,
     workspace: Workspace,
     scratch: Scratch,
     samples: Samples,
 }
 
-/// Rows for which there is room at once; more make the filter grow.
+/// Number of rows for which memory is reserved; more rows allocate again.
 const ROOM: usize = 4096;
 
-/// Space for a row, a move and a forecast; nothing is allocated once each has been made.
+/// Buffers for a row, a move and a forecast; nothing is allocated once each has been used.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     next: States,
@@ -90,7 +100,8 @@ struct Scratch {
 }
 
 impl Scratch {
-    /// Room for `n` particles with `l` latents and `s` state columns, so that the first impact allocates as little as the tenth.
+    /// Reserves room for `n` particles with `l` latents and `s` state columns.
+    /// Without it the first resampling, at an impact, would take longer than the later ones.
     fn with_room(n: usize, l: usize, s: usize) -> Self {
         let (room, most) = (|count: usize| Vec::with_capacity(count), l.max(s));
         let states = || States { mean: Vec::with_capacity(n * s), covariance: Vec::with_capacity(n * s * s) };
@@ -123,8 +134,9 @@ impl std::fmt::Debug for Filter<'_> {
 }
 
 impl<'m> Filter<'m> {
-    /// A filter of `particles` that has seen nothing. `actions [T, A]` are known beforehand, `width` is A; `stream` is
-    /// the seed and the place of the trajectory in its set.
+    /// A filter of `particles` particles before any row.
+    /// `actions [T, A]` are known in advance and `width` is A; `stream` holds the seed and the index of the
+    /// trajectory in its set.
     pub fn new(
         law: Box<dyn StepLaw + 'm>,
         (sensor, start): (Sensor, StartLaw),
@@ -159,16 +171,16 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// Rows seen so far.
+    /// Number of rows observed so far.
     pub fn seen(&self) -> usize {
         self.rows.len() / self.law.state_dim()
     }
 
-    /// Takes in the next row `[S]`; columns that the sensor does not see are not read.
+    /// Assimilates the next row `[S]`; columns that the sensor does not observe are not read.
     ///
     /// # Errors
-    /// [`TrainerError`] if the row has another width, a column that is seen has no value, no action leads to the row, or the law
-    /// cannot be evaluated.
+    /// [`TrainerError`] if the row has another width, an observed column has no value, no action leads to
+    /// the row, or the transition model cannot be evaluated.
     pub fn observe(&mut self, row: &[f64]) -> Result<(), TrainerError> {
         self.check(row)?;
         if self.rows.is_empty() {
@@ -182,7 +194,7 @@ impl<'m> Filter<'m> {
             self.states = states;
             return Ok(());
         }
-        // What is borrowed here is put back, also after an error.
+        // The scratch buffers are put back after the call, also when it fails.
         let mut scratch = std::mem::take(&mut self.scratch);
         let done = self.take_in(row, &mut scratch);
         self.scratch = scratch;
@@ -244,10 +256,11 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// `samples` continuations of `horizon` rows behind the last one seen, `[horizon, S, sample]`.
+    /// Draws `samples` continuations of `horizon` rows after the last observed row, `[horizon, S, sample]`.
     ///
     /// # Errors
-    /// [`TrainerError`] if the law cannot be evaluated, nothing was seen, or the actions end before the horizon.
+    /// [`TrainerError`] if the transition model cannot be evaluated, no row was observed, or the actions
+    /// end before the horizon.
     pub fn forecast(&mut self, horizon: usize, samples: usize) -> Result<&Samples, TrainerError> {
         if self.seen() == 0 {
             return Err(TrainerError::NoTrajectories { what: "the prefix" });
@@ -266,12 +279,14 @@ impl<'m> Filter<'m> {
 
     fn draw(&mut self, horizon: usize, samples: usize, scratch: &mut Scratch) -> Result<(), TrainerError> {
         let (l, s, t) = (self.law.latent_dim(), self.law.state_dim(), self.seen());
-        // A stream of its own: what is forecast now does not change what is seen later.
+        // A separate random stream, so that forecasting now does not change what is inferred from later
+        // rows.
         let mut rng = random_stream(self.stream.0 ^ t as u64, "filtered-forecast", self.stream.1);
         let Scratch { next, proposed: latents, shares, chosen, factor, moved: draws, mean, variance, .. } =
             scratch;
         systematic_into(&self.weights, samples, &mut rng, shares, chosen);
-        // The first samples of a forecast stand for all of them (the paper's mean of ten).
+        // Shuffled, because the first ten samples must represent all of them (the paper's score is the mean
+        // of ten).
         chosen.shuffle(&mut rng);
         next.select_from(&self.states, chosen, s);
         gather_rows(&self.latents, chosen, l, latents);
@@ -305,7 +320,7 @@ impl<'m> Filter<'m> {
         Ok(())
     }
 
-    /// The first state: the law of first states, corrected by the first row.
+    /// The initial state: its prior, updated by the first row.
     fn first_state(&self, row: &[f64]) -> Gaussian {
         let mut first = Gaussian::diagonal(&self.start.mean, &self.start.sd);
         for (j, variance) in self.sensor.seen() {
@@ -318,7 +333,8 @@ impl<'m> Filter<'m> {
         first
     }
 
-    /// Forgets the rows so far if they tell no latents apart: the states of all particles are still one.
+    /// Replaces the particles' states by their mean while they are equal, and resets the weights.
+    /// The rows observed so far then carry no information about the latents and need no replay.
     fn look_alike(&mut self, scratch: &mut Scratch) {
         let (n, s) = (self.count, self.law.state_dim());
         let Scratch { cloud, factor: covariance, .. } = scratch;
@@ -342,7 +358,8 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// The largest part of a row's log density, at most `rest`, that leaves enough particles effective.
+    /// The largest tempering increment, at most `remaining`, that leaves enough effective particles.
+    /// Found by bisection.
     fn degree(&self, density: &[f64], rest: f64, shares: &mut Vec<f64>) -> f64 {
         let mut after =
             |part: f64| effective_of(self.weights.iter().zip(density).map(|(w, d)| w + part * d), shares);
@@ -358,7 +375,7 @@ impl<'m> Filter<'m> {
         low
     }
 
-    /// Makes all weights equal.
+    /// Resamples the particles in proportion to their weights and makes all weights equal.
     fn resample(&mut self, scratch: &mut Scratch) {
         self.is_alike = false;
         let (l, s) = (self.law.latent_dim(), self.law.state_dim());
@@ -373,9 +390,10 @@ impl<'m> Filter<'m> {
         self.weights.fill(0.0);
     }
 
-    /// One Metropolis step of every latent under its posterior given the rows seen, and the given part of the log density of a
-    /// row that is being taken in. Proposals are preconditioned Crank-Nicolson steps (Cotter et al. 2013) about the particles'
-    /// own mean and covariance.
+    /// Makes one Metropolis step of every latent, invariant under its posterior given the observed rows.
+    /// `partial` is a row that is being assimilated, with the tempering exponent reached so far. Proposals
+    /// are preconditioned Crank-Nicolson steps (Cotter et al. 2013) about the particles' own mean and
+    /// covariance.
     fn rejuvenate(
         &mut self,
         partial: Option<(&[f64], f64)>,
@@ -414,7 +432,7 @@ impl<'m> Filter<'m> {
         Ok(())
     }
 
-    /// Proposed latents, and the logarithm of the odds at which they are proposed.
+    /// Proposes new latents and computes the logarithms of their proposal ratios.
     fn propose(&mut self, scratch: &mut Scratch) {
         let (l, n) = (self.law.latent_dim(), self.count);
         let Scratch { proposed, odds, cloud, factor, white, moved, .. } = scratch;
@@ -440,7 +458,7 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// States behind the rows that tell no latents apart.
+    /// Writes the particles' states after the leading rows that carry no information about the latents.
     fn begin_at(&self, latents: &[f64], states: &mut States) {
         states.repeat(&self.alike.1, self.count);
         if self.has_starts {
@@ -451,7 +469,7 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// States after all rows seen, and the log density of the rows that tell latents apart, for the proposed latents.
+    /// Computes states after all observed rows, and the rows' log density, for the proposed latents.
     fn replay(&mut self, scratch: &mut Scratch) -> Result<(), TrainerError> {
         let s = self.law.state_dim();
         let Scratch { replayed, prefix, proposed, .. } = scratch;
@@ -466,12 +484,12 @@ impl<'m> Filter<'m> {
     }
 }
 
-/// The actions between which row `t` is reached.
+/// The actions at the samples before and at row `t`.
 fn actions(all: &[f64], width: usize, t: usize) -> [&[f64]; 2] {
     [t - 1, t].map(|t| &all[t * width..(t + 1) * width])
 }
 
-/// Makes room for so many zeros.
+/// Resizes `values` to `count` zeros.
 fn zeros(values: &mut Vec<f64>, count: usize) {
     values.clear();
     values.resize(count, 0.0);

@@ -1,33 +1,44 @@
-//! The most probable unknowns of a trajectory, by Levenberg's and Marquardt's steps, and the curvature there.
+//! Maximum a posteriori estimate of a trajectory's unknowns, by Levenberg-Marquardt iterations.
+//!
+//! With Jacobian J of the outputs in units of the noise, residuals r, prior means m and precisions P, a
+//! step d of the unknowns u solves
+//!
+//! ```text
+//! (1)  (J'J + P + damping D) d = J'r + P (m - u),    D = diag(J'J + P),
+//! ```
+//!
+//! and the covariance of the estimate is (J'J + P)^-1 at the minimum.
 
 use super::case::Case;
 use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::system::{Seed, Simulated};
 
-/// Steps of one descent, accepted or not.
+/// Maximum number of Levenberg-Marquardt iterations, accepted or not.
 const STEPS: usize = 60;
-/// A descent ends when a step lowers the cost by less than this share.
+/// Relative decrease of the cost below which the minimisation stops.
 const SETTLED: f64 = 1e-9;
-/// Damping that no descent comes back from.
+/// Damping beyond which the minimisation gives up: steps are then too small to lower the cost.
 const MOST_DAMPING: f64 = 1e12;
-/// Rows that are fitted first; then twice as many, and so on: a rough speed may lead far away over a long beginning.
+/// Number of rows of the first fit; each later fit uses twice as many.
+/// A rough initial velocity may lead far away over a long prefix, so fits start on a short one.
 const FIRST_ROWS: usize = 8;
-/// Offsets of events that descents begin from, in standard deviations of their law: the cost may have several minima.
+/// Initial values of event offsets, in standard deviations of their prior.
+/// Several are tried because the cost may have several minima.
 const TRIED: [f64; 5] = [0.0, -1.0, 1.0, -2.0, 2.0];
 
 /// A minimum of the cost.
 #[derive(Debug, Clone)]
 pub(super) struct Mode {
-    /// Values of the unknowns.
+    /// Values of the unknowns at the minimum.
     pub at: Vec<f64>,
-    /// Cost there.
+    /// Cost at the minimum.
     pub cost: f64,
-    /// Covariance of the unknowns by the curvature, `[U, U]`.
+    /// Covariance of the unknowns `[U, U]`: the inverse of the curvature.
     pub covariance: Vec<f64>,
 }
 
 impl Mode {
-    /// The best of the minima found; none where the system cannot be simulated.
+    /// Returns the best minimum over all starts, or `None` if the system cannot be simulated.
     pub fn of(case: &Case<'_>) -> Option<Self> {
         let place = case.unknowns.iter().position(|u| matches!(u.seed, Seed::Offset(_)));
         let tried = if place.is_some() { &TRIED[..] } else { &TRIED[..1] };
@@ -48,7 +59,8 @@ impl Mode {
         let (curvature, _) = case.equations(&at, case.seen())?;
         let size = at.len();
         let scale = |i: usize| curvature[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-        // A direction that nothing shows has no curvature of its own.
+        // An unidentifiable direction has no curvature; the small diagonal term keeps the matrix
+        // invertible.
         let scaled = Mat::from_fn(size, size, |i, k| {
             curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { 1e-9 } else { 0.0 }
         });
@@ -58,7 +70,7 @@ impl Mode {
         Some(Mode { covariance: each.collect(), at, cost })
     }
 
-    /// Root mean square misfit of each channel.
+    /// Root mean square residual of each channel; the assumed noise level where nothing was measured.
     pub fn rms(&self, case: &Case<'_>) -> Vec<f64> {
         let mut out = Simulated::default();
         let (n, channels) = (case.seen(), case.sd.len());
@@ -78,13 +90,13 @@ impl Mode {
 }
 
 impl Case<'_> {
-    /// Unknowns to begin with: the rough start, and the means of laws.
+    /// Start values of the unknowns: prior means, or the rough initial state where there is no prior.
     fn begin(&self) -> Vec<f64> {
         let rough = |seed| if let Seed::Start(i) = seed { self.start[i] } else { 0.0 };
         self.unknowns.iter().map(|u| u.law.map_or_else(|| rough(u.seed), |(mean, _)| mean)).collect()
     }
 
-    /// Descends from `at` over more and more rows.
+    /// Minimises the cost over the first [`FIRST_ROWS`] rows, then over twice as many, and so on.
     fn descend(&self, at: Vec<f64>) -> Option<(f64, Vec<f64>)> {
         let n = self.seen();
         let (mut at, mut rows) = (at, n.min(FIRST_ROWS));
@@ -135,7 +147,7 @@ impl Case<'_> {
         Some((cost, at))
     }
 
-    /// Gauss's and Newton's curvature `[U, U]` of the cost over the first `rows`, and its negative gradient `[U]`.
+    /// Gauss-Newton curvature `[U, U]` and negative gradient `[U]` of the cost over the first `rows` rows.
     fn equations(&self, at: &[f64], rows: usize) -> Option<(Mat<f64>, Vec<f64>)> {
         let seeds: Vec<Seed> = self.unknowns.iter().map(|u| u.seed).collect();
         let mut out = Simulated::default();

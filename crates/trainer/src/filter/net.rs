@@ -1,4 +1,4 @@
-//! Hybrid+ as a law of steps: physics, and the net's correction of it.
+//! Hybrid+ as a transition model: the physics engine plus the net's correction of each step.
 
 use super::{Moments, StepLaw};
 use crate::difference::Difference;
@@ -13,11 +13,12 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Accuracy of the corrections along a smooth path, in standard deviations of a state column: roundings of features in single
-/// precision and what the decoder leaves of a step add up to it over tens of rows.
+/// Accuracy of the corrections along a smooth path, in standard deviations of a state column.
+/// Single-precision rounding of the features and the decoder's residual error of a step add up to about
+/// this over tens of rows.
 const RESOLUTION: f64 = 1e-3;
 
-/// The physics of a trained net, step by step, with the net's corrections.
+/// The steps of the physics engine with the corrections of a trained net.
 #[derive(Debug)]
 pub struct NetLaw<'m> {
     net: &'m Stepwise,
@@ -25,7 +26,7 @@ pub struct NetLaw<'m> {
     engine: &'m Engine,
     scales: &'m Scales,
     law: &'m LatentLaw,
-    /// One for each number of lanes that was asked for: particles, their sigma points, draws of a forecast.
+    /// One runner per number of lanes: particles, their cubature points, and forecast samples differ.
     runners: Vec<StepRunner>,
     white: Vec<f64>,
     next: Vec<f64>,
@@ -34,7 +35,7 @@ pub struct NetLaw<'m> {
 }
 
 impl<'m> NetLaw<'m> {
-    /// The law of a trained net that corrects single steps.
+    /// The transition model of a trained net that corrects single steps.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the net is of another kind, or its training has not ended.
@@ -120,7 +121,8 @@ impl StepLaw for NetLaw<'_> {
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];
             for j in 0..s {
-                // The physics' state of this column is read before it is corrected; the unit needs no other column.
+                // The unit of a correction depends on the engine's step in this column alone, so the column
+                // can be overwritten right away.
                 let moved = next.mean[lane * s + j];
                 let unit = self.scales.unit_of(j, moved - now[j]);
                 next.mean[lane * s + j] = moved + unit * f64::from(mean[j * lanes + lane]);

@@ -1,8 +1,16 @@
-//! Laws of what differs from trajectory to trajectory, learned from whole trajectories.
+//! Priors of the quantities that differ from trajectory to trajectory, learned from whole trajectories.
 //!
-//! Each trajectory is fitted under the laws so far (the mode and the curvature there); the next law of a number has the mean of
-//! its modes, and for its variance their mean square with that of the curvature (expectation and maximisation: Dempster, Laird,
-//! Rubin 1977). What trajectories do not tell apart shrinks to one value, what they do not show keeps its law.
+//! Each trajectory is fitted under the current priors (mode and curvature). The next prior of a quantity
+//! has
+//!
+//! ```text
+//! (1)  mean = median of the modes,
+//! (2)  variance = mean of (mode - mean)^2 + posterior variance,
+//! ```
+//!
+//! an approximate expectation-maximisation step (Dempster, Laird, Rubin 1977); medians and a cap on (2)
+//! make it robust. The prior of a quantity that does not differ between trajectories shrinks to one value;
+//! that of a quantity that the data do not identify stays as it is.
 
 use super::behind::Prefix;
 use super::system::SystemFilter;
@@ -12,15 +20,16 @@ use augsim_physics::statistics::median;
 use augsim_physics::system::Seed;
 use rayon::prelude::*;
 
-/// Rounds; what is shown well settles in three, and what only some trajectories show in about ten.
+/// Number of expectation-maximisation rounds.
+/// Well identified quantities converge in three, those that only some trajectories identify in about ten.
 const ROUNDS: usize = 12;
-/// Squared distances from the mean, in variances of the present law, count at most so much: a ball that hit the net does not
-/// widen the law of all others.
+/// Cap on squared distances from the mean, in variances of the current prior.
+/// A single outlier, such as a ball that hit the net, then does not widen the prior of all others.
 const MOST: f64 = 9.0;
-/// A law never becomes narrower than this share of the deviation that it began with.
+/// Minimum standard deviation of a learned prior, as a share of the initial one.
 const NARROWEST: f64 = 1e-3;
 
-/// Means and standard deviations of what differs from trajectory to trajectory, and of the noise of each channel.
+/// Learned priors of the quantities that differ from trajectory to trajectory, and of the noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnLaws {
     laws: Vec<(Seed, f64, f64)>,
@@ -28,8 +37,8 @@ pub struct OwnLaws {
 }
 
 impl OwnLaws {
-    /// Learns the laws of all parameters that `filter` draws for each trajectory from the whole trajectories `train`, for whose
-    /// records it was made.
+    /// Learns the priors of all parameters that `filter` estimates for each trajectory.
+    /// `train` are the whole trajectories for whose records the filter was made.
     ///
     /// # Errors
     /// [`TrainerError`] if no trajectory can be fitted.
@@ -78,12 +87,12 @@ impl OwnLaws {
         Ok(OwnLaws { laws: places.into_iter().map(law).collect(), noise })
     }
 
-    /// Each number with its mean and standard deviation.
+    /// Each quantity with the mean and the standard deviation of its prior.
     pub fn laws(&self) -> &[(Seed, f64, f64)] {
         &self.laws
     }
 
-    /// Noise of each channel, in its unit.
+    /// Standard deviation of the measurement noise of each channel, in its unit.
     pub fn noise(&self) -> &[f64] {
         &self.noise
     }

@@ -1,4 +1,4 @@
-//! Gaussian states of many particles, moved on and corrected together.
+//! Gaussian states of many particles, propagated and updated together.
 
 use super::moments::{Gaussian, cubature, measure};
 use super::{Moments, Sensor, StepLaw};
@@ -12,19 +12,19 @@ pub(super) struct States {
 }
 
 impl States {
-    /// Takes the states of another set.
+    /// Copies all states from `from`.
     pub fn copy_from(&mut self, from: &States) {
         self.mean.clone_from(&from.mean);
         self.covariance.clone_from(&from.covariance);
     }
 
-    /// Takes those of the particles `chosen` of another set.
+    /// Copies the states of the particles `chosen` from `from`.
     pub fn select_from(&mut self, from: &States, chosen: &[usize], s: usize) {
         gather_rows(&from.mean, chosen, s, &mut self.mean);
         gather_rows(&from.covariance, chosen, s * s, &mut self.covariance);
     }
 
-    /// Takes one state for all of `count` particles.
+    /// Sets all `count` particles to one state.
     pub fn repeat(&mut self, one: &Gaussian, count: usize) {
         self.mean.clear();
         self.covariance.clear();
@@ -34,7 +34,7 @@ impl States {
         }
     }
 
-    /// Takes the state of particle `i` from another set.
+    /// Copies the state of particle `i` from `from`.
     pub fn copy_one(&mut self, from: &States, i: usize, s: usize) {
         let (a, b) = (i * s..(i + 1) * s, i * s * s..(i + 1) * s * s);
         self.mean[a.clone()].copy_from_slice(&from.mean[a]);
@@ -42,13 +42,13 @@ impl States {
     }
 }
 
-/// Writes the rows `chosen` of `values`, of this width each, to `out`.
+/// Writes the rows `chosen` of `values`, each of `width` values, to `out`.
 pub(super) fn gather_rows(values: &[f64], chosen: &[usize], width: usize, out: &mut Vec<f64>) {
     out.clear();
     chosen.iter().for_each(|&i| out.extend_from_slice(&values[i * width..(i + 1) * width]));
 }
 
-/// Space for the steps of particles; nothing is allocated after the first.
+/// Buffers for the steps of particles; nothing is allocated after the first step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Workspace {
     points: Vec<f64>,
@@ -59,8 +59,9 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Moves every state on by one sample (cubature; exactly where nothing is uncertain) and takes in `row` as the sensor
-    /// measures it. Adds the log density of the row given the ones before to `density [n]`.
+    /// Propagates every state by one sample and updates it by `row` as measured by `sensor`.
+    /// Propagation uses cubature points, or the mean alone where no state is uncertain. Adds the log
+    /// density of the row given the rows before to `density [n]`.
     pub fn step(
         &mut self,
         law: &mut dyn StepLaw,
@@ -113,7 +114,7 @@ impl Workspace {
     }
 }
 
-/// Mean and covariance of equally likely points `means [k, S]`, each with independent `variances [k, S]`.
+/// Mean and covariance of equally weighted points `means [k, S]` with independent `variances [k, S]`.
 fn gather(means: &[f64], variances: &[f64], mean: &mut [f64], covariance: &mut [f64]) {
     let s = mean.len();
     let k = (means.len() / s) as f64;

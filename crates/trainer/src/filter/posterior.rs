@@ -1,8 +1,13 @@
-//! Draws of the unknowns of a trajectory given the rows seen: from the Gaussian at the mode to the posterior by degrees.
+//! Draws from the posterior of a trajectory's unknowns, by tempered sequential Monte Carlo.
 //!
-//! A sequential Monte Carlo sampler (Del Moral, Doucet, Jasra 2006) over the densities q^(1 - b) p^b, with q a Gaussian at the
-//! mode a little wider than the curvature says, p the posterior, and preconditioned Crank-Nicolson moves. Where p is Gaussian,
-//! one degree is enough.
+//! The sampler (Del Moral, Doucet, Jasra 2006) moves particles through the densities
+//!
+//! ```text
+//! (1)  q^(1 - b) p^b,    b from 0 to 1,
+//! ```
+//!
+//! with posterior p and a Gaussian q at the mode that is a little wider than the curvature says. Moves are
+//! preconditioned Crank-Nicolson steps. Where p is Gaussian, one tempering step is enough.
 
 use super::case::Case;
 use super::mode::Mode;
@@ -14,21 +19,21 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Standard deviations of the proposal in those of the curvature.
+/// Standard deviation of q relative to that of the curvature.
 const WIDER: f64 = 1.1;
-/// Least share of effective particles after one degree.
+/// Effective share of the particles that one tempering step must leave.
 const ENOUGH: f64 = 0.5;
-/// Degrees at most; the last takes the rest.
+/// Maximum number of tempering steps; the last one always reaches b = 1.
 const MOST_DEGREES: usize = 12;
-/// Metropolis steps of every particle after a degree that was not the whole.
+/// Metropolis steps of every particle after a tempering step that did not reach b = 1.
 const MOVES: usize = 3;
-/// Size of a move, as in the filter of steps.
+/// Size of a preconditioned Crank-Nicolson move.
 const MOVE: f64 = 0.6;
 
-/// Log density of what cannot be; finite, so that any part of it is.
+/// Log density of impossible values; finite, so that any multiple of it is finite.
 const NEVER: f64 = -1e300;
 
-/// `count` particles `[count, U]` and their log weights.
+/// Draws `count` particles `[count, U]` and returns them with their log weights.
 pub(super) fn posterior(
     case: &Case<'_>,
     mode: &Mode,
@@ -39,7 +44,7 @@ pub(super) fn posterior(
     let mut out = Simulated::default();
     let factor: Vec<f64> = cholesky(&mode.covariance, width).iter().map(|v| WIDER * v).collect();
     let half_square = |white: &[f64]| 0.5 * white.iter().map(|v| v * v).sum::<f64>();
-    // Log of posterior over proposal, less a constant.
+    // Log ratio of posterior and proposal density, up to a constant.
     let excess = |at: &[f64], out: &mut Simulated| {
         (mode.cost - case.cost(at, n, out) + half_square(&whiten(at, &mode.at, &factor))).max(NEVER)
     };
@@ -82,7 +87,7 @@ pub(super) fn posterior(
                     .collect();
                 let to = place(&moved, &cloud.mean, &local);
                 let next = excess(&to, &mut out);
-                // The density at this degree is q times the excess to its power.
+                // The tempered log density (1) is ln q plus the exponent times the log ratio.
                 let density =
                     |at: &[f64], over: f64| taken * over - half_square(&whiten(at, &mode.at, &factor));
                 let ratio =
@@ -98,7 +103,8 @@ pub(super) fn posterior(
     (particles, over)
 }
 
-/// The largest part of the excess, at most `rest`, that leaves enough particles effective.
+/// The largest tempering increment, at most `remaining`, that leaves enough effective particles.
+/// Found by bisection.
 fn share(scaled: &dyn Fn(f64) -> Vec<f64>, rest: f64, enough: f64) -> f64 {
     let after = |part: f64| effective(&scaled(part));
     if after(rest) >= enough {

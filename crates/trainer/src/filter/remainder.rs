@@ -1,10 +1,18 @@
-//! Equal trajectories that differ by something hidden (a friction map under a push that is repeated): the beginning tells the
-//! rest through what training trajectories did.
+//! Forecasts of repeated trajectories that differ by a hidden quantity, by regression on past ones.
 //!
-//! Readings less the mean trajectory, in units of the sensor, are written in principal components, of the rows seen and of the
-//! rest. Each component of the rest is a Gaussian process (Rasmussen and Williams 2006) of those seen, with a linear and a
-//! squared-exponential kernel; its settings are those with the least error on a part of the training set that the process does
-//! not see, and the covariance of these errors, less the sensor's noise, is that of the forecast.
+//! An example is a push that is repeated over a surface with unknown friction. Deviations from the mean
+//! trajectory, in units of the measurement noise, are expressed in principal components: x of the observed
+//! rows and y of the remaining rows. Each y is a Gaussian process of x (Rasmussen and Williams 2006) with
+//! kernel
+//!
+//! ```text
+//! (1)  k(a, b) = a'S b / v + exp(-(a - b)'S(a - b) / (2 v l^2)),    S = diag(var_i^-w),
+//! ```
+//!
+//! where var_i is the variance of component i, v the sum of S_ii var_i, l the length scale and w the
+//! whitening exponent. A ridge is added to the diagonal. Length scale, exponent and ridge minimise the
+//! squared error on validation trajectories that the process is not fitted to. The covariance of these
+//! errors, less the measurement noise, is the covariance of the forecast.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
 use crate::latent::cholesky;
@@ -15,24 +23,25 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Components of the rows seen and of the rest at most.
+/// Maximum number of principal components of the observed and of the remaining rows.
 const MOST: [usize; 2] = [8, 12];
-/// Variance of a component seen, in that of the sensor, below which it says nothing.
+/// Minimum variance of an observed component, in variances of the measurement noise.
+/// A component below it is mostly noise.
 pub(super) const SILENT: f64 = 1.2;
-/// One trajectory in so many judges the settings.
+/// Every n-th trajectory is used for validation.
 const JUDGES: usize = 8;
-/// Trajectories on which settings are compared: a factor takes their cube in time.
+/// Maximum number of trajectories for the choice of the hyperparameters: cost grows with its cube.
 const COMPARED: usize = 1200;
-/// Exponents by which components seen are brought to one size: 1 makes all equally wide.
+/// Candidate whitening exponents w of (1): 1 gives all observed components the same variance.
 const WHITENED: [f64; 3] = [0.0, 0.5, 1.0];
-/// Length scales, in root mean square distances from the mean.
+/// Candidate length scales l, in root mean square distances from the mean.
 const LENGTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Variances of what the components seen do not tell, in that of the component.
+/// Candidate ridges: variance not explained by the observed components, in the kernel's unit.
 const RIDGES: [f64; 3] = [0.003, 0.03, 0.3];
-/// Size of the linear kernel beside the other.
+/// Weight of the linear part of the kernel.
 const LINEAR: f64 = 1.0;
 
-/// Forecasts of equal trajectories behind prefixes of given lengths.
+/// Forecasts of repeated trajectories after prefixes of given lengths.
 #[derive(Debug, Clone)]
 pub struct Remembered {
     mean: Vec<f64>,
@@ -40,19 +49,19 @@ pub struct Remembered {
     behind: BTreeMap<usize, Conditional>,
 }
 
-/// The rest behind so many rows.
+/// Distribution of the remaining rows given a number of observed rows.
 #[derive(Debug, Clone)]
 struct Conditional {
-    /// Directions `[k, n S]` of what is seen, and `[m, (T - n) S]` of the rest.
+    /// Principal directions `[k, n S]` of the observed rows, and `[m, (T - n) S]` of the remaining ones.
     seen: Vec<Vec<f64>>,
     rest: Vec<Vec<f64>>,
-    /// Variances of the components seen.
+    /// Variances of the observed components.
     variances: Vec<f64>,
-    /// Components seen of the trajectories remembered.
+    /// Observed components of the training trajectories.
     known: Vec<Vec<f64>>,
-    /// Kernel and weights of each component of the rest.
+    /// Kernel and weights of each remaining component.
     processes: Vec<(Kernel, Vec<f64>)>,
-    /// Lower factor of the covariance of the components of the rest, `[m, m]`.
+    /// Cholesky factor of the covariance of the remaining components, `[m, m]`.
     factor: Vec<f64>,
 }
 
@@ -64,7 +73,7 @@ struct Kernel {
 }
 
 impl Kernel {
-    /// Factor of the square of each component seen, and the mean square of all with it.
+    /// The diagonal of S in (1), and the mean square v of all components under it.
     fn scales(&self, variances: &[f64]) -> (Vec<f64>, f64) {
         let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitened)).collect();
         let size = dot(&scales, variances);
@@ -82,10 +91,11 @@ impl Kernel {
 }
 
 impl Remembered {
-    /// Learns from trajectories of equal length, read with these standard deviations of each column.
+    /// Learns from trajectories of equal length; `sd` is the measurement noise of each column.
     ///
     /// # Errors
-    /// [`TrainerError`] if the trajectories differ in length or are too few, or a prefix leaves nothing.
+    /// [`TrainerError`] if the trajectories differ in length or are too few, or a prefix is empty or leaves
+    /// no row.
     pub fn fit(train: &Sequences, sd: &[f64], lengths: &[usize]) -> Result<Self, TrainerError> {
         let time = train.items.first().map_or(0, |q| q.time);
         if let Some(other) = train.items.iter().find(|q| q.time != time) {
@@ -109,7 +119,8 @@ impl Remembered {
     }
 }
 
-/// Directions of most variance of rows, `[component, width]`, with their variances, from the largest on.
+/// Principal directions of rows, `[component, width]`, and their variances, largest first.
+/// At most `most` of them, with variances above `least`; the first is always kept.
 pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
     let width = rows.first()?.len();
     let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);
@@ -127,12 +138,12 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Components of a row along directions.
+/// Principal component scores of a row.
 pub(super) fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
     directions.iter().map(|d| dot(d, row)).collect()
 }
 
-/// Weights of every target `[target][trajectory]` under a kernel; none where the matrix is singular.
+/// Process weights of every target `[target][trajectory]`; `None` where the matrix is singular.
 fn weights(
     kernel: &Kernel,
     known: &[Vec<f64>],
@@ -155,7 +166,7 @@ fn kernel_mean(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: 
 }
 
 impl Conditional {
-    /// From curves in units of the sensor, of which the first `cut` values are seen.
+    /// Fits to curves in units of the measurement noise, of which the first `cut` values are observed.
     fn fit(curves: &[Vec<f64>], cut: usize) -> Result<Self, TrainerError> {
         let refuse = || TrainerError::NoTrajectories { what: "the part of the training set that varies" };
         let judges: Vec<&Vec<f64>> = curves.iter().step_by(JUDGES).collect();
@@ -195,7 +206,8 @@ impl Conditional {
         let mut processes: Vec<(Kernel, Vec<f64>)> = Vec::new();
         for (t, target) in targets.iter().enumerate() {
             let best = compared.iter().min_by(|a, b| a.1[t].total_cmp(&b.1[t])).ok_or_else(refuse)?.0;
-            // Several components have the same settings and share a factor only in the comparison: there are few of them.
+            // Components with the same hyperparameters could share a factorisation, but there are few of
+            // them.
             let own = weights(&best, &known, &variances, std::slice::from_ref(target)).ok_or_else(refuse)?;
             processes.extend(own.into_iter().map(|w| (best, w)));
         }
@@ -214,7 +226,8 @@ impl Conditional {
                 }
             }
         }
-        // Directions are orthonormal and curves in units of the sensor, whose share of each error is 1.
+        // Directions are orthonormal and curves are in units of the noise, so the noise adds 1 to each
+        // variance.
         (0..m).for_each(|a| covariance[a * m + a] = (covariance[a * m + a] - 1.0).max(0.0));
         Ok(Conditional { seen, rest, variances, known, processes, factor: cholesky(&covariance, m) })
     }

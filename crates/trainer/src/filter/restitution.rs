@@ -1,5 +1,4 @@
-//! PyBullet's ball with a restitution that differs from drop to drop, as a law of steps: the data's own law, or what a discovery
-//! found.
+//! PyBullet's ball with a random restitution per drop as a transition model.
 
 use super::{FittedDrop, Freedom, Moments, Sensor, StepLaw};
 use crate::{Sequence, Sequences, TrainerError};
@@ -8,26 +7,28 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-/// Rows of a training drop that are fitted: behind the second rebound the cost of a restitution has many minima, because
-/// the depth of an impact on the grid of steps decides the next.
+/// Number of rows of a training drop that are fitted.
+/// After the second rebound the cost of a restitution has many minima, because how deep an impact falls
+/// within a step decides the next one.
 const FITTED_ROWS: usize = 80;
-/// Deviation at which training drops are fitted, m and m/s: files carry six digits.
+/// Assumed measurement noise when training drops are fitted, m and m/s: files carry six digits.
 const FITTED_TO: f64 = 1e-5;
 
-/// The ball, with N(mean, sd) for its restitution; a negative one acts as 0.
+/// A ball whose restitution is drawn from N(mean, sd) for each trajectory; negative values act as 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestitutionLaw {
-    /// Everything but the restitution.
+    /// All parameters but the restitution.
     pub ball: BulletBall,
-    /// Mean.
+    /// Mean of the restitution.
     pub mean: f64,
-    /// Standard deviation.
+    /// Standard deviation of the restitution.
     pub sd: f64,
 }
 
 impl RestitutionLaw {
-    /// The law of a set of drops: the damping that most of them have (the median), and mean and deviation of the restitution
-    /// that each has with it. Everything else is declared.
+    /// Fits the distribution of the restitution to a set of drops.
+    /// The damping is the median over drops; mean and standard deviation are those of the restitutions
+    /// fitted with it. All other parameters stay as declared.
     pub fn fitted(ball: BulletBall, train: &Sequences) -> Self {
         let sensor = Sensor::known([FITTED_TO; 2]);
         let fit = |ball: BulletBall, freedom: Freedom| -> Vec<BulletBall> {

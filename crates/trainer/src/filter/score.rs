@@ -1,52 +1,58 @@
-//! Errors of what is forecast behind a prefix.
+//! Scores of forecasts after an observed prefix.
 //!
-//! Two definitions, never mixed: *whole* divides by all samples of the trajectory, of which the seen ones count as no error
-//! (comparable with forecasts from the first state), *rest* by the samples that are forecast. Per cent of the rest is a ratio of
-//! sums over the set: an object at rest would make a mean of ratios meaningless.
+//! Two definitions are kept apart. *whole* divides by all samples of the trajectory, of which the observed
+//! ones count as no error (comparable with forecasts from the first state). *rest* divides by the forecast
+//! samples alone. Percentages of the rest are ratios of sums over the set, because a mean of ratios would
+//! be dominated by objects at rest.
 
 use crate::Samples;
 use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
 use augsim_physics::statistics::median;
 use std::ops::Range;
 
-/// Narrowest 90 % band whose samples count for the coverage, in the column's unit: a resting object flatters it.
+/// Minimum width of a 90 % band that counts for the coverage, in the column's unit.
+/// The narrow bands of a resting object would raise the coverage.
 const WIDE: f64 = 1e-3;
 
-/// Sums over the trajectories of a set.
+/// Scores over the trajectories of a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilteredScore {
-    /// Trajectories.
+    /// Number of trajectories.
     pub trajectories: usize,
-    /// Columns of each measure.
+    /// State columns of each measure.
     pub columns: Vec<Range<usize>>,
-    /// Mean over trajectories of the error of the median, sum over the rest divided by all samples; one entry per measure.
+    /// Error of the median summed over forecast rows and divided by all rows; mean over trajectories.
+    /// One entry per measure.
     pub whole: Vec<f64>,
     /// Standard error of [`whole`](Self::whole) over trajectories.
     pub whole_se: Vec<f64>,
-    /// Mean over trajectories of the sum of errors over the rest by the sum of distances from zero over all samples, of the
-    /// first measure, per cent.
+    /// Errors summed over forecast rows relative to distances from zero over all rows, per cent.
+    /// Of the first measure; mean over trajectories.
     pub whole_percent: f64,
-    /// Mean error of the median over the rest.
+    /// Mean error of the median over the forecast rows.
     pub rest: Vec<f64>,
-    /// Median over trajectories of the mean error of the median over the rest: a few that end otherwise do not decide it.
+    /// Median over trajectories of the mean error of the median over the forecast rows.
+    /// Robust to a few trajectories with very large errors.
     pub rest_of_most: Vec<f64>,
-    /// Sum of errors over sum of distances from zero, over the rest of all trajectories, of the first measure, per cent.
+    /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
+    /// Of the first measure.
     pub rest_percent: f64,
-    /// Mean error over the rest of the mean of ten samples.
+    /// Mean error over the forecast rows of the mean of the first ten samples.
     pub rest_mean_of_10: Vec<f64>,
-    /// Mean error of the median in the last seven tenths of the samples: the same rows whatever the prefix.
+    /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
     pub common: Vec<f64>,
-    /// Fair continuous ranked probability score over the rest.
+    /// Fair continuous ranked probability score over the forecast rows.
     pub crps: Vec<f64>,
-    /// Median over trajectories of its mean over the rest.
+    /// Median over trajectories of the mean continuous ranked probability score over the forecast rows.
     pub crps_of_most: Vec<f64>,
-    /// Share of true values in the central 50 % band, over samples whose 90 % band is wide; absent for a point forecast.
+    /// Share of true values in the central 50 % band where the 90 % band is wide enough.
+    /// `None` for a point forecast.
     pub coverage50: Option<f64>,
-    /// Share in the central 90 % band.
+    /// Share of true values in the central 90 % band.
     pub coverage90: Option<f64>,
 }
 
-/// Sums of one trajectory.
+/// Sums over the rows of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tally {
     columns: Vec<Range<usize>>,
@@ -64,8 +70,8 @@ pub(super) struct Tally {
     points: bool,
 }
 
-/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`; rows in which something was not measured do not
-/// count.
+/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Rows with a missing measurement do not count.
 pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
     let s = measures.last().map_or(1, |last| last.end);
@@ -126,14 +132,14 @@ pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scorin
     out
 }
 
-/// Median of the values that are numbers.
+/// Median of the finite values.
 fn middle(values: impl Iterator<Item = f64>) -> f64 {
     let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     if finite.is_empty() { f64::NAN } else { median(&mut finite) }
 }
 
 impl FilteredScore {
-    /// Over all trajectories of a set.
+    /// Averages over all trajectories of a set.
     pub(super) fn of(tallies: &[Tally]) -> Self {
         let n = tallies.len() as f64;
         let measures = 0..tallies.first().map_or(0, |t| t.errors.len());
@@ -174,7 +180,7 @@ impl FilteredScore {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: both definitions by hand.
+    //! Contract: both definitions agree with values computed by hand.
     use super::*;
     use crate::Sequences;
 
@@ -205,7 +211,8 @@ mod tests {
     fn narrow_bands_do_not_count() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
-        // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that misses the truth.
+        // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that
+        // misses the true value.
         let narrow = (0..11).map(|i| 1e-5 * i as f32);
         let wide = (0..11).map(|i| 1.0 + 0.1 * i as f32);
         let forecast = Samples { count: 11, values: narrow.chain(wide).collect() };

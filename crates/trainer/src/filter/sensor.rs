@@ -1,21 +1,22 @@
-//! The sensor that sees a state, and the law of first states before anything is seen.
+//! The sensor that measures a state, and the prior of the initial state.
 
 use crate::{Sequences, TrainerError};
 
-/// Smallest deviation of a measurement, in the column's unit: files carry six digits.
+/// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
 const DIGITS: f64 = 1e-6;
 
-/// The sensor: which state columns are seen, and how well.
+/// A sensor: which state columns it observes, and with what noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     sd: Vec<Option<f64>>,
 }
 
 impl Sensor {
-    /// The standard deviation of each state column in its unit; none where a column is not seen, 0 where it is exact.
+    /// A sensor from the standard deviation of each state column, in its unit.
+    /// `None` marks a column that is not observed, 0 one that is exact.
     ///
     /// # Errors
-    /// [`TrainerError::Setting`] if no column is seen, or a deviation is negative or not finite.
+    /// [`TrainerError::Setting`] if no column is observed, or a deviation is negative or not finite.
     pub fn new(sd: Vec<Option<f64>>) -> Result<Self, TrainerError> {
         let refuse = |value: String, rule| Err(TrainerError::Setting { key: "sensor", value, rule });
         if sd.iter().all(Option::is_none) {
@@ -27,39 +28,39 @@ impl Sensor {
         Ok(Sensor { sd })
     }
 
-    /// Every column, with these standard deviations of at least 0.
+    /// A sensor that observes every column with these standard deviations, each 0 or more.
     pub(super) fn known<const N: usize>(sd: [f64; N]) -> Self {
         Sensor { sd: sd.map(Some).to_vec() }
     }
 
-    /// Every column exactly.
+    /// A sensor that observes every column exactly.
     pub fn exact(columns: usize) -> Self {
         Sensor { sd: vec![Some(0.0); columns] }
     }
 
-    /// Whether every column is seen exactly.
+    /// Whether every column is observed exactly.
     pub fn is_exact(&self) -> bool {
         self.sd.iter().all(|sd| *sd == Some(0.0))
     }
 
-    /// State columns that are seen, with the variance of their measurement.
+    /// Observed state columns with the variance of their measurement.
     pub fn seen(&self) -> impl Iterator<Item = (usize, f64)> {
         self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(DIGITS).powi(2))))
     }
 
-    /// The same sensor for a law that follows column `j` no closer than `resolution(j)`.
+    /// Raises the noise of column `j` to at least `resolution(j)`.
     pub(super) fn no_better_than(&self, resolution: impl Fn(usize) -> f64) -> Self {
         let sd = self.sd.iter().enumerate().map(|(j, sd)| sd.map(|sd| sd.max(resolution(j)))).collect();
         Sensor { sd }
     }
 
-    /// The standard deviation of each column; none where it is not seen.
+    /// Standard deviation of each column; `None` where it is not observed.
     pub fn sd(&self) -> &[Option<f64>] {
         &self.sd
     }
 }
 
-/// Law of a first state before it is seen: that of the first states of the training set.
+/// Prior of the initial state: mean and standard deviation over the training set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartLaw {
     /// Mean, `[S]`.
@@ -69,7 +70,7 @@ pub struct StartLaw {
 }
 
 impl StartLaw {
-    /// Mean and deviation of the first states of a set, column by column.
+    /// Mean and standard deviation of the initial states of a set, column by column.
     pub fn of(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
         let firsts = || train.items.iter().map(|q| q.state(0));

@@ -1,8 +1,9 @@
-//! A law whose steps add nothing at random, with its first state among the latents.
+//! A transition model without process noise whose initial state is part of the latents.
 //!
-//! A ball on a grid of steps touches the ground at this step or at the next; a Gaussian state that straddles the two is neither,
-//! and a posterior that is behind it is wrong by metres (one drop in a thousand). A first state that is a number of each
-//! particle, as the restitution is, has one path.
+//! A ball on a grid of time steps touches the ground at this step or at the next. A Gaussian state that
+//! covers both cases describes neither, and posteriors after it had errors of metres (one drop in a
+//! thousand). With the initial state among the latents, like the restitution, each particle follows one
+//! exact path.
 
 use super::{Moments, StepLaw};
 use crate::TrainerError;
@@ -10,13 +11,14 @@ use crate::latent::cholesky_into;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The law `law` with latents `[L + S]`: its own, and S standard normal ones that place the first state in its law.
+/// A model with S extra standard normal latents that determine the initial state.
+/// Its latents `[L + S]` begin with those of `law`.
 #[derive(Debug, Clone)]
 pub(super) struct Started<L> {
     law: L,
     mean: Vec<f64>,
     factor: Vec<f64>,
-    /// Latents of the law alone, `[lane, L]`.
+    /// Latents of the inner model, `[lane, L]`.
     own: Vec<f64>,
 }
 

@@ -1,4 +1,6 @@
-//! Any system behind a prefix: its start, the parameters of its own and the offsets of its events, inferred from the rows seen.
+//! Forecasts of any simulated system after a prefix: its unknowns are estimated from the observed rows.
+//!
+//! Unknown are the initial state, the parameters of the single trajectory, and the offsets of its events.
 
 use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
 use super::case::{Case, Unknown};
@@ -11,31 +13,32 @@ use augsim_physics::model::{Parameter, Per};
 use augsim_physics::system::{Begin, Record, Scatter, ScatterPer, Seed, Simulated, System};
 use std::sync::Arc;
 
-/// Events of one trajectory that have an offset of their own; later ones have none.
+/// Number of events of a trajectory with an offset of their own; later events have none.
 const MOST_EVENTS: usize = 16;
-/// Smallest deviation of a reading, in the column's unit: files carry six digits.
+/// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
 const DIGITS: f64 = 1e-6;
-/// Measured values beyond the unknowns that an estimate of the noise takes at least.
+/// Number of measurements beyond the unknowns that an estimate of the noise needs.
 const SPARE: usize = 8;
 
-/// Forecasts of a [`System`] behind a prefix.
+/// A forecaster after observed prefixes that samples the posterior of a [`System`]'s unknowns.
 #[derive(Debug, Clone)]
 pub struct SystemFilter {
     system: Arc<dyn System>,
-    /// `[trajectory][parameter]`
+    /// Parameter values, `[trajectory][parameter]`.
     values: Vec<Vec<f64>>,
     unknowns: Vec<Unknown>,
     shared: bool,
     records: Vec<Record>,
-    /// Noise of each channel, where it was learned.
+    /// Learned measurement noise of each channel.
     noise: Option<Vec<f64>>,
 }
 
 impl SystemFilter {
-    /// The system with the values of its model file. Unknown of each trajectory are its start, the parameters that are its own
-    /// (drawn towards the value in the file, as far as their bounds let them differ), those with a 95 % interval, and the offsets
-    /// of events where the model scatters them. Of `records`, one for each trajectory, times, inputs and covariates are used;
-    /// `groups` has the name of the group of each, where it has one.
+    /// A filter of the system with the values of its model file.
+    /// Estimated for each trajectory are its initial state, its per-trajectory parameters (with a prior at
+    /// the declared value and the spread of their bounds), parameters with a 95 % interval, and event
+    /// offsets where the model declares them random. Of `records`, one per trajectory, times, inputs and
+    /// covariates are used; `groups` names the group of each trajectory, if it has one.
     pub fn new(system: Arc<dyn System>, records: &[Record], groups: &[Option<&str>]) -> Self {
         let value = |p: &Parameter, group: Option<&str>| {
             let own = p.groups.iter().find(|(name, _)| Some(name.as_str()) == group);
@@ -54,7 +57,7 @@ impl SystemFilter {
         filter
     }
 
-    /// The same whose parameter `index` differs from trajectory to trajectory with this standard deviation.
+    /// Makes parameter `index` differ from trajectory to trajectory with this standard deviation.
     #[must_use]
     pub fn with_own(mut self, index: usize, sd: f64) -> Self {
         let seed = Seed::Parameter(index);
@@ -68,8 +71,8 @@ impl SystemFilter {
         self
     }
 
-    /// The same with laws that were learned, each a mean and a standard deviation ([`super::OwnLaws::laws`]), and noise of each
-    /// channel for a sensor that states none ([`super::OwnLaws::noise`]).
+    /// Sets learned priors, each a mean and a standard deviation ([`super::OwnLaws::laws`]).
+    /// `noise` of each channel ([`super::OwnLaws::noise`]) is used where the sensor declares none.
     #[must_use]
     pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
         for (seed, mean, sd) in laws {
@@ -81,28 +84,28 @@ impl SystemFilter {
         self
     }
 
-    /// Places of the unknowns that are parameters with a law.
+    /// Indices of the unknowns that are parameters with a prior.
     pub(super) fn own_places(&self) -> Vec<usize> {
         let is_own = |u: &Unknown| matches!(u.seed, Seed::Parameter(_)) && u.law.is_some();
         (0..self.unknowns.len()).filter(|&i| is_own(&self.unknowns[i])).collect()
     }
 
-    /// Seed of the unknown at a place.
+    /// Place in the simulation of the unknown with an index.
     pub(super) fn seed(&self, place: usize) -> Seed {
         self.unknowns[place].seed
     }
 
-    /// Mean and standard deviation of an unknown; those of nothing where it has no law.
+    /// Mean and standard deviation of an unknown's prior; (0, infinity) for a flat prior.
     pub(super) fn law(&self, place: usize) -> (f64, f64) {
         self.unknowns[place].law.unwrap_or((0.0, f64::INFINITY))
     }
 
-    /// Gives an unknown another law.
+    /// Replaces the prior of an unknown.
     pub(super) fn set_law(&mut self, place: usize, law: (f64, f64)) {
         self.unknowns[place].law = Some(law);
     }
 
-    /// Mode and variance of the unknowns at `places` behind a whole prefix, and the noise of each channel.
+    /// Mode and variance of the unknowns at `places` after a whole prefix, and the noise of each channel.
     pub(super) fn own_fit(
         &self,
         prefix: &Prefix<'_>,
@@ -126,7 +129,7 @@ impl SystemFilter {
             self.unknowns.push(Unknown { seed: Seed::Start(i), law, bounds: unbounded });
         }
         for (i, p) in self.system.parameters().iter().enumerate() {
-            // The standard deviation of a uniform law between the bounds.
+            // Standard deviation of a uniform distribution between the bounds.
             let own = (p.per == Per::Trajectory).then_some((p.max - p.min) / 12_f64.sqrt());
             let Some(sd) = own.or(p.standard_deviation()).filter(|sd| sd.is_finite() && *sd > 0.0) else {
                 continue;
@@ -144,7 +147,7 @@ impl SystemFilter {
     }
 }
 
-/// A record without what was measured.
+/// Copies a record without its measured values.
 fn unmeasured(record: &Record) -> Record {
     let mut bare = record.clone();
     bare.values.iter_mut().for_each(|v| v.fill(f64::NAN));
@@ -152,7 +155,8 @@ fn unmeasured(record: &Record) -> Record {
 }
 
 impl SystemFilter {
-    /// The most probable unknowns behind the first rows. Noise that is not known is estimated from what they leave.
+    /// Finds the maximum a posteriori unknowns given `rows`.
+    /// Unknown noise levels are estimated from the residuals.
     fn mode<'a>(&'a self, prefix: &Prefix<'a>, rows: &'a [f64]) -> Result<(Case<'a>, Mode), TrainerError> {
         let schema = self.system.schema();
         let channels = schema.channels.len();
@@ -188,7 +192,7 @@ impl SystemFilter {
         }
         let mut mode = Mode::of(&case).ok_or_else(|| refuse(open + spare))?;
         if spare > 0 {
-            // Twice: what is an unlikely value of an unknown depends on how good the readings are.
+            // The fit is repeated twice, because the estimated noise decides how strongly the priors pull.
             for _ in 0..2 {
                 let freedom = readings as f64 / (readings - open) as f64;
                 let rms = mode.rms(&case);
@@ -201,7 +205,7 @@ impl SystemFilter {
         Ok((case, mode))
     }
 
-    /// A start to fit from and a rough noise of each channel, from the rows seen alone.
+    /// Rough initial state to fit from and rough noise of each channel, from the observed rows alone.
     fn rough(&self, record: &Record, rows: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let schema = self.system.schema();
         let channels = schema.channels.len();
@@ -224,8 +228,10 @@ impl SystemFilter {
     }
 }
 
-/// Noise of readings from their third differences, whose deviation is the root of 20 times that of white noise; at least six
-/// digits.
+/// Noise of readings from the median absolute third difference, at least [`MIN_SD`].
+/// For white noise of standard deviation s the third differences have standard deviation sqrt(20) s, and
+/// the median of the absolute value of a normal variable is 0.674 standard deviations. With fewer than four
+/// readings a third difference of 1e-3 is assumed.
 fn rough_noise(values: &[f64]) -> f64 {
     let measured: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let mut third: Vec<f64> =
@@ -253,7 +259,8 @@ impl PrefixForecaster for SystemFilter {
             let (mut out, mut of) = (Simulated::default(), None);
             let width = self.unknowns.len();
             for (sample, &i) in chosen.iter().enumerate() {
-                // Systematic resampling names the same particle several times in a row.
+                // Systematic resampling repeats a particle in consecutive samples, so its simulation is
+                // reused.
                 if of != Some(i) {
                     let at = &particles[i * width..(i + 1) * width];
                     if !case.simulate(at, prefix.time, &[], &mut out)

@@ -1,9 +1,10 @@
-//! Log weights of particles: shares, effective number, resampling. Nothing is allocated where the places have room.
+//! Normalisation and resampling of particle weights, and the effective sample size.
 
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Particles in proportion to their weights (systematic resampling), written to `chosen`; `shares` is scratch.
+/// Draws `count` particles in proportion to their weights by systematic resampling, into `chosen`.
+/// `log` are log weights; `shares` is scratch.
 pub(super) fn systematic_into(
     log: &[f64],
     count: usize,
@@ -25,14 +26,14 @@ pub(super) fn systematic_into(
     }
 }
 
-/// Particles in proportion to their weights.
+/// Draws `count` particles in proportion to their weights by systematic resampling.
 pub(super) fn systematic(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<usize> {
     let (mut shares, mut chosen) = (Vec::new(), Vec::with_capacity(count));
     systematic_into(log, count, rng, &mut shares, &mut chosen);
     chosen
 }
 
-/// Weights of a sum of 1 from their logarithms.
+/// Normalises log weights to weights with a sum of 1, into `shares`.
 pub(super) fn shares_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) {
     shares.clear();
     shares.extend(log);
@@ -42,20 +43,20 @@ pub(super) fn shares_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>)
     shares.iter_mut().for_each(|w| *w /= total);
 }
 
-/// Weights of a sum of 1 from their logarithms.
+/// Normalises log weights to weights with a sum of 1.
 pub(super) fn shares(log: &[f64]) -> Vec<f64> {
     let mut shares = Vec::with_capacity(log.len());
     shares_into(log.iter().copied(), &mut shares);
     shares
 }
 
-/// Effective number of particles (Kong, Liu, Wong 1994); `shares` is scratch.
+/// Effective sample size of log weights (Kong, Liu, Wong 1994); `shares` is scratch.
 pub(super) fn effective_of(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) -> f64 {
     shares_into(log, shares);
     1.0 / shares.iter().map(|w| w * w).sum::<f64>()
 }
 
-/// Effective number of particles.
+/// Effective sample size of log weights.
 pub(super) fn effective(log: &[f64]) -> f64 {
     effective_of(log.iter().copied(), &mut Vec::with_capacity(log.len()))
 }

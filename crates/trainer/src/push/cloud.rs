@@ -1,12 +1,13 @@
-//! Distances between clouds of points of the plane.
+//! Distances between two sets of points in the plane.
 
 use rayon::prelude::*;
 
-/// Symmetric Chamfer distance: the mean distance from each point of `a` to its nearest in `b`, plus the mean from
-/// each of `b` to its nearest in `a` (the paper's definition: plain distances, both means added). In the points' unit.
+/// Symmetric Chamfer distance of two sets of points, in the points' unit.
+/// It is the mean distance from each point of `a` to its nearest in `b`, plus the mean from each of `b` to
+/// its nearest in `a` (the paper's definition: plain distances, both means added).
 ///
-/// It hardly sees a shift (half a standard deviation raises it by a tenth) and is not zero for two samples of one
-/// law: compare it with that floor, at equal numbers of points.
+/// It is insensitive to a shift (half a standard deviation increases it by 10 %) and not zero for two
+/// samples of one distribution: compare it with that floor, at equal numbers of points.
 pub fn chamfer(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     let one = |from: &[[f64; 2]], to: &[[f64; 2]]| {
         let nearest = |p: &[f64; 2]| to.iter().map(|q| square(p, q)).fold(f64::INFINITY, f64::min).sqrt();
@@ -16,8 +17,8 @@ pub fn chamfer(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     one(a, b) + one(b, a)
 }
 
-/// Energy distance 2 E|X - Y| - E|X - X'| - E|Y - Y'| (Székely and Rizzo 2013), each mean over distinct pairs, so that
-/// two samples of one law give 0 on average. In the points' unit.
+/// Energy distance 2 E|X - Y| - E|X - X'| - E|Y - Y'| (Székely and Rizzo 2013), in the points' unit.
+/// Each mean is over distinct pairs, so that two samples of one distribution give 0 on average.
 pub fn energy(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     let sum = |x: &[[f64; 2]], y: &[[f64; 2]]| {
         let of = |p: &[f64; 2]| y.iter().map(|q| square(p, q).sqrt()).sum::<f64>();
@@ -34,7 +35,7 @@ fn square(p: &[f64; 2], q: &[f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the values by hand, and the known floor of two samples of one Gaussian.
+    //! Contract: values computed by hand, and the known floor for two samples of one Gaussian.
     use super::*;
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
@@ -57,11 +58,13 @@ mod tests {
     #[test]
     fn two_samples_of_one_law() {
         let (a, b) = (gaussian(0, 0.0), gaussian(1, 0.0));
-        // 0.11 standard deviations at 2000 points each; its scatter between draws is about 0.003.
+        // The floor is 0.11 standard deviations at 2000 points each; it varies by about 0.003 between
+        // samples.
         assert!((chamfer(&a, &b) - 0.11).abs() < 0.015, "{}", chamfer(&a, &b));
         assert!(energy(&a, &b).abs() < 5e-3);
-        // One standard deviation: twice the excess of the mean of a Rice law (scale sqrt 2) over that without a shift,
-        // 0.4298. The mean of 2000 draws scatters by 0.03 in each direction, the distance by 0.6 of that.
+        // For a shift of one standard deviation the distance is twice the difference of the means of a Rice
+        // distribution (scale sqrt 2) with and without the shift, 0.4298. The mean of 2000 draws varies by
+        // 0.03 in each direction, the distance by 0.6 of that.
         let shifted = energy(&a, &gaussian(1, 1.0));
         assert!((shifted - 0.4298).abs() < 0.06, "{shifted}");
     }

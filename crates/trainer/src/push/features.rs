@@ -1,11 +1,13 @@
-//! Features of a push that the nets read, and the units of what they give.
+//! Features of a push for the nets, and the units of their targets.
 //!
-//! - Neural: the rod in the frame of the start pose, the time since the sample before; gives the object's displacement.
-//!   Neural+ reads and gives the same, with the net of Hybrid+.
-//! - Hybrid: the same as Neural and the displacement that the physics predicts; gives the displacement.
-//! - Hybrid+: dimensionless features of the physics' roll-out, in the frame of the first contact's normal; gives
-//!   the deviation from the roll-out, in units of c. Lengths are divided by c and times by sqrt(c / (mu g)), so that
-//!   another support or object of the same shape is, by dimensional analysis, the same problem.
+//! - Neural: the rod in the frame of the initial pose and the time since the last sample; predicts the
+//!   object's displacement. Neural+ has the same inputs and targets, with the net of Hybrid+.
+//! - Hybrid: the features of Neural plus the displacement predicted by the physics; predicts the
+//!   displacement.
+//! - Hybrid+: dimensionless features of the physics' roll-out, in the frame of the first contact's normal;
+//!   predicts the deviation from the roll-out in units of c. Lengths are divided by c and times by sqrt(c /
+//!   (mu g)), so that by dimensional analysis another support, or another object of the same shape, is the
+//!   same problem.
 
 use super::frame::StartFrame;
 use crate::engine::ModelPush;
@@ -17,45 +19,45 @@ use augsim_physics::push::planar::Rotation;
 use augsim_physics::push::{GRAVITY_M_S2, Instant, Mode, Pose};
 use rayon::prelude::*;
 
-/// Standard units beyond which a condition is cut: what lies further was never trained on.
+/// Bound of the standardised features: values beyond it were never trained on.
 const CUT: f64 = 6.0;
-/// Size of a deviation where nothing has moved, in units of c: that of the sensor's noise.
+/// Expected deviation before anything has moved, in units of c: that of the measurement noise.
 const QUIET: f64 = 0.03;
-/// Least scale that is not rounding.
+/// Minimum scale; smaller ones are rounding errors.
 const LEAST: f64 = 1e-9;
-/// Deviation for the way slid.
+/// Expected deviation per distance moved, both in units of c.
 const SLIDE: f64 = 0.05;
 
-/// Everything about a push that a forecast may use.
+/// Features of one push and the transformation of its targets.
 #[derive(Debug, Clone)]
 pub(crate) struct Condition {
-    /// Rows.
+    /// Number of rows.
     pub time: usize,
-    /// Width of a row of `u`.
+    /// Number of features of a row of `u`.
     pub width: usize,
-    /// Conditions `[time, width]`, in their own units.
+    /// Features `[time, width]`, not standardised.
     pub u: Vec<f64>,
     frame: StartFrame,
-    /// Poses that the targets count from `[time, 3]`, in `frame`.
+    /// Reference poses that are subtracted from the targets `[time, 3]`, in `frame`.
     base: Vec<[f64; 3]>,
     /// Unit of length of the targets, m.
     length_m: f64,
-    /// Size of a likely deviation, relative to the others' `[time]`.
+    /// Expected size of a deviation at each row, by which targets are divided `[time]`.
     size: Vec<f64>,
 }
 
-/// Widths of the conditions by recipe.
+/// Number of features by recipe.
 pub(crate) fn width(recipe: Recipe) -> usize {
     match recipe {
         Recipe::Neural | Recipe::NeuralPlus => 3,
         Recipe::Hybrid | Recipe::HybridStandardised => 6,
-        // Classes of the league have widths of their own.
+        // Baselines of the league define their own features.
         _ => 20,
     }
 }
 
 impl Condition {
-    /// Makes the condition from the first pose and the rod's path alone.
+    /// Computes the features from the first pose and the rod's path alone.
     pub fn new(recipe: Recipe, engine: &ModelPush, start: &[f64], actions: &[f64]) -> Self {
         let time = actions.len() / 3;
         let action = |t: usize| &actions[3 * t..3 * t + 3];
@@ -101,7 +103,7 @@ impl Condition {
         .collect()
     }
 
-    /// The pose at sample `t` of a target in its own unit, in the frame of the data.
+    /// Converts a target at sample `t` back to a pose in the frame of the data.
     pub fn restore(&self, t: usize, target: [f64; 3]) -> [f64; 3] {
         let (b, size) = (self.base[t], self.size[t]);
         let unit = self.length_m * size;
@@ -131,7 +133,7 @@ pub(crate) fn fit(recipe: Recipe, engine: &ModelPush, train: &Sequences) -> Scal
     Scales { mean, sd, step: Vec::new(), correction }
 }
 
-/// Conditions in standard units, `[time, width]`.
+/// Standardised features, `[time, width]`.
 pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     let scaled = |(i, v): (usize, &f64)| {
         let j = i % condition.width;
@@ -140,7 +142,7 @@ pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     condition.u.iter().enumerate().map(scaled).collect()
 }
 
-/// Targets and conditions of a whole push.
+/// Targets and features of a whole push.
 pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &Sequence) -> Prepared {
     let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
     let targets = condition.targets(&q.states);
@@ -149,7 +151,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &S
     Prepared { time: q.time, x_width: 3, u_width: condition.width, x, u }
 }
 
-/// Nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
+/// Converts nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
 pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32], lanes: usize) {
     for (t, row) in values.chunks_exact_mut(3 * lanes).enumerate() {
         for lane in 0..lanes {
@@ -160,8 +162,8 @@ pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32]
     }
 }
 
-/// Angle of the inward normal of the first contact in the frame of the start pose; of the nearest point, if the
-/// rod never touches.
+/// Angle of the first contact's inward normal in the frame of the initial pose.
+/// If the rod never touches, the normal at the point nearest to the first rod position is used.
 fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
     let touches = |m: Mode| matches!(m, Mode::Stick | Mode::Left | Mode::Right);
     let contact = path.iter().find(|(_, i)| touches(i.mode)).or(path.first());
@@ -171,9 +173,10 @@ fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
     })
 }
 
-/// How large a deviation from the roll-out is likely, sample by sample: it grows with how far the object has moved and
-/// with how far it would coast at the fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a
-/// fast one by centimetres; in these units both are of order one.
+/// Expected size of the deviation from the roll-out at each sample, in units of c.
+/// It grows with the distance that the object has moved and with the distance that it would coast from the
+/// fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a fast one by
+/// centimetres; in these units both are of order one.
 fn sizes(engine: &ModelPush, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
     let deceleration = engine.support_friction() * GRAVITY_M_S2;
     let (mut moved, mut coast) = (0.0, 0.0_f64);
@@ -195,7 +198,7 @@ fn sizes(engine: &ModelPush, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Dimensionless features of the roll-out, [`width`] a row.
+/// Appends the dimensionless features of the roll-out to `u`, [`width`] per row.
 fn features(
     engine: &ModelPush,
     frame: &StartFrame,
@@ -213,7 +216,7 @@ fn features(
         let before = if t == 0 { row } else { &actions[3 * (t - 1)..3 * t] };
         let previous = if t == 0 { base[0] } else { base[t - 1] };
         let lapse = (row[2] - before[2]).max(0.0);
-        // The object's axes in the frame of the first normal.
+        // Rotation from the object's axes to the frame of the first normal.
         let body = Rotation::new(base[t][2] - turn);
         let unturned = |v: [f64; 2]| Rotation::new(base[t][2]).to_body(v);
         let rod = frame.point([row[0], row[1]]);
@@ -225,7 +228,7 @@ fn features(
         let inward = body.to_world(instant.outward.map(|n| -n));
         let inward = unturned(inward);
         let rate = if lapse > 0.0 { 1.0 / lapse } else { 0.0 };
-        // Distance over which an object at this velocity would coast, in units of c.
+        // Coasting distance of an object with this displacement per sample, in units of c.
         let coast = |v: [f64; 2]| {
             let speed = v[0].hypot(v[1]) * rate;
             v.map(|x| x * rate * speed / (2.0 * deceleration * c))

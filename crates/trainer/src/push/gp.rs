@@ -1,25 +1,36 @@
-//! Gaussian-process regression with noise that depends on the input.
+//! Gaussian-process regression with input-dependent noise.
 //!
-//! One latent function f with a squared-exponential kernel, one length scale an input (ARD), and a second process g
-//! for the logarithm of the noise, fitted to the squared leave-one-out residuals of the first ("most likely" noise,
-//! Kersting et al. 2007; the leave-one-out formulas are those of Rasmussen and Williams 2006, section 5.4.2). The
-//! variational bound of Lázaro-Gredilla and Titsias (2011) is what GP-SUM's authors used; this one is cheaper.
+//! The function f has a squared-exponential kernel with one length scale per input (ARD):
+//!
+//! ```text
+//! (1)  k(a, b) = s^2 exp(-1/2 sum_d ((a_d - b_d) / l_d)^2).
+//! ```
+//!
+//! A second process g models the logarithm of the noise variance. It is fitted to the squared leave-one-out
+//! residuals of f ("most likely" noise, Kersting et al. 2007),
+//!
+//! ```text
+//! (2)  e_i = w_i / C_ii,    C = (K + R)^-1,    w = C (y - mean),
+//! ```
+//!
+//! with variances 1 / C_ii (Rasmussen and Williams 2006, section 5.4.2). The variational bound of
+//! Lázaro-Gredilla and Titsias (2011), used by GP-SUM's authors, is more expensive.
 
 use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
-/// Steps of the optimiser for the first fit, and for the later ones, which start from it.
+/// Optimiser steps of the first fit, and of the later ones, which are warm-started from it.
 const STEPS: [usize; 2] = [60, 25];
-/// Rounds of noise and refit.
+/// Number of rounds that fit the noise and refit the function.
 const ROUNDS: usize = 2;
-/// - E ln chi^2_1, by which the logarithm of a squared residual lies below that of the variance.
+/// Difference between a log variance and the mean of ln e^2 of a squared residual: -E ln chi^2_1.
 const LOG_CHI_SQUARE: f64 = 1.270_36;
-/// Added to the diagonal, relative to the signal's variance.
+/// Added to the diagonal, relative to the signal's variance, for positive definiteness.
 const JITTER: f64 = 1e-8;
 
-/// Inputs of a process, `D` numbers each, in standard units.
+/// Inputs of a process, `D` standardised numbers each.
 pub type Inputs<const D: usize> = [[f64; D]];
 
-/// Logarithms of the kernel's parameters: signal, noise (standard deviations), length scales.
+/// Logarithms of the kernel's parameters: standard deviations of signal and noise, length scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kernel<const D: usize> {
     signal: f64,
@@ -40,16 +51,16 @@ struct Process<const D: usize> {
     kernel: Kernel<D>,
     inputs: Vec<[f64; D]>,
     mean: f64,
-    /// (K + R)^-1 (y - mean).
+    /// The weights w of (2).
     weights: Vec<f64>,
-    /// (K + R)^-1.
+    /// The inverse C of (2).
     inverse: Mat<f64>,
     log_likelihood: f64,
 }
 
 impl<const D: usize> Process<D> {
-    /// Conditions on `y` with noise variances `noise`, beside the kernel's own; `None` if the matrix is not
-    /// positive definite in floating point.
+    /// Conditions on `y` with noise variances `noise` in addition to the kernel's own.
+    /// `None` if the matrix is not positive definite in floating point.
     fn new(kernel: Kernel<D>, inputs: &Inputs<D>, y: &[f64], mean: f64, noise: &[f64]) -> Option<Self> {
         let n = inputs.len();
         let own = (2.0 * kernel.noise).exp() + JITTER * (2.0 * kernel.signal).exp();
@@ -72,7 +83,7 @@ impl<const D: usize> Process<D> {
         })
     }
 
-    /// Gradient of the log likelihood by the kernel's parameters.
+    /// Gradient of the log likelihood with respect to the kernel's log parameters.
     fn gradient(&self) -> Kernel<D> {
         let n = self.inputs.len();
         let mut g = Kernel { signal: 0.0, noise: 0.0, lengths: [0.0; D] };
@@ -95,7 +106,7 @@ impl<const D: usize> Process<D> {
         g
     }
 
-    /// Residual and variance of each datum, predicted from all others.
+    /// Residual and variance of each datum when predicted from all others, by (2).
     fn leave_one_out(&self) -> Vec<(f64, f64)> {
         let one = |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
         self.weights.iter().enumerate().map(one).collect()
@@ -120,17 +131,17 @@ impl<const D: usize> Process<D> {
     }
 }
 
-/// How the likelihood is climbed.
+/// Settings of the likelihood maximisation.
 #[derive(Debug, Clone, Copy)]
 struct Climb {
     /// Whether the kernel's own noise is fitted.
     own_noise: bool,
-    /// Shortest and longest length scale.
+    /// Minimum and maximum length scale.
     lengths: [f64; 2],
     steps: usize,
 }
 
-/// Climbs the likelihood by Adam on the logarithms.
+/// Maximises the likelihood by Adam on the log parameters and returns the best process visited.
 fn optimise<const D: usize>(
     start: Kernel<D>,
     inputs: &Inputs<D>,
@@ -166,7 +177,7 @@ fn optimise<const D: usize>(
     Some(best)
 }
 
-/// A function with noise that depends on the input.
+/// A regression with input-dependent noise.
 #[derive(Debug, Clone)]
 pub struct Heteroscedastic<const D: usize> {
     function: Process<D>,
@@ -175,8 +186,8 @@ pub struct Heteroscedastic<const D: usize> {
 }
 
 impl<const D: usize> Heteroscedastic<D> {
-    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their
-    /// covariance is singular.
+    /// Fits to standardised `inputs` and `y`.
+    /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let n = y.len();
         if n < 5 {
@@ -185,7 +196,7 @@ impl<const D: usize> Heteroscedastic<D> {
         let none = vec![0.0; n];
         let first = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
         let again = Climb { own_noise: false, steps: STEPS[1], ..first };
-        // The logarithms of squared residuals are noisy: no short length scales.
+        // The logarithms of squared residuals are noisy, so short length scales would overfit them.
         let smooth = Climb { own_noise: true, lengths: [0.7, 20.0], steps: STEPS[1] };
         let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
         let mut function = optimise(start, inputs, y, 0.0, &none, first)?;
@@ -201,7 +212,8 @@ impl<const D: usize> Heteroscedastic<D> {
             let noise: Vec<f64> = inputs.iter().map(|x| log_noise.mean_at(x).exp()).collect();
             let start = Kernel { noise: -7.0, ..function.kernel };
             function = optimise(start, inputs, y, 0.0, &noise, again)?;
-            // Leave-one-out residuals must have the variance that is claimed.
+            // Calibrates the noise level: squared leave-one-out residuals must match their predicted
+            // variance.
             let ratios = function.leave_one_out().iter().map(|(e, v)| e * e / v).sum::<f64>() / n as f64;
             fitted = Some((log_noise, ratios.max(1e-6).ln()));
         }
@@ -216,12 +228,13 @@ impl<const D: usize> Heteroscedastic<D> {
     }
 }
 
-/// A function with constant noise, in standard units.
+/// A regression with constant noise, in standard units.
 #[derive(Debug, Clone)]
 pub struct Homoscedastic<const D: usize>(Process<D>);
 
 impl<const D: usize> Homoscedastic<D> {
-    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their covariance is singular.
+    /// Fits to standardised `inputs` and `y`.
+    /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         if y.len() < 5 {
             return None;
@@ -237,7 +250,8 @@ impl<const D: usize> Homoscedastic<D> {
         [&[k.signal, k.noise][..], &k.lengths].concat()
     }
 
-    /// The process of given [`logarithms`](Self::logarithms) on its data. `None` if their covariance is singular.
+    /// Rebuilds the process from its [`logarithms`](Self::logarithms) and data.
+    /// `None` if the covariance is singular.
     pub fn restore(logarithms: &[f64], inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let [signal, noise, lengths @ ..] = logarithms else { return None };
         let kernel = Kernel { signal: *signal, noise: *noise, lengths: lengths.try_into().ok()? };
@@ -257,7 +271,7 @@ impl<const D: usize> Homoscedastic<D> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the gradient is that of the likelihood, and a function with growing noise is found with it.
+    //! Contract: the gradient is that of the likelihood, and noise that grows with the input is recovered.
     use super::*;
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
@@ -307,7 +321,7 @@ mod tests {
             let (mean, variance) = gp.predict(&[x]);
             let sd = 0.05 + 0.1 * (x + 2.0);
             assert!((mean - (2.0 * x).sin()).abs() < sd, "at {x}: {mean}");
-            // About 50 data speak for the noise at one place: a tenth of its size, and the kernel smooths.
+            // About 50 data determine the noise at one place, to 10 % of its size, and the kernel smooths.
             assert!((0.6..1.6).contains(&(variance.sqrt() / sd)), "at {x}: {} for {sd}", variance.sqrt());
         }
     }

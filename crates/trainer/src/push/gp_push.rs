@@ -1,14 +1,15 @@
-//! The data-driven baseline of pushing: Gaussian processes for one short step, rolled out (Bauza and Rodriguez 2017),
-//! and the prediction half of GP-SUM (2018).
+//! Gaussian-process baseline of pushing: predicts one short step, and is rolled out.
 //!
-//! Inputs, in the frame of the contact's normal: where the rod is along the face, the direction of its motion, the
-//! logarithm of its speed. Outputs: the object's displacement while the rod travels [`SEGMENT_M`], three independent
-//! processes with noise that depends on the input. The fit is tabulated on a grid and interpolated, as the authors'
-//! code does; other step lengths scale linearly.
+//! The step model follows Bauza and Rodriguez (2017), the roll-out the prediction half of GP-SUM (2018).
+//! Inputs, in the frame of the contact's normal: the rod's position along the face, its direction of
+//! motion, and the logarithm of its speed. Outputs: the object's displacement while the rod travels
+//! [`SEGMENT_M`], by three independent processes with input-dependent noise. The fit is tabulated on a grid
+//! and interpolated, as in the authors' code; other step lengths scale linearly.
 //!
-//! A roll-out draws from the predicted Gaussian once a segment and holds the draw within it, since deviations persist.
-//! That is GP-SUM without observations: each of M components is carried to the mean at a sample of the belief before,
-//! with the predicted covariance, at equal weights; one draw from each component is one trajectory here.
+//! A roll-out draws from the predicted Gaussian once per segment and keeps the draw within it, because
+//! deviations persist. This is GP-SUM without observations: each of M components is moved to the mean at a
+//! sample of the previous belief, with the predicted covariance, at equal weights; one draw from each
+//! component is one trajectory here.
 
 use super::gp::Heteroscedastic;
 use crate::{Engine, Forecaster, Samples, Sequence, Sequences, Task, TrainerError};
@@ -21,19 +22,19 @@ use rayon::prelude::*;
 
 /// Travel of the rod in a training step, m.
 const SEGMENT_M: f64 = 5e-3;
-/// Longest travel of the rod in a step of a roll-out, m.
+/// Maximum travel of the rod in a step of a roll-out, m.
 const STEP_M: f64 = 2.5e-3;
-/// Gap up to which rod and object count as touching, m: twice the sensor's noise or so.
+/// Gap up to which rod and object count as touching, m: about twice the measurement noise.
 const TOUCH_M: f64 = 7e-4;
-/// Points of the grid along each input.
+/// Grid points along each input.
 const GRID: [usize; 3] = [25, 25, 9];
 
-/// How the processes are fitted.
+/// Settings of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GpOptions {
-    /// Most training steps, drawn at random.
+    /// Maximum number of training steps, drawn at random.
     pub steps: usize,
-    /// Seed of all draws.
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
@@ -54,7 +55,7 @@ pub struct GpPush {
 /// A training step: input and displacement.
 type Step = ([f64; 3], [f64; 3]);
 
-/// Where the rod touches and how it moves.
+/// The contact between rod and object, and the inputs of the processes there.
 struct Contact {
     input: [f64; 3],
     normal: Vector<f64>,
@@ -63,10 +64,10 @@ struct Contact {
 }
 
 impl GpPush {
-    /// Fits the processes on steps of `train`. Of `engine` only outline and rod are used.
+    /// Fits the processes to steps of `train`; only outline and rod of `engine` are used.
     ///
     /// # Errors
-    /// An engine without a rod, or fewer than 20 steps with contact.
+    /// [`TrainerError::Setting`] if the engine has no rod, or there are fewer than 20 steps with contact.
     pub fn fit(engine: &Engine, train: &Sequences, options: GpOptions) -> Result<Self, TrainerError> {
         let few = TrainerError::Setting {
             key: "train",
@@ -127,10 +128,10 @@ impl GpPush {
         Ok(model)
     }
 
-    /// Copies the processes for another object: its outline decides where the rod touches.
+    /// Copies the processes for another object, whose outline decides where the rod touches.
     ///
     /// # Errors
-    /// An engine without a rod.
+    /// [`TrainerError::Setting`] if the engine has no rod.
     pub fn with_engine(&self, engine: &Engine) -> Result<Self, TrainerError> {
         let push = engine.pushing().ok_or_else(no_rod)?;
         Ok(GpPush { world: push.world().clone(), rod_radius_m: push.rod_radius_m(), ..self.clone() })
@@ -157,7 +158,8 @@ impl GpPush {
         }
     }
 
-    /// Steps of about [`SEGMENT_M`] with contact at their beginning, scaled to that travel: input, displacement.
+    /// Input and displacement of steps of about [`SEGMENT_M`] that begin in contact.
+    /// Displacements are scaled to that travel.
     fn steps(&self, q: &Sequence) -> Vec<Step> {
         let rod = |t: usize| [q.action(t)[0], q.action(t)[1]];
         let mut out = Vec::new();
@@ -184,7 +186,7 @@ impl GpPush {
         out
     }
 
-    /// Mean and standard deviation of the displacement at an input, from the table.
+    /// Mean and standard deviation of the displacement at an input, by trilinear interpolation.
     fn look_up(&self, input: [f64; 3]) -> [[f64; 2]; 3] {
         let x = self.standard(input);
         let mut cell = [(0, 0.0); 3];
@@ -218,7 +220,7 @@ impl GpPush {
         for t in 1..task.time {
             let [a, b] = [t - 1, t].map(|t| &task.actions[3 * t..3 * t + 3]);
             let (lapse, travel) = (b[2] - a[2], [b[0] - a[0], b[1] - a[1]]);
-            // A whole number of steps up to rounding is that number.
+            // A travel of a whole number of steps up to rounding counts as that number.
             let count = (norm(travel) / STEP_M - 1e-6).ceil().max(0.0);
             for i in 0..count as usize {
                 let (part, at) = (1.0 / count, i as f64 / count);

@@ -1,9 +1,10 @@
-//! How far a trained net is trusted, by free runs over what was held out of its training.
+//! Chooses how much of a net's correction to apply, by free runs over held-out data.
 //!
-//! A net that follows single intervals well may lead a free run astray, and one that was trained where nothing is lacking has
-//! learned noise. Free runs from states of the held-out part, over 1, 10, 100 and all intervals, decide: first the share of its
-//! mean corrections by the errors, then how deviations are drawn, and whether latents differ, by the continuous ranked
-//! probability score.
+//! A net that predicts single intervals well may make a free run worse, and a net that was trained where
+//! the model has no error has learned noise. Free runs therefore start from states of the held-out data and
+//! are scored after 1, 10, 100 and all intervals. First the squared errors decide the shrinkage factor of
+//! the mean corrections. Then the continuous ranked probability score decides how the random part of the
+//! corrections is drawn, and whether each trajectory has its own latent.
 
 use super::corrector::Corrector;
 use super::features::{Trust, Units};
@@ -21,47 +22,48 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Shares of the mean corrections that are tried; the first leaves the physics alone.
+/// Candidate shrinkage factors of the mean corrections; the first is the physics alone.
 const GAINS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Factors of the deviations that are tried.
+/// Candidate factors of the predicted standard deviations.
 const SPREADS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Intervals over which they may wander.
+/// Candidate correlation times of the random corrections, in intervals.
 const MEMORIES: [f64; 3] = [0.0, 10.0, 100.0];
-/// Draws of each of them.
+/// Samples of each candidate.
 const DRAWS: usize = 16;
-/// Mean fall of the logarithm of the error over all horizons that corrections need, so that noise is not taken for one.
+/// Minimum decrease of the mean log error over all horizons for corrections to be accepted.
+/// A smaller decrease may be due to noise.
 const LEAST_FALL: f64 = 0.02;
 /// Horizons of short runs, in intervals.
 const HORIZONS: [usize; 3] = [1, 10, 100];
-/// Short runs, and long ones with the most intervals of each.
+/// Number of short runs, number of long runs, and maximum number of intervals of a long run.
 const SHORT_RUNS: usize = 48;
 const LONG_RUNS: usize = 4;
 const LONGEST: usize = 4000;
-/// Intervals of the shortest run.
+/// Minimum number of intervals of a run.
 const LEAST: usize = 10;
-/// Samples of a long run that are scored.
+/// Number of samples of a long run that are scored.
 const SCORED: usize = 64;
 
-/// A trained net, as its acceptance needs it.
+/// A trained net with all that its acceptance test needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Learned<'a> {
     pub motion: &'a WrittenMotion,
     pub net: &'a Stepwise,
     pub params: &'a Params<f32>,
     pub law: &'a LatentLaw,
-    /// Scales with full trust.
+    /// Scales with shrinkage factors of 1.
     pub scales: &'a Scales,
     pub seed: u64,
 }
 
-/// The trust in a net, and whether the latents of trajectories differ.
+/// The chosen use of a net's corrections, and whether trajectories have different latents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Accepted {
     pub trust: Trust,
     pub latents_differ: bool,
 }
 
-/// A free run over a held-out part: samples that are scored, by place in the list of horizons.
+/// A free run over held-out data, with its scored samples as (sample, index of the horizon).
 struct Trial<'a> {
     record: &'a Sequence,
     first: usize,
@@ -69,7 +71,7 @@ struct Trial<'a> {
     scored: Vec<(usize, usize)>,
 }
 
-/// One way to run a net.
+/// One candidate way to apply a net's corrections.
 #[derive(Clone, Copy)]
 struct Way {
     trust: Trust,
@@ -77,7 +79,7 @@ struct Way {
 }
 
 impl Learned<'_> {
-    /// Decides; nothing where too little was held out.
+    /// Chooses the best candidate; `None` where too little data was held out.
     pub fn decide(self, held_out: &[Sequence]) -> Result<Option<Accepted>, TrainerError> {
         let trials = trials(held_out);
         if trials.is_empty() {
@@ -86,9 +88,9 @@ impl Learned<'_> {
         let still = |gain| Way { trust: Trust { gain, spread: 0.0, memory: 0.0 }, differs: false };
         let errors =
             self.scores(&trials, &GAINS.map(still), 1, &|draws, truth| (draws[0] - truth).powi(2))?;
-        // Halved: these are logarithms of squares.
+        // The errors are squares, so half their log ratio is the log ratio of the errors.
         let fall = |way: usize| -> f64 { 0.5 * mean_log(&errors[way], &errors[0]) };
-        // What helps single intervals and leads free runs astray is no help.
+        // Candidates that improve short horizons but worsen the longest runs are rejected.
         let outputs = self.motion.output_periods().len();
         let far = (HORIZONS.len() - 1) * outputs;
         let leads_astray = |way: &usize| {
@@ -99,7 +101,7 @@ impl Learned<'_> {
             (1..GAINS.len()).filter(|way| !leads_astray(way)).min_by(|a, b| fall(*a).total_cmp(&fall(*b)));
         let gain = best.filter(|way| fall(*way) < -LEAST_FALL).map_or(0.0, |way| GAINS[way]);
         let mut ways = Vec::new();
-        // A latent that differs says nothing where the net is not asked.
+        // Different latents are only tried where the net's mean correction is used at all.
         for differs in [false, true].into_iter().filter(|differs| gain > 0.0 || !differs) {
             ways.push(Way { differs, ..still(gain) });
             for memory in MEMORIES {
@@ -116,7 +118,8 @@ impl Learned<'_> {
         Ok(best.map(|way| Accepted { trust: ways[way].trust, latents_differ: ways[way].differs }))
     }
 
-    /// Mean scores `[way][horizon, output]` of the runs; `score` takes the draws of an output and what the held-out states show there.
+    /// Mean scores `[candidate][horizon, output]` of all runs.
+    /// `score` takes the samples of an output and its value in the held-out states.
     fn scores(
         self,
         trials: &[Trial<'_>],
@@ -141,7 +144,7 @@ impl Learned<'_> {
                     let near = |lane: usize| unwrapped(shown[lane * outputs + o], truth[o], periods[o]);
                     let near: Vec<f64> = (0..lanes).map(near).collect();
                     for (way, near) in near.chunks_exact(draws).enumerate() {
-                        // A run that left the numbers is as wrong as can be.
+                        // A diverged run (non-finite score) gets the worst possible score.
                         let value = score(near, truth[o]);
                         let cell = &mut sums[way][horizon * outputs + o];
                         cell.0 += if value.is_finite() { value } else { f64::INFINITY };
@@ -159,12 +162,13 @@ impl Learned<'_> {
         Ok((0..ways.len()).map(|way| (0..cells).map(|cell| mean(way, cell)).collect()).collect())
     }
 
-    /// Values `[time, S, way, draw]` of a run.
+    /// Values `[time, S, candidate, sample]` of a run.
     fn run(self, trial: &Trial<'_>, ways: &[Way], draws: usize, stream: u64) -> Vec<f32> {
         let (q, lanes) = (trial.record, ways.len() * draws);
         let latent = self.net.sizes().latent;
         let mut rng = random_stream(self.seed, "acceptance", stream);
-        // Draw number i has the same latent in every way that lets them differ.
+        // Sample i has the same latent in every candidate with different latents, so that they are
+        // comparable.
         let drawn: Vec<f32> = (0..latent * draws).map(|_| StandardNormal.sample(&mut rng)).collect();
         let standard: Vec<f32> = (0..latent * lanes)
             .map(|i| {
@@ -186,7 +190,7 @@ impl Learned<'_> {
     }
 }
 
-/// The runs: short ones from places all over, and long ones from the beginning.
+/// Selects the runs: short ones from starts spread over all records, and long ones from the beginning.
 fn trials(held_out: &[Sequence]) -> Vec<Trial<'_>> {
     let furthest = HORIZONS[HORIZONS.len() - 1];
     let total: usize = held_out.iter().map(|q| q.time).sum();
@@ -211,7 +215,7 @@ fn trials(held_out: &[Sequence]) -> Vec<Trial<'_>> {
     all
 }
 
-/// The value that is nearest to `truth` among those that a period makes equal.
+/// The value equivalent to `value` modulo `period` that is nearest to `truth`.
 fn unwrapped(value: f64, truth: f64, period: Option<f64>) -> f64 {
     match period {
         Some(period) => value - period * ((value - truth) / period).round(),
@@ -219,9 +223,9 @@ fn unwrapped(value: f64, truth: f64, period: Option<f64>) -> f64 {
     }
 }
 
-/// Mean logarithm of scores over those of `reference`, over the cells that have any.
+/// Mean log ratio of scores to those of `reference`, over the cells that have both.
 fn mean_log(scores: &[f64], reference: &[f64]) -> f64 {
-    // What is exact to rounding is no worse for being less so.
+    // Errors at rounding level count as equal; the floor also avoids the logarithm of zero.
     let floor = |v: f64| v.max(1e-300);
     let cells = scores.iter().zip(reference).filter(|(a, b)| !a.is_nan() && !b.is_nan());
     let (sum, n) = cells.fold((0.0, 0.0), |(sum, n), (a, b)| (sum + (floor(*a) / floor(*b)).ln(), n + 1.0));

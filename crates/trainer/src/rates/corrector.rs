@@ -1,4 +1,13 @@
-//! The corrections of Hybrid+ along roll-outs side by side.
+//! Applies the corrections of Hybrid+ to several roll-outs at once.
+//!
+//! In units of the targets, the correction of a rate at interval n is
+//!
+//! ```text
+//! (1)  gain mean_n + spread sd_n z_n,    z_n = k z_(n-1) + sqrt(1 - k^2) e_n,    k = exp(-1 / memory),
+//! ```
+//!
+//! with mean and sd predicted by the net and e_n standard normal: first-order autoregressive noise with
+//! unit variance, whose correlation time is `memory` intervals.
 
 use super::features::{Trust, Units};
 use crate::nets::{StepRunner, Stepwise};
@@ -6,20 +15,20 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A net with the latent of each lane.
+/// A net with the latents and noise states of all lanes.
 pub(crate) struct Corrector<'a> {
     runner: StepRunner,
     latents: Vec<f32>,
-    /// Trust in each lane, beyond that of the units.
+    /// Shrinkage factors of each lane, which multiply those of the units.
     trust: Vec<Trust>,
     units: Units<'a>,
-    /// Standard normal numbers that wander, `[D, lane]`; empty before the first interval.
+    /// Autoregressive noise z of (1), `[D, lane]`; empty before the first interval.
     wandering: Vec<f64>,
     rng: Xoshiro256PlusPlus,
 }
 
 impl<'a> Corrector<'a> {
-    /// The corrections of `net` in as many lanes as there are `trust`s, with `latents [L, lane]`.
+    /// Corrections of `net` in `trust.len()` lanes, with `latents [L, lane]`.
     pub fn new(
         (net, params): (&Stepwise, &Params<f32>),
         latents: Vec<f32>,
@@ -31,7 +40,7 @@ impl<'a> Corrector<'a> {
         Corrector { runner, latents, trust, units, wandering: Vec::new(), rng }
     }
 
-    /// Draws the changes of rates `[D, lane]`, per second, for features `u [U, lane]`.
+    /// Draws the corrections of the rates `[D, lane]`, per second, for features `u [U, lane]`.
     pub fn draw(&mut self, u: &[f32], rates: &mut [f64]) {
         let (features, latents) = self.runner.input();
         features.copy_from_slice(u);

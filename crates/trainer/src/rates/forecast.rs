@@ -13,7 +13,7 @@ use augsim_data::random_stream;
 use augsim_nn::Params;
 use rayon::prelude::*;
 
-/// Samples that are rolled out side by side.
+/// Samples that are simulated in one batch.
 const LANES: usize = 32;
 
 /// A trained Hybrid+.
@@ -26,7 +26,11 @@ pub(crate) struct Hybrid<'a> {
     pub law: &'a LatentLaw,
 }
 
-/// Draws trajectories. The start of the task is one state `[S]` for all of them, or one for each `[samples, S]`.
+/// Draws trajectories `[time, S, sample]`.
+/// The start of the task is one state `[S]` for all samples, or one for each, `[samples, S]`.
+///
+/// # Errors
+/// [`TrainerError::Foreign`] if the engine has no equations.
 pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
     let Hybrid { settings, scales, params, net, law } = hybrid;
     let Some(motion) = settings.engine.rates() else { return Err(Difference::OtherSystem.into()) };

@@ -1,22 +1,23 @@
-//! Training records cut into pieces, and the part of them that is held out.
+//! Splits training records into segments, and holds out a part of them.
 
 use crate::sequences::{Sequence, Sequences};
 
-/// Intervals of a piece: one latent each. From 64 to 256 it makes no difference on the sealed plants that was seen.
+/// Intervals of a segment, which has one latent.
+/// 64 to 256 intervals made no visible difference on the sealed test systems.
 const INTERVALS: usize = 128;
-/// Records from which every one in so many is held out; of fewer, the last part of each as long.
+/// Every n-th record is held out; of fewer than n records, the last 1/n of each.
 const ONE_IN: usize = 5;
-/// Intervals of the shortest part that says something when it is held out.
+/// Minimum number of intervals of a held-out end of a record.
 const SHORTEST: usize = 20;
 
-/// Pieces to learn from, and what is held out of them.
+/// Segments to train on, and held-out sequences.
 #[derive(Debug)]
 pub(crate) struct Pieces {
     pub train: Sequences,
     pub held_out: Vec<Sequence>,
 }
 
-/// Cuts records; without `hold_out` all are learned from.
+/// Splits records into segments; without `hold_out` all of them are for training.
 pub(crate) fn pieces(all: &Sequences, hold_out: bool) -> Pieces {
     let (mut train, mut held_out) = (Vec::new(), Vec::new());
     let many = all.items.len() >= ONE_IN;
@@ -35,7 +36,7 @@ pub(crate) fn pieces(all: &Sequences, hold_out: bool) -> Pieces {
     Pieces { train: Sequences { columns, action_columns, items: train }, held_out }
 }
 
-/// Cuts the first `intervals` of a record into equal pieces.
+/// Splits the first `intervals` of a record into segments of nearly equal length.
 fn cut(q: &Sequence, intervals: usize, out: &mut Vec<Sequence>) {
     let count = (intervals as f64 / INTERVALS as f64).round().max(1.0) as usize;
     for k in 0..count {
@@ -46,7 +47,7 @@ fn cut(q: &Sequence, intervals: usize, out: &mut Vec<Sequence>) {
     }
 }
 
-/// The samples from `first` to `last` of a record.
+/// The samples `first..=last` of a record.
 fn part(q: &Sequence, first: usize, last: usize, name: &str) -> Sequence {
     let rows = |values: &[f64]| {
         let width = values.len() / q.time;
@@ -62,7 +63,7 @@ fn part(q: &Sequence, first: usize, last: usize, name: &str) -> Sequence {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: pieces cover what is learned from without gaps, and nothing that is held out.
+    //! Contract: training segments cover the training part without gaps and contain nothing held out.
     use super::*;
 
     fn record(id: usize, time: usize) -> Sequence {

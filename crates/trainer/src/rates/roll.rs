@@ -1,22 +1,24 @@
-//! Roll-outs of the physics with corrected rates, many side by side.
+//! Roll-outs of the physics with corrected rates, several at once.
 
 use super::features::{width, write};
 use crate::Samples;
 use crate::engine::WrittenMotion;
 use crate::scales::Scales;
 
-/// States to begin at, actions of all of them, and the number of samples.
+/// Initial states of a batch of roll-outs, their common actions, and their length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motions<'a> {
-    /// First states `[lane, S]`.
+    /// Initial states `[lane, S]`.
     pub starts: &'a [f64],
     /// Actions `[time, A]`.
     pub actions: &'a [f64],
-    /// Samples, the first of which are the starts.
+    /// Number of samples, including the initial states.
     pub time: usize,
 }
 
-/// Rolls out. Of features `[U, lane]` of an interval, `correct` writes the changes of the corrected rates `[D, lane]`, per second.
+/// Simulates all lanes and returns their states.
+/// For the features `[U, lane]` of an interval, `correct` writes the corrections of the rates `[D, lane]`,
+/// per second.
 pub(crate) fn roll(
     motion: &WrittenMotion,
     scales: &Scales,
@@ -53,7 +55,7 @@ pub(crate) fn roll(
     Samples { count: lanes, values }
 }
 
-/// A start `[S]` of all samples, or one of each, as one of each.
+/// One initial state per sample, from one state `[S]` for all of them or one for each.
 pub(crate) fn starts_of(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
     if start.len() == states { start.repeat(samples) } else { start.to_vec() }
 }

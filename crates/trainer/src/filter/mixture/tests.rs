@@ -1,14 +1,14 @@
-//! Contract: on a law whose posterior has a closed form the filter gives it; a forecast depends on seed and rows alone, and
-//! not on what is seen later.
+//! Contract: on a linear model the filter gives the closed-form posterior.
+//! A forecast depends on the seed and the rows observed so far, and computing one changes no later result.
 use super::super::moments::weighted;
 use super::super::weights::shares;
 use super::*;
 
-/// A walk that drifts by what its latent says: x' = x + w + noise, w ~ N(0, 1).
+/// A random walk whose latent is its drift: x' = x + w + noise, with w ~ N(0, 1).
 #[derive(Debug)]
 struct Drift;
 
-/// Standard deviations of a step and of the sensor.
+/// Standard deviations of the process noise of a step and of the measurement noise.
 const STEP: f64 = 0.1;
 const SEEN: f64 = 0.3;
 
@@ -48,7 +48,7 @@ fn filter(rows: &[f64], seed: u64) -> Filter<'static> {
     filter
 }
 
-/// Posterior of (x, w) behind the rows by Kalman's filter on the joint state.
+/// Posterior of (x, w) given the rows, by a Kalman filter on the joint state.
 fn exact(rows: &[f64]) -> Gaussian {
     let mut joint = Gaussian::diagonal(&[0.0, 0.0], &[1.0, 1.0]);
     for (t, row) in rows.iter().enumerate() {
@@ -64,14 +64,15 @@ fn exact(rows: &[f64]) -> Gaussian {
 
 #[test]
 fn the_posterior_of_a_linear_law_is_its_closed_form() {
-    // A drift of 2.5 lies far out in the prior: it is reached by degrees.
+    // A drift of 2.5 is far out in the prior, so the row needs several tempering steps.
     let rows: Vec<f64> = (0..12).map(|t| 2.5 * f64::from(t) + 0.2 * f64::from(t % 3)).collect();
     for n in [2, 4, 12] {
         let found = filter(&rows[..n], 1);
         let weights = shares(&found.weights);
         let w = weighted(&found.latents, &weights, 1);
         let wanted = exact(&rows[..n]);
-        // 2,000 particles that moves have made nearly independent: four standard errors of mean and deviation.
+        // 2,000 particles that moves have made nearly independent: four standard errors of mean and
+        // deviation.
         let (mean, sd) = (wanted.mean[1], wanted.covariance[3].sqrt());
         assert!((w.mean[0] - mean).abs() < 4.0 * sd / 1000_f64.sqrt(), "n {n}: {} {mean}", w.mean[0]);
         assert!((w.covariance[0].sqrt() / sd - 1.0).abs() < 0.1, "n {n}: {} {sd}", w.covariance[0].sqrt());
@@ -99,7 +100,7 @@ fn a_forecast_depends_on_seed_and_rows_and_not_on_what_comes_later() {
     assert_ne!(*filter(&[0.1, 0.8], 4).forecast(2, 50).unwrap(), early);
     let mut streamed = filter(&[0.1, 0.8], 3);
     assert_eq!(*streamed.forecast(2, 50).unwrap(), early);
-    // What is forecast now does not change what is forecast later.
+    // Computing a forecast must not change later ones.
     let _ = streamed.observe(&[1.6]);
     assert_eq!(streamed.forecast(2, 50).unwrap(), filter(&[0.1, 0.8, 1.6], 3).forecast(2, 50).unwrap());
 }
