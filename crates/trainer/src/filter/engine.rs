@@ -1,6 +1,6 @@
 //! The physics engine as a transition model: only the state is unknown.
 
-use super::{Moments, StepLaw};
+use super::{Moments, TransitionModel};
 use crate::TrainerError;
 use crate::engine::Engine;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -19,7 +19,7 @@ impl<'e> EngineLaw<'e> {
     }
 }
 
-impl StepLaw for EngineLaw<'_> {
+impl TransitionModel for EngineLaw<'_> {
     fn latent_dim(&self) -> usize {
         0
     }

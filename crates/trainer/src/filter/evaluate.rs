@@ -1,7 +1,7 @@
 //! The protocol `filtered`: every model observes the same noisy rows and forecasts the remaining ones.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::score::{FilteredScore, tally};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
+use super::score::{FilteredScore, tally_forecast};
 use super::{Sensor, StartLaw};
 use crate::in_order;
 use crate::score::Scoring;
@@ -30,15 +30,16 @@ pub fn evaluate_filtered(
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
     let scoring = Scoring::of(test);
-    let score =
-        |index: usize, n: usize, samples: Samples| tally(&samples, &test.items[index].states, n, &scoring);
-    let scores = each_forecast(model, test, known, (lengths, settings), &score)?;
+    let score = |index: usize, n: usize, samples: Samples| {
+        tally_forecast(&samples, &test.items[index].states, n, &scoring)
+    };
+    let scores = map_forecasts(model, test, known, (lengths, settings), &score)?;
     (0..lengths.first().map_or(0, Vec::len))
         .map(|k| {
-            let of: Vec<_> = scores.iter().filter_map(|each| each.get(k).cloned()).collect();
-            match of.is_empty() {
+            let tallies: Vec<_> = scores.iter().filter_map(|forecasts| forecasts.get(k).cloned()).collect();
+            match tallies.is_empty() {
                 true => Err(TrainerError::NoTrajectories { what: "the test set, behind the prefix," }),
-                false => Ok(FilteredScore::of(&of)),
+                false => Ok(FilteredScore::from_tallies(&tallies)),
             }
         })
         .collect()
@@ -47,32 +48,36 @@ pub fn evaluate_filtered(
 /// Applies `visit` to every forecast of a set, `[trajectory][prefix shorter than the trajectory]`.
 /// `visit` receives the trajectory's index, the number of observed rows, and the forecast. Trajectories run
 /// in parallel; the results are in their order.
-pub(super) fn each_forecast<T: Send>(
+pub(super) fn map_forecasts<T: Send>(
     model: &dyn PrefixForecaster,
     set: &Sequences,
     (sensor, start): (&Sensor, &StartLaw),
     (lengths, settings): (&[Vec<usize>], FilterSettings),
-    of: &(dyn Fn(usize, usize, Samples) -> T + Sync),
+    visit: &(dyn Fn(usize, usize, Samples) -> T + Sync),
 ) -> Result<Vec<Vec<T>>, TrainerError> {
-    let each = (set.items.par_iter().zip(lengths).enumerate()).map(
+    let results = (set.items.par_iter().zip(lengths).enumerate()).map(
         |(index, (q, lengths))| -> Result<Vec<T>, TrainerError> {
-            let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
+            let usable_lengths: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
             let rows = seen_rows(q, sensor, noise, index as u64);
             let prefix = Prefix {
                 id: &q.id,
-                rows: &rows[..fitting.last().copied().unwrap_or(0) * sensor.sd().len()],
+                rows: &rows[..usable_lengths.last().copied().unwrap_or(0) * sensor.sd().len()],
                 sensor,
                 start,
                 actions: &q.actions,
                 time: q.time,
                 index: index as u64,
             };
-            let forecasts = model.forecasts(prefix, &fitting, settings)?;
-            Ok(forecasts.into_iter().zip(fitting).map(|(samples, n)| of(index, n, samples)).collect())
+            let forecasts = model.forecasts(prefix, &usable_lengths, settings)?;
+            Ok(forecasts
+                .into_iter()
+                .zip(usable_lengths)
+                .map(|(samples, n)| visit(index, n, samples))
+                .collect())
         },
     );
-    in_order(each)
+    in_order(results)
 }
 
 /// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.

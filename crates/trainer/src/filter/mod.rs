@@ -12,53 +12,53 @@
 //! trajectory are its initial state, its own parameters and the offsets of its events, and their posterior
 //! is sampled. [`PrefixForecaster`] is the trait of all these forecasters.
 
-mod behind;
-mod case;
 mod conditioned;
-mod corrected;
 mod engine;
 mod evaluate;
+mod forecast_cache;
+mod forecast_correction;
 mod forecast_net;
-mod kept;
+mod inference_problem;
+mod initial_state_latents;
+mod learned_priors;
 mod least_squares;
-mod mixture;
 mod mode;
 mod moments;
 mod net;
-mod own;
+mod particle_filter;
 mod particles;
 mod posterior;
-mod remainder;
+mod prefix;
+mod rescaled_spread;
 mod restitution;
 mod score;
 mod sensor;
-mod started;
 mod system;
+mod trajectory_regression;
 mod weights;
-mod widened;
 
-pub use behind::{FilterSettings, Prefix, PrefixForecaster};
 pub use conditioned::Conditioned;
-pub use corrected::{Corrected, ForecastCorrection};
 pub use engine::EngineLaw;
 pub use evaluate::{behind_rows, evaluate_filtered, seen_rows};
-pub use kept::Kept;
+pub use forecast_cache::Kept;
+pub use forecast_correction::{Corrected, ForecastCorrection};
+pub use learned_priors::OwnLaws;
 pub use least_squares::{FittedDrop, Freedom};
-pub use mixture::Filter;
 pub use net::NetLaw;
-pub use own::OwnLaws;
-pub use remainder::Remembered;
+pub use particle_filter::Filter;
+pub use prefix::{FilterSettings, Prefix, PrefixForecaster};
+pub use rescaled_spread::Widened;
 pub use restitution::RestitutionLaw;
 pub use score::FilteredScore;
 pub use sensor::{Sensor, StartLaw};
 pub use system::SystemFilter;
-pub use widened::Widened;
+pub use trajectory_regression::Remembered;
 
 use crate::TrainerError;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A probabilistic model of one sample step, given the latents of a trajectory.
-pub trait StepLaw {
+pub trait TransitionModel {
     /// Number L of latents of a trajectory.
     fn latent_dim(&self) -> usize;
 
@@ -80,12 +80,12 @@ pub trait StepLaw {
 
     /// Receives the distribution of the initial state, updated by the first row.
     /// Returns true if the initial state is part of the latents.
-    fn begin(&mut self, _mean: &[f64], _covariance: &[f64]) -> bool {
+    fn set_initial_state(&mut self, _mean: &[f64], _covariance: &[f64]) -> bool {
         false
     }
 
     /// Writes the initial state of a latent; only called where the latents include it.
-    fn first(&self, _latent: &[f64], _state: &mut [f64]) {}
+    fn initial_state(&self, _latent: &[f64], _state: &mut [f64]) {}
 
     /// Computes means and variances `[lane, S]` of the next states.
     /// The states are `states [lane, S]` with `latents [lane, L]`, while the actions go from `from` to

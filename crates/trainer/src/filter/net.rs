@@ -1,6 +1,6 @@
 //! Hybrid+ as a transition model: the physics engine plus the net's correction of each step.
 
-use super::{Moments, StepLaw};
+use super::{Moments, TransitionModel};
 use crate::difference::Difference;
 use crate::engine::Engine;
 use crate::latent::LatentLaw;
@@ -25,11 +25,11 @@ pub struct NetLaw<'m> {
     params: &'m Params<f32>,
     engine: &'m Engine,
     scales: &'m Scales,
-    law: &'m LatentLaw,
+    prior: &'m LatentLaw,
     /// One runner per number of lanes: particles, their cubature points, and forecast samples differ.
     runners: Vec<StepRunner>,
-    white: Vec<f64>,
-    next: Vec<f64>,
+    whitened: Vec<f64>,
+    engine_next: Vec<f64>,
     reading: StepReading,
     features: Vec<f32>,
 }
@@ -52,17 +52,17 @@ impl<'m> NetLaw<'m> {
             params: model.params(),
             engine: &state.settings.engine,
             scales: &state.scales,
-            law,
+            prior: law,
             runners: Vec::new(),
-            white: vec![0.0; net.sizes().latent],
-            next: vec![0.0; net.sizes().state],
+            whitened: vec![0.0; net.sizes().latent],
+            engine_next: vec![0.0; net.sizes().state],
             reading: StepReading::default(),
             features: vec![0.0; net.sizes().condition],
         })
     }
 }
 
-impl StepLaw for NetLaw<'_> {
+impl TransitionModel for NetLaw<'_> {
     fn latent_dim(&self) -> usize {
         self.net.sizes().latent
     }
@@ -76,13 +76,13 @@ impl StepLaw for NetLaw<'_> {
         let mut latents = Vec::with_capacity(count * l);
         for _ in 0..count {
             let draws: Vec<f64> = (0..l).map(|_| StandardNormal.sample(rng)).collect();
-            latents.extend(self.law.place(&draws));
+            latents.extend(self.prior.place(&draws));
         }
         latents
     }
 
     fn log_density(&mut self, latent: &[f64]) -> f64 {
-        self.law.log_density(latent, &mut self.white)
+        self.prior.log_density(latent, &mut self.whitened)
     }
 
     fn resolution(&self, j: usize) -> f64 {
@@ -99,23 +99,28 @@ impl StepLaw for NetLaw<'_> {
         let sizes = self.net.sizes();
         let (s, l) = (sizes.state, sizes.latent);
         let lanes = states.len() / s;
-        let place = self.runners.iter().position(|r| r.lanes() == lanes).unwrap_or_else(|| {
+        let index = self.runners.iter().position(|r| r.lanes() == lanes).unwrap_or_else(|| {
             self.runners.push(StepRunner::new(self.net, self.params, lanes));
             self.runners.len() - 1
         });
-        let runner = &mut self.runners[place];
+        let runner = &mut self.runners[index];
         let (features, w) = runner.input();
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];
-            self.engine.step(now, from, to, &mut self.next);
-            self.reading.write((self.engine, self.scales), [now, &self.next], [from, to], &mut self.features);
+            self.engine.step(now, from, to, &mut self.engine_next);
+            self.reading.write(
+                (self.engine, self.scales),
+                [now, &self.engine_next],
+                [from, to],
+                &mut self.features,
+            );
             for (slot, v) in features[lane..].iter_mut().step_by(lanes).zip(&self.features) {
                 *slot = *v;
             }
             for (slot, v) in w[lane..].iter_mut().step_by(lanes).zip(&latents[lane * l..(lane + 1) * l]) {
                 *slot = *v as f32;
             }
-            next.mean[lane * s..(lane + 1) * s].copy_from_slice(&self.next);
+            next.mean[lane * s..(lane + 1) * s].copy_from_slice(&self.engine_next);
         }
         let (mean, sd) = runner.run();
         for lane in 0..lanes {

@@ -3,7 +3,7 @@
 use crate::{Sequences, TrainerError};
 
 /// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
-const DIGITS: f64 = 1e-6;
+const MIN_SD: f64 = 1e-6;
 
 /// A sensor: which state columns it observes, and with what noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,14 +22,14 @@ impl Sensor {
         if sd.iter().all(Option::is_none) {
             return refuse("no column".to_owned(), "at least one state column must be seen");
         }
-        if let Some(bad) = sd.iter().flatten().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
-            return refuse(bad.to_string(), "a standard deviation must be 0 or more");
+        if let Some(invalid) = sd.iter().flatten().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
+            return refuse(invalid.to_string(), "a standard deviation must be 0 or more");
         }
         Ok(Sensor { sd })
     }
 
     /// A sensor that observes every column with these standard deviations, each 0 or more.
-    pub(super) fn known<const N: usize>(sd: [f64; N]) -> Self {
+    pub(super) fn with_sd<const N: usize>(sd: [f64; N]) -> Self {
         Sensor { sd: sd.map(Some).to_vec() }
     }
 
@@ -45,11 +45,11 @@ impl Sensor {
 
     /// Observed state columns with the variance of their measurement.
     pub fn seen(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(DIGITS).powi(2))))
+        self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(MIN_SD).powi(2))))
     }
 
     /// Raises the noise of column `j` to at least `resolution(j)`.
-    pub(super) fn no_better_than(&self, resolution: impl Fn(usize) -> f64) -> Self {
+    pub(super) fn with_min_sd(&self, resolution: impl Fn(usize) -> f64) -> Self {
         let sd = self.sd.iter().enumerate().map(|(j, sd)| sd.map(|sd| sd.max(resolution(j)))).collect();
         Sensor { sd }
     }
@@ -73,9 +73,9 @@ impl StartLaw {
     /// Mean and standard deviation of the initial states of a set, column by column.
     pub fn of(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
-        let firsts = || train.items.iter().map(|q| q.state(0));
-        let mean: Vec<f64> = (0..s).map(|j| firsts().map(|x| x[j]).sum::<f64>() / n).collect();
-        let variance = |j: usize| firsts().map(|x| (x[j] - mean[j]).powi(2)).sum::<f64>() / n;
+        let initial_states = || train.items.iter().map(|q| q.state(0));
+        let mean: Vec<f64> = (0..s).map(|j| initial_states().map(|x| x[j]).sum::<f64>() / n).collect();
+        let variance = |j: usize| initial_states().map(|x| (x[j] - mean[j]).powi(2)).sum::<f64>() / n;
         StartLaw { sd: (0..s).map(|j| variance(j).sqrt()).collect(), mean }
     }
 }

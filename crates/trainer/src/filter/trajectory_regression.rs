@@ -14,7 +14,7 @@
 //! squared error on validation trajectories that the process is not fitted to. The covariance of these
 //! errors, less the measurement noise, is the covariance of the forecast.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster, add_measurement_noise};
 use crate::latent::cholesky;
 use crate::{Samples, Sequences, TrainerError};
 use augsim_data::random_stream;
@@ -24,41 +24,41 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Maximum number of principal components of the observed and of the remaining rows.
-const MOST: [usize; 2] = [8, 12];
+const MAX_COMPONENTS: [usize; 2] = [8, 12];
 /// Minimum variance of an observed component, in variances of the measurement noise.
 /// A component below it is mostly noise.
-pub(super) const SILENT: f64 = 1.2;
+pub(super) const MIN_COMPONENT_VARIANCE: f64 = 1.2;
 /// Every n-th trajectory is used for validation.
-const JUDGES: usize = 8;
+const VALIDATION_STRIDE: usize = 8;
 /// Maximum number of trajectories for the choice of the hyperparameters: cost grows with its cube.
-const COMPARED: usize = 1200;
+const MAX_SELECTION_TRAJECTORIES: usize = 1200;
 /// Candidate whitening exponents w of (1): 1 gives all observed components the same variance.
-const WHITENED: [f64; 3] = [0.0, 0.5, 1.0];
+const WHITENING_EXPONENTS: [f64; 3] = [0.0, 0.5, 1.0];
 /// Candidate length scales l, in root mean square distances from the mean.
-const LENGTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+const LENGTH_SCALES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Candidate ridges: variance not explained by the observed components, in the kernel's unit.
 const RIDGES: [f64; 3] = [0.003, 0.03, 0.3];
 /// Weight of the linear part of the kernel.
-const LINEAR: f64 = 1.0;
+const LINEAR_WEIGHT: f64 = 1.0;
 
 /// Forecasts of repeated trajectories after prefixes of given lengths.
 #[derive(Debug, Clone)]
 pub struct Remembered {
     mean: Vec<f64>,
     sd: Vec<f64>,
-    behind: BTreeMap<usize, Conditional>,
+    conditionals: BTreeMap<usize, Conditional>,
 }
 
 /// Distribution of the remaining rows given a number of observed rows.
 #[derive(Debug, Clone)]
 struct Conditional {
     /// Principal directions `[k, n S]` of the observed rows, and `[m, (T - n) S]` of the remaining ones.
-    seen: Vec<Vec<f64>>,
-    rest: Vec<Vec<f64>>,
+    observed_directions: Vec<Vec<f64>>,
+    remaining_directions: Vec<Vec<f64>>,
     /// Variances of the observed components.
     variances: Vec<f64>,
     /// Observed components of the training trajectories.
-    known: Vec<Vec<f64>>,
+    training_scores: Vec<Vec<f64>>,
     /// Kernel and weights of each remaining component.
     processes: Vec<(Kernel, Vec<f64>)>,
     /// Cholesky factor of the covariance of the remaining components, `[m, m]`.
@@ -67,7 +67,7 @@ struct Conditional {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kernel {
-    whitened: f64,
+    whitening: f64,
     length: f64,
     ridge: f64,
 }
@@ -75,18 +75,18 @@ struct Kernel {
 impl Kernel {
     /// The diagonal of S in (1), and the mean square v of all components under it.
     fn scales(&self, variances: &[f64]) -> (Vec<f64>, f64) {
-        let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitened)).collect();
+        let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitening)).collect();
         let size = dot(&scales, variances);
         (scales, size)
     }
 
-    fn at(&self, a: &[f64], b: &[f64], (scales, size): (&[f64], f64)) -> f64 {
+    fn value(&self, a: &[f64], b: &[f64], (scales, size): (&[f64], f64)) -> f64 {
         let (mut inner, mut square) = (0.0, 0.0);
         for ((a, b), scale) in a.iter().zip(b).zip(scales) {
             inner += scale * a * b;
             square += scale * (a - b) * (a - b);
         }
-        LINEAR * inner / size + (-0.5 * square / (size * self.length * self.length)).exp()
+        LINEAR_WEIGHT * inner / size + (-0.5 * square / (size * self.length * self.length)).exp()
     }
 }
 
@@ -101,7 +101,7 @@ impl Remembered {
         if let Some(other) = train.items.iter().find(|q| q.time != time) {
             return Err(TrainerError::TooShort { id: other.id.clone(), samples: other.time });
         }
-        if train.items.len() < 4 * JUDGES || lengths.iter().any(|n| *n == 0 || *n >= time) {
+        if train.items.len() < 4 * VALIDATION_STRIDE || lengths.iter().any(|n| *n == 0 || *n >= time) {
             return Err(TrainerError::NoTrajectories { what: "the training set, behind the prefix," });
         }
         let (n, s) = (train.items.len() as f64, sd.len());
@@ -113,9 +113,9 @@ impl Remembered {
             states.iter().zip(&mean).enumerate().map(|(i, (v, m))| (v - m) / sd[i % s]).collect()
         };
         let curves: Vec<Vec<f64>> = train.items.iter().map(|q| scaled(&q.states)).collect();
-        let behind = lengths.iter().map(|&n| Ok((n, Conditional::fit(&curves, n * s)?)));
-        let behind = behind.collect::<Result<_, TrainerError>>()?;
-        Ok(Remembered { mean, sd: sd.to_vec(), behind })
+        let conditionals = lengths.iter().map(|&n| Ok((n, Conditional::fit(&curves, n * s)?)));
+        let conditionals = conditionals.collect::<Result<_, TrainerError>>()?;
+        Ok(Remembered { mean, sd: sd.to_vec(), conditionals })
     }
 }
 
@@ -126,9 +126,10 @@ pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Ve
     let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);
     let covariance = gram(&x, 1.0 / rows.len() as f64);
     let SymmetricEigen { values, vectors } = symmetric_eigen(&covariance)?;
-    let kept = (0..width).rev().take(most).filter(|&k| k + 1 == width || values[k] > least);
+    let indices = (0..width).rev().take(most).filter(|&k| k + 1 == width || values[k] > least);
     Some(
-        kept.map(|k| ((0..width).map(|j| vectors[(j, k)]).collect(), values[k].max(f64::MIN_POSITIVE)))
+        indices
+            .map(|k| ((0..width).map(|j| vectors[(j, k)]).collect(), values[k].max(f64::MIN_POSITIVE)))
             .unzip(),
     )
 }
@@ -144,78 +145,110 @@ pub(super) fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
 }
 
 /// Process weights of every target `[target][trajectory]`; `None` where the matrix is singular.
-fn weights(
+fn process_weights(
     kernel: &Kernel,
-    known: &[Vec<f64>],
+    training_scores: &[Vec<f64>],
     variances: &[f64],
     targets: &[Vec<f64>],
 ) -> Option<Vec<Vec<f64>>> {
-    let (n, (scales, size)) = (known.len(), kernel.scales(variances));
+    let (n, (scales, size)) = (training_scores.len(), kernel.scales(variances));
     let k = Mat::from_fn(n, n, |i, j| {
         let ridge = if i == j { kernel.ridge } else { 0.0 };
-        if i >= j { kernel.at(&known[i], &known[j], (&scales, size)) + ridge } else { 0.0 }
+        if i >= j {
+            kernel.value(&training_scores[i], &training_scores[j], (&scales, size)) + ridge
+        } else {
+            0.0
+        }
     });
-    let right = Mat::from_fn(n, targets.len(), |i, t| targets[t][i]);
-    let solved = solve_positive_definite(&k, &right)?;
-    Some((0..targets.len()).map(|t| (0..n).map(|i| solved[(i, t)]).collect()).collect())
+    let right_side = Mat::from_fn(n, targets.len(), |i, t| targets[t][i]);
+    let solution = solve_positive_definite(&k, &right_side)?;
+    Some((0..targets.len()).map(|t| (0..n).map(|i| solution[(i, t)]).collect()).collect())
 }
 
-fn kernel_mean(kernel: &Kernel, weights: &[f64], known: &[Vec<f64>], variances: &[f64], at: &[f64]) -> f64 {
+fn kernel_mean(
+    kernel: &Kernel,
+    weights: &[f64],
+    training_scores: &[Vec<f64>],
+    variances: &[f64],
+    x: &[f64],
+) -> f64 {
     let (scales, size) = kernel.scales(variances);
-    known.iter().zip(weights).map(|(a, w)| w * kernel.at(a, at, (&scales, size))).sum()
+    training_scores.iter().zip(weights).map(|(a, w)| w * kernel.value(a, x, (&scales, size))).sum()
 }
 
 impl Conditional {
     /// Fits to curves in units of the measurement noise, of which the first `cut` values are observed.
-    fn fit(curves: &[Vec<f64>], cut: usize) -> Result<Self, TrainerError> {
+    fn fit(curves: &[Vec<f64>], observed_values: usize) -> Result<Self, TrainerError> {
         let refuse = || TrainerError::NoTrajectories { what: "the part of the training set that varies" };
-        let judges: Vec<&Vec<f64>> = curves.iter().step_by(JUDGES).collect();
+        let validation: Vec<&Vec<f64>> = curves.iter().step_by(VALIDATION_STRIDE).collect();
         let fitted: Vec<&Vec<f64>> =
-            curves.iter().enumerate().filter(|(i, _)| i % JUDGES != 0).map(|(_, c)| c).collect();
-        let part =
+            curves.iter().enumerate().filter(|(i, _)| i % VALIDATION_STRIDE != 0).map(|(_, c)| c).collect();
+        let values_in =
             |range: std::ops::Range<usize>| fitted.iter().map(|c| &c[range.clone()]).collect::<Vec<_>>();
         let width = fitted.first().map_or(0, |c| c.len());
-        let (seen, variances) = components(&part(0..cut), MOST[0], SILENT).ok_or_else(refuse)?;
-        let (rest, _) = components(&part(cut..width), MOST[1], 0.0).ok_or_else(refuse)?;
-        let known: Vec<Vec<f64>> = fitted.iter().map(|c| scores(&seen, &c[..cut])).collect();
-        let asked: Vec<Vec<f64>> = judges.iter().map(|c| scores(&seen, &c[..cut])).collect();
-        let of = |list: &[&Vec<f64>]| -> Vec<Vec<f64>> {
-            rest.iter().map(|d| list.iter().map(|c| dot(d, &c[cut..])).collect()).collect()
+        let (observed_directions, variances) =
+            components(&values_in(0..observed_values), MAX_COMPONENTS[0], MIN_COMPONENT_VARIANCE)
+                .ok_or_else(refuse)?;
+        let (remaining_directions, _) =
+            components(&values_in(observed_values..width), MAX_COMPONENTS[1], 0.0).ok_or_else(refuse)?;
+        let training_scores: Vec<Vec<f64>> =
+            fitted.iter().map(|c| scores(&observed_directions, &c[..observed_values])).collect();
+        let validation_scores: Vec<Vec<f64>> =
+            validation.iter().map(|c| scores(&observed_directions, &c[..observed_values])).collect();
+        let project = |curves: &[&Vec<f64>]| -> Vec<Vec<f64>> {
+            remaining_directions
+                .iter()
+                .map(|d| curves.iter().map(|c| dot(d, &c[observed_values..])).collect())
+                .collect()
         };
-        let (targets, wanted) = (of(&fitted), of(&judges));
-        let few = fitted.len().min(COMPARED);
-        let grid = WHITENED.iter().flat_map(|&whitened| {
-            let lengths = LENGTHS.iter();
+        let (targets, validation_targets) = (project(&fitted), project(&validation));
+        let selection_count = fitted.len().min(MAX_SELECTION_TRAJECTORIES);
+        let grid = WHITENING_EXPONENTS.iter().flat_map(|&whitening| {
+            let lengths = LENGTH_SCALES.iter();
             lengths
-                .flat_map(move |&length| RIDGES.iter().map(move |&ridge| Kernel { whitened, length, ridge }))
+                .flat_map(move |&length| RIDGES.iter().map(move |&ridge| Kernel { whitening, length, ridge }))
         });
-        let some: Vec<Vec<f64>> = targets.iter().map(|t| t[..few].to_vec()).collect();
-        let compared: Vec<(Kernel, Vec<f64>)> = grid
+        let selection_targets: Vec<Vec<f64>> =
+            targets.iter().map(|t| t[..selection_count].to_vec()).collect();
+        let candidates: Vec<(Kernel, Vec<f64>)> = grid
             .collect::<Vec<_>>()
             .into_par_iter()
             .filter_map(|kernel| {
-                let found = weights(&kernel, &known[..few], &variances, &some)?;
+                let selection_weights = process_weights(
+                    &kernel,
+                    &training_scores[..selection_count],
+                    &variances,
+                    &selection_targets,
+                )?;
                 let error = |(w, y): (&Vec<f64>, &Vec<f64>)| {
-                    let each = asked.iter().zip(y);
-                    each.map(|(x, y)| (y - kernel_mean(&kernel, w, &known[..few], &variances, x)).powi(2))
+                    let pairs = validation_scores.iter().zip(y);
+                    pairs
+                        .map(|(x, y)| {
+                            (y - kernel_mean(&kernel, w, &training_scores[..selection_count], &variances, x))
+                                .powi(2)
+                        })
                         .sum()
                 };
-                Some((kernel, found.iter().zip(&wanted).map(error).collect()))
+                Some((kernel, selection_weights.iter().zip(&validation_targets).map(error).collect()))
             })
             .collect();
         let mut processes: Vec<(Kernel, Vec<f64>)> = Vec::new();
         for (t, target) in targets.iter().enumerate() {
-            let best = compared.iter().min_by(|a, b| a.1[t].total_cmp(&b.1[t])).ok_or_else(refuse)?.0;
+            let kernel = candidates.iter().min_by(|a, b| a.1[t].total_cmp(&b.1[t])).ok_or_else(refuse)?.0;
             // Components with the same hyperparameters could share a factorisation, but there are few of
             // them.
-            let own = weights(&best, &known, &variances, std::slice::from_ref(target)).ok_or_else(refuse)?;
-            processes.extend(own.into_iter().map(|w| (best, w)));
+            let final_weights =
+                process_weights(&kernel, &training_scores, &variances, std::slice::from_ref(target))
+                    .ok_or_else(refuse)?;
+            processes.extend(final_weights.into_iter().map(|w| (kernel, w)));
         }
-        let m = rest.len();
-        let errors: Vec<Vec<f64>> = (asked.iter().enumerate())
+        let m = remaining_directions.len();
+        let errors: Vec<Vec<f64>> = (validation_scores.iter().enumerate())
             .map(|(j, x)| {
-                let each = processes.iter().zip(&wanted);
-                each.map(|((kernel, w), y)| y[j] - kernel_mean(kernel, w, &known, &variances, x)).collect()
+                let pairs = processes.iter().zip(&validation_targets);
+                pairs
+                    .map(|((kernel, w), y)| y[j] - kernel_mean(kernel, w, &training_scores, &variances, x))
+                    .collect()
             })
             .collect();
         let mut covariance = vec![0.0; m * m];
@@ -229,7 +262,14 @@ impl Conditional {
         // Directions are orthonormal and curves are in units of the noise, so the noise adds 1 to each
         // variance.
         (0..m).for_each(|a| covariance[a * m + a] = (covariance[a * m + a] - 1.0).max(0.0));
-        Ok(Conditional { seen, rest, variances, known, processes, factor: cholesky(&covariance, m) })
+        Ok(Conditional {
+            observed_directions,
+            remaining_directions,
+            variances,
+            training_scores,
+            processes,
+            factor: cholesky(&covariance, m),
+        })
     }
 }
 
@@ -241,18 +281,21 @@ impl PrefixForecaster for Remembered {
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
         let s = self.sd.len();
-        let one = |&n: &usize| {
-            let Some(law) = self.behind.get(&n).filter(|_| prefix.time * s == self.mean.len()) else {
+        let forecast_after = |&n: &usize| {
+            let Some(law) = self.conditionals.get(&n).filter(|_| prefix.time * s == self.mean.len()) else {
                 let rule = "the model was fitted to prefixes of other lengths";
                 return Err(TrainerError::Setting { key: "seen", value: n.to_string(), rule });
             };
             let rows = prefix.rows[..n * s].iter().zip(&self.mean).enumerate();
-            let seen: Vec<f64> = rows.map(|(i, (v, m))| (v - m) / self.sd[i % s]).collect();
-            prefix.check_seen(&seen)?;
-            let at = scores(&law.seen, &seen);
-            let each = law.processes.iter();
-            let centre: Vec<f64> =
-                each.map(|(kernel, w)| kernel_mean(kernel, w, &law.known, &law.variances, &at)).collect();
+            let observed: Vec<f64> = rows.map(|(i, (v, m))| (v - m) / self.sd[i % s]).collect();
+            prefix.check_measured(&observed)?;
+            let observed_scores = scores(&law.observed_directions, &observed);
+            let processes = law.processes.iter();
+            let centre: Vec<f64> = processes
+                .map(|(kernel, w)| {
+                    kernel_mean(kernel, w, &law.training_scores, &law.variances, &observed_scores)
+                })
+                .collect();
             let (m, count) = (centre.len(), settings.samples);
             let mut rng = random_stream(settings.seed ^ n as u64, "remembered", prefix.index);
             let mut values = vec![0.0; (prefix.time - n) * s * count];
@@ -261,16 +304,17 @@ impl PrefixForecaster for Remembered {
                 let shift = |a: usize| (0..=a).map(|k| law.factor[a * m + k] * draws[k]).sum::<f64>();
                 let drawn: Vec<f64> = (0..m).map(|a| centre[a] + shift(a)).collect();
                 for (i, row) in values.chunks_exact_mut(count).enumerate() {
-                    let off: f64 = law.rest.iter().zip(&drawn).map(|(d, v)| d[i] * v).sum();
-                    row[sample] = (self.mean[n * s + i] + self.sd[i % s] * off) as f32;
+                    let deviation: f64 =
+                        law.remaining_directions.iter().zip(&drawn).map(|(d, v)| d[i] * v).sum();
+                    row[sample] = (self.mean[n * s + i] + self.sd[i % s] * deviation) as f32;
                 }
             }
             let mut samples = Samples { count, values };
             if settings.is_measured {
-                read_by_sensor(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));
+                add_measurement_noise(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));
             }
             Ok(samples)
         };
-        lengths.iter().map(one).collect()
+        lengths.iter().map(forecast_after).collect()
     }
 }

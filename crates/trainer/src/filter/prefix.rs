@@ -1,7 +1,7 @@
 //! The trait [`PrefixForecaster`]: forecasts of a trajectory after its first rows were observed.
 
-use super::started::Started;
-use super::{EngineLaw, Filter, FittedDrop, NetLaw, RestitutionLaw, Sensor, StartLaw, StepLaw};
+use super::initial_state_latents::WithInitialState;
+use super::{EngineLaw, Filter, FittedDrop, NetLaw, RestitutionLaw, Sensor, StartLaw, TransitionModel};
 use crate::{Forecaster, NetModel, SAMPLES, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
@@ -57,10 +57,10 @@ impl<'a> Prefix<'a> {
     ///
     /// # Errors
     /// [`TrainerError::Unseen`] with the row and column of the first missing value.
-    pub(super) fn check_seen(&self, rows: &[f64]) -> Result<(), TrainerError> {
+    pub(super) fn check_measured(&self, rows: &[f64]) -> Result<(), TrainerError> {
         let s = self.sensor.sd().len();
-        let hole = rows.iter().position(|v| !v.is_finite());
-        hole.map_or(Ok(()), |i| Err(TrainerError::Unseen { row: i / s, column: i % s }))
+        let missing = rows.iter().position(|v| !v.is_finite());
+        missing.map_or(Ok(()), |i| Err(TrainerError::Unseen { row: i / s, column: i % s }))
     }
 }
 
@@ -88,14 +88,20 @@ impl PrefixForecaster for NetModel {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let first = |samples: usize| -> Result<Samples, TrainerError> {
+        let from_initial_state = |samples: usize| -> Result<Samples, TrainerError> {
             // After one exact row the posterior is the prior, so the forecast from the first state is
             // reused, which keeps it identical to the unfiltered one in every bit.
-            let mut whole = self.forecast(prefix.task(), samples)?;
-            whole.values.drain(..prefix.sensor.sd().len() * whole.count);
-            Ok(whole)
+            let mut forecast = self.forecast(prefix.task(), samples)?;
+            forecast.values.drain(..prefix.sensor.sd().len() * forecast.count);
+            Ok(forecast)
         };
-        stepped(&|| Ok(Box::new(NetLaw::new(self)?)), Some(&first), prefix, lengths, settings)
+        forecast_with_filter(
+            &|| Ok(Box::new(NetLaw::new(self)?)),
+            Some(&from_initial_state),
+            prefix,
+            lengths,
+            settings,
+        )
     }
 }
 
@@ -106,10 +112,14 @@ impl PrefixForecaster for RestitutionLaw {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let law = || -> Result<Box<dyn StepLaw>, TrainerError> {
-            Ok(if prefix.sensor.is_exact() { Box::new(*self) } else { Box::new(Started::new(*self)) })
+        let new_model = || -> Result<Box<dyn TransitionModel>, TrainerError> {
+            Ok(if prefix.sensor.is_exact() {
+                Box::new(*self)
+            } else {
+                Box::new(WithInitialState::new(*self))
+            })
         };
-        stepped(&law, None, prefix, lengths, settings)
+        forecast_with_filter(&new_model, None, prefix, lengths, settings)
     }
 }
 
@@ -120,7 +130,7 @@ impl PrefixForecaster for EngineLaw<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        stepped(&|| Ok(Box::new(self.clone())), None, prefix, lengths, settings)
+        forecast_with_filter(&|| Ok(Box::new(self.clone())), None, prefix, lengths, settings)
     }
 }
 
@@ -142,30 +152,31 @@ impl PrefixForecaster for FittedDrop {
 
 /// Runs a particle filter over the prefix and forecasts after each of `lengths` rows.
 /// `first` makes the forecast after one exact row where that needs no filter.
-fn stepped<'m>(
-    law: &dyn Fn() -> Result<Box<dyn StepLaw + 'm>, TrainerError>,
-    first: Option<&dyn Fn(usize) -> Result<Samples, TrainerError>>,
+fn forecast_with_filter<'m>(
+    new_model: &dyn Fn() -> Result<Box<dyn TransitionModel + 'm>, TrainerError>,
+    unfiltered: Option<&dyn Fn(usize) -> Result<Samples, TrainerError>>,
     prefix: Prefix<'_>,
     lengths: &[usize],
     settings: FilterSettings,
 ) -> Result<Vec<Samples>, TrainerError> {
     let s = prefix.sensor.sd().len();
-    let width = prefix.actions.len() / prefix.time;
-    let known = (prefix.sensor.clone(), prefix.start.clone());
+    let action_width = prefix.actions.len() / prefix.time;
+    let sensor_and_start = (prefix.sensor.clone(), prefix.start.clone());
     let stream = (settings.seed, prefix.index);
     let actions = prefix.actions;
-    let mut filter = Filter::new(law()?, known, (actions, width), settings.particles, stream);
+    let mut filter =
+        Filter::new(new_model()?, sensor_and_start, (actions, action_width), settings.particles, stream);
     let mut out = Vec::with_capacity(lengths.len());
     for &n in lengths {
         while filter.seen() < n {
             filter.observe(&prefix.rows[filter.seen() * s..][..s])?;
         }
-        let mut samples = match first.filter(|_| n == 1 && prefix.sensor.is_exact()) {
-            Some(first) => first(settings.samples)?,
+        let mut samples = match unfiltered.filter(|_| n == 1 && prefix.sensor.is_exact()) {
+            Some(unfiltered) => unfiltered(settings.samples)?,
             None => filter.forecast(prefix.time - n, settings.samples)?.clone(),
         };
         if settings.is_measured {
-            read_by_sensor(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));
+            add_measurement_noise(&mut samples, prefix.sensor.sd(), (settings.seed, prefix.index, n));
         }
         out.push(samples);
     }
@@ -173,7 +184,11 @@ fn stepped<'m>(
 }
 
 /// Adds measurement noise to samples `[rest, S, sample]` of states, column by column.
-pub(super) fn read_by_sensor(samples: &mut Samples, sd: &[Option<f64>], (seed, index, n): (u64, u64, usize)) {
+pub(super) fn add_measurement_noise(
+    samples: &mut Samples,
+    sd: &[Option<f64>],
+    (seed, index, n): (u64, u64, usize),
+) {
     let mut rng = random_stream(seed ^ n as u64, "readings", index);
     for (row, values) in samples.values.chunks_exact_mut(samples.count).enumerate() {
         let Some(sd) = sd[row % sd.len()].filter(|sd| *sd > 0.0) else { continue };

@@ -15,9 +15,9 @@
 //! net is trained without each fold, and a is chosen by the error on the folds that the nets have not seen.
 //! A new forecast is corrected by the mean of the five nets.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::evaluate::each_forecast;
+use super::evaluate::map_forecasts;
 use super::forecast_net::ForecastNet;
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::{Sensor, StartLaw};
 use crate::league::Extents;
 use crate::prepared::Prepared;
@@ -32,7 +32,7 @@ use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
 /// Number of cross-validation folds.
-const PARTS: usize = 5;
+const FOLDS: usize = 5;
 /// Training iterations of each net.
 const ITERATIONS: u64 = 400;
 /// Forecasts in a training batch.
@@ -42,15 +42,15 @@ const CLIP: f64 = 10.0;
 /// Learning rate: initial 3e-3, halved after every eighth of the iterations.
 const LEARNING_RATE: StepDecay = StepDecay { initial: 3e-3, factor: 0.5, every: ITERATIONS / 8 };
 /// Candidate shrinkage factors of the correction; 0 keeps the model's median.
-const TRUST: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+const SHRINKAGE_FACTORS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Share of the typical spread that is added to the spread of the samples.
 /// Samples that agree can all be wrong, so their spread alone would give a unit of zero.
-const FLOOR: f64 = 0.1;
+const TYPICAL_SPREAD_SHARE: f64 = 0.1;
 /// Bound of the standardised features: values beyond it were never trained on.
-const CUT: f64 = 6.0;
+const FEATURE_BOUND: f64 = 6.0;
 /// Number of features per column, and per row in addition.
-const OF_COLUMN: usize = 3;
-const OF_ROW: usize = 2;
+const FEATURES_PER_COLUMN: usize = 3;
+const FEATURES_PER_ROW: usize = 2;
 
 /// A correction of a model's forecasts that was learned from trajectories.
 #[derive(Debug, Clone)]
@@ -59,7 +59,7 @@ pub struct ForecastCorrection {
     /// Parameters of the nets, one for each fold that was left out.
     params: Vec<Params<f32>>,
     scales: Scales,
-    trust: f64,
+    shrinkage: f64,
 }
 
 /// Scales that standardise features and corrections.
@@ -69,22 +69,22 @@ struct Scales {
     mean: Vec<f64>,
     sd: Vec<f64>,
     /// Root mean square change of the median from row to row, per column.
-    way: Vec<f64>,
+    row_change: Vec<f64>,
     /// Median over all rows of the standard deviation of the samples, per column.
     spread: Vec<f64>,
     /// Mean number of forecast rows, and mean number of observed rows.
-    rows: [f64; 2],
+    mean_rows: [f64; 2],
 }
 
 /// Median and standard deviation of the samples `[rest, S]` of a forecast after `seen` rows.
 struct Summary {
-    seen: usize,
+    observed_rows: usize,
     median: Vec<f64>,
     spread: Vec<f64>,
 }
 
 impl Summary {
-    fn of(samples: &Samples, seen: usize) -> Self {
+    fn new(samples: &Samples, observed_rows: usize) -> Self {
         let mut sorted = vec![0.0; samples.count];
         let (mut median, mut spread) = (Vec::new(), Vec::new());
         for values in samples.values.chunks_exact(samples.count) {
@@ -93,70 +93,78 @@ impl Summary {
             let square = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>();
             spread.push((square / samples.count as f64).sqrt());
         }
-        Summary { seen, median, spread }
+        Summary { observed_rows, median, spread }
     }
 }
 
 impl Scales {
-    fn fit(all: &[(usize, Summary)], s: usize) -> Self {
+    fn fit(forecasts: &[(usize, Summary)], s: usize) -> Self {
         let mut scales = Scales::default();
-        let rows: usize = all.iter().map(|(_, one)| one.median.len() / s).sum();
+        let rows: usize = forecasts.iter().map(|(_, summary)| summary.median.len() / s).sum();
         let count = rows.max(1) as f64;
         for j in 0..s {
-            let medians = || all.iter().flat_map(|(_, one)| one.median.iter().skip(j).step_by(s));
+            let medians =
+                || forecasts.iter().flat_map(|(_, summary)| summary.median.iter().skip(j).step_by(s));
             let mean = medians().sum::<f64>() / count;
-            let square = medians().map(|v| (v - mean).powi(2)).sum::<f64>();
-            let ways = all.iter().flat_map(|(_, one)| one.median.windows(s + 1).skip(j).step_by(s));
-            let way = ways.map(|w| (w[s] - w[0]).powi(2)).sum::<f64>();
-            let mut spreads: Vec<f64> =
-                all.iter().flat_map(|(_, one)| one.spread.iter().skip(j).step_by(s).copied()).collect();
+            let sum_of_squares = medians().map(|v| (v - mean).powi(2)).sum::<f64>();
+            let row_changes =
+                forecasts.iter().flat_map(|(_, summary)| summary.median.windows(s + 1).skip(j).step_by(s));
+            let row_change = row_changes.map(|w| (w[s] - w[0]).powi(2)).sum::<f64>();
+            let mut spreads: Vec<f64> = forecasts
+                .iter()
+                .flat_map(|(_, summary)| summary.spread.iter().skip(j).step_by(s).copied())
+                .collect();
             scales.mean.push(mean);
-            scales.sd.push(positive((square / count).sqrt(), 0.0));
-            scales.way.push(positive((way / count).sqrt(), 0.0));
+            scales.sd.push(positive((sum_of_squares / count).sqrt(), 0.0));
+            scales.row_change.push(positive((row_change / count).sqrt(), 0.0));
             scales.spread.push(positive(if spreads.is_empty() { 0.0 } else { median(&mut spreads) }, 0.0));
         }
-        let seen: usize = all.iter().map(|(_, one)| one.seen).sum();
-        let many = all.len().max(1) as f64;
-        scales.rows = [rows, seen].map(|count| positive(count as f64 / many, 0.0));
+        let observed_rows: usize = forecasts.iter().map(|(_, summary)| summary.observed_rows).sum();
+        let forecast_count = forecasts.len().max(1) as f64;
+        scales.mean_rows = [rows, observed_rows].map(|count| positive(count as f64 / forecast_count, 0.0));
         scales
     }
 
     /// Unit of the correction of column `j` where the samples have standard deviation `spread`.
     fn unit(&self, j: usize, spread: f64) -> f64 {
-        spread + FLOOR * self.spread[j]
+        spread + TYPICAL_SPREAD_SHARE * self.spread[j]
     }
 
     /// Features `[rest, U]` of a forecast.
-    fn features(&self, one: &Summary) -> Vec<f32> {
+    fn features(&self, summary: &Summary) -> Vec<f32> {
         let s = self.mean.len();
-        let mut u = Vec::with_capacity(one.median.len() / s * (OF_COLUMN * s + OF_ROW));
-        let cut = |v: f64| v.clamp(-CUT, CUT) as f32;
-        let rest = one.median.len() / s;
-        for t in 0..rest {
+        let mut features =
+            Vec::with_capacity(summary.median.len() / s * (FEATURES_PER_COLUMN * s + FEATURES_PER_ROW));
+        let bounded = |v: f64| v.clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32;
+        let rows_ahead = summary.median.len() / s;
+        for t in 0..rows_ahead {
             // The change to the first forecast row would need the last observed row, so that of the second
             // is used.
-            let (from, to) = if t == 0 { (0, (rest - 1).min(1)) } else { (t - 1, t) };
+            let (from, to) = if t == 0 { (0, (rows_ahead - 1).min(1)) } else { (t - 1, t) };
             for j in 0..s {
-                let unit = self.unit(j, one.spread[t * s + j]);
-                u.push(cut((one.median[t * s + j] - self.mean[j]) / self.sd[j]));
-                u.push(cut((one.median[to * s + j] - one.median[from * s + j]) / self.way[j]));
-                u.push(cut((unit / self.spread[j]).ln()));
+                let unit = self.unit(j, summary.spread[t * s + j]);
+                features.push(bounded((summary.median[t * s + j] - self.mean[j]) / self.sd[j]));
+                features.push(bounded(
+                    (summary.median[to * s + j] - summary.median[from * s + j]) / self.row_change[j],
+                ));
+                features.push(bounded((unit / self.spread[j]).ln()));
             }
-            u.push(cut((t + 1) as f64 / self.rows[0]));
-            u.push(cut(one.seen as f64 / self.rows[1]));
+            features.push(bounded((t + 1) as f64 / self.mean_rows[0]));
+            features.push(bounded(summary.observed_rows as f64 / self.mean_rows[1]));
         }
-        u
+        features
     }
 
     /// Features and targets of a forecast, up to the first row with a missing measurement.
-    fn prepare(&self, one: &Summary, q: &Sequence) -> Prepared {
+    fn prepare(&self, summary: &Summary, q: &Sequence) -> Prepared {
         let s = self.mean.len();
-        let truth = &q.states[one.seen * s..];
+        let truth = &q.states[summary.observed_rows * s..];
         let time = truth.chunks_exact(s).take_while(|row| row.iter().all(|v| v.is_finite())).count();
-        let mut u = self.features(one);
-        u.truncate(time * (OF_COLUMN * s + OF_ROW));
-        let x = (0..time * s).map(|i| ((truth[i] - one.median[i]) / self.unit(i % s, one.spread[i])) as f32);
-        Prepared { time, x_width: s, u_width: OF_COLUMN * s + OF_ROW, x: x.collect(), u }
+        let mut u = self.features(summary);
+        u.truncate(time * (FEATURES_PER_COLUMN * s + FEATURES_PER_ROW));
+        let x = (0..time * s)
+            .map(|i| ((truth[i] - summary.median[i]) / self.unit(i % s, summary.spread[i])) as f32);
+        Prepared { time, x_width: s, u_width: FEATURES_PER_COLUMN * s + FEATURES_PER_ROW, x: x.collect(), u }
     }
 }
 
@@ -175,81 +183,92 @@ impl ForecastCorrection {
         lengths: &[Vec<usize>],
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
-        if train.items.len() < PARTS {
+        if train.items.len() < FOLDS {
             return Err(TrainerError::NoTrajectories { what: "the training set, in each of five parts," });
         }
         let s = train.state_dim();
-        let summary = |index: usize, n: usize, samples: Samples| (index, Summary::of(&samples, n));
-        let forecasts = each_forecast(model, train, known, (lengths, settings), &summary)?;
-        let all: Vec<(usize, Summary)> = forecasts.into_iter().flatten().collect();
-        let scales = Scales::fit(&all, s);
-        let prepared: Vec<(usize, Prepared)> = all
+        let summarise = |index: usize, n: usize, samples: Samples| (index, Summary::new(&samples, n));
+        let forecasts = map_forecasts(model, train, known, (lengths, settings), &summarise)?;
+        let forecasts: Vec<(usize, Summary)> = forecasts.into_iter().flatten().collect();
+        let scales = Scales::fit(&forecasts, s);
+        let prepared: Vec<(usize, Prepared)> = forecasts
             .iter()
-            .map(|(index, one)| (*index, scales.prepare(one, &train.items[*index])))
-            .filter(|(_, one)| one.time > 0)
+            .map(|(index, summary)| (*index, scales.prepare(summary, &train.items[*index])))
+            .filter(|(_, example)| example.time > 0)
             .collect();
-        let extents = Extents { state: s, condition: OF_COLUMN * s + OF_ROW };
-        let parts = (0..PARTS).into_par_iter().map(|part| {
-            let mut params = Params::new(random_stream(settings.seed, "correction", part as u64));
+        let extents = Extents { state: s, condition: FEATURES_PER_COLUMN * s + FEATURES_PER_ROW };
+        let folds = (0..FOLDS).into_par_iter().map(|fold| {
+            let mut params = Params::new(random_stream(settings.seed, "correction", fold as u64));
             let net = ForecastNet::new(extents, &mut params);
-            let seen = prepared.iter().filter(|(index, _)| index % PARTS != part);
-            descend(&net, &mut params, &seen.map(|(_, one)| one.clone()).collect::<Vec<_>>(), settings.seed)?;
+            let others = prepared.iter().filter(|(index, _)| index % FOLDS != fold);
+            train_net(
+                &net,
+                &mut params,
+                &others.map(|(_, example)| example.clone()).collect::<Vec<_>>(),
+                settings.seed,
+            )?;
             Ok::<_, TrainerError>((net, params))
         });
-        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = in_order(parts)?.into_iter().unzip();
-        let mut correction = ForecastCorrection { net: nets.swap_remove(0), params, scales, trust: 0.0 };
-        correction.trust = correction.trusted(&prepared);
+        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = in_order(folds)?.into_iter().unzip();
+        let mut correction = ForecastCorrection { net: nets.swap_remove(0), params, scales, shrinkage: 0.0 };
+        correction.shrinkage = correction.choose_shrinkage(&prepared);
         Ok(correction)
     }
 
     /// Chooses the shrinkage factor with the smallest out-of-fold error of the forecasts.
     /// The error is the mean over forecasts of the logarithm of the mean absolute deviation: with the
     /// logarithm a few trajectories with very large errors do not decide.
-    fn trusted(&self, prepared: &[(usize, Prepared)]) -> f64 {
-        let left = |trust: f64| -> f64 {
-            let of = prepared.par_iter().map(|(index, one)| {
-                let [centre, _] = self.net.law(&self.params[index % PARTS], &one.u);
-                let away =
-                    one.x.iter().zip(&centre).map(|(x, c)| (f64::from(*x) - trust * f64::from(*c)).abs());
-                (away.sum::<f64>() / one.x.len() as f64).max(f64::MIN_POSITIVE).ln()
+    fn choose_shrinkage(&self, prepared: &[(usize, Prepared)]) -> f64 {
+        let log_error = |shrinkage: f64| -> f64 {
+            let errors = prepared.par_iter().map(|(index, example)| {
+                let [location, _] = self.net.predict(&self.params[index % FOLDS], &example.u);
+                let deviation = example
+                    .x
+                    .iter()
+                    .zip(&location)
+                    .map(|(x, c)| (f64::from(*x) - shrinkage * f64::from(*c)).abs());
+                (deviation.sum::<f64>() / example.x.len() as f64).max(f64::MIN_POSITIVE).ln()
             });
             // Collected before summing: the result of a parallel sum would depend on how the work was
             // divided.
-            of.collect::<Vec<f64>>().iter().sum()
+            errors.collect::<Vec<f64>>().iter().sum()
         };
-        let compared = TRUST.map(|trust| (left(trust), trust));
-        compared.iter().fold(compared[0], |best, one| if one.0 < best.0 { *one } else { best }).1
+        let candidates = SHRINKAGE_FACTORS.map(|shrinkage| (log_error(shrinkage), shrinkage));
+        candidates
+            .iter()
+            .fold(candidates[0], |best, candidate| if candidate.0 < best.0 { *candidate } else { best })
+            .1
     }
 
     /// Shrinkage factor that multiplies the correction.
     pub fn trust(&self) -> f64 {
-        self.trust
+        self.shrinkage
     }
 }
 
 /// Trains one net by Adam on random batches.
-fn descend(
+fn train_net(
     net: &ForecastNet,
     params: &mut Params<f32>,
-    all: &[Prepared],
+    prepared: &[Prepared],
     seed: u64,
 ) -> Result<(), TrainerError> {
     let adam = Adam { weight_decay: 1e-4, ..Adam::default() };
     let mut state = AdamState::new(params.values().len());
     let mut workspace = Workspace::default();
     let mut grads = vec![0.0; params.values().len()];
-    let values: usize = all.iter().map(|one| one.x.len()).sum();
-    let mean = values as f64 / all.len().max(1) as f64;
-    let batch = BATCH.min(all.len());
-    let mut order: Vec<usize> = (0..all.len()).collect();
+    let values: usize = prepared.iter().map(|forecast| forecast.x.len()).sum();
+    let mean_values = values as f64 / prepared.len().max(1) as f64;
+    let batch = BATCH.min(prepared.len());
+    let mut order: Vec<usize> = (0..prepared.len()).collect();
     for iteration in 0..ITERATIONS {
         order.sort_unstable();
         let mut rng = random_stream(seed, "correction-batch", iteration);
         let (chosen, _) = order.partial_shuffle(&mut rng, batch);
         // Trajectories of similar length share a tile, which wastes fewer lanes.
-        chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(all[i].time), i));
-        let scale = 1.0 / (batch as f64 * mean);
-        workspace.run_all(Shared { net, params: &*params, all, scale, seed }, chosen, 0)?;
+        chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(prepared[i].time), i));
+        let scale = 1.0 / (batch as f64 * mean_values);
+        workspace.run_all(Shared { net, params: &*params, all: prepared, scale, seed }, chosen, 0)?;
         let loss = gather(&workspace.results, scale, &mut grads).misfit;
         let norm = clip(&mut grads, Some(CLIP));
         let rate = LEARNING_RATE.at(iteration);
@@ -266,33 +285,36 @@ fn descend(
 pub struct Corrected<'a> {
     model: &'a dyn PrefixForecaster,
     correction: &'a ForecastCorrection,
-    is_training_set: bool,
+    is_cross_validated: bool,
 }
 
 impl<'a> Corrected<'a> {
     /// Corrects the forecasts of `model` by the mean of all nets.
     pub fn new(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
-        Corrected { model, correction, is_training_set: false }
+        Corrected { model, correction, is_cross_validated: false }
     }
 
     /// Corrects forecasts of the training trajectories, each by the net that was trained without it.
     pub fn crossed(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
-        Corrected { model, correction, is_training_set: true }
+        Corrected { model, correction, is_cross_validated: true }
     }
 
     /// Location and scale `[rest, S]` of the correction of a forecast, in units of [`Scales::unit`].
-    fn law(&self, one: &Summary, index: u64) -> [Vec<f64>; 2] {
+    fn predict_correction(&self, summary: &Summary, index: u64) -> [Vec<f64>; 2] {
         let ForecastCorrection { net, params, scales, .. } = self.correction;
-        let part = index as usize % PARTS;
-        let asked = if self.is_training_set { &params[part..=part] } else { &params[..] };
-        let u = scales.features(one);
-        let mut mean = [vec![0.0; one.median.len()], vec![0.0; one.median.len()]];
-        for params in asked {
-            for (mean, law) in mean.iter_mut().zip(net.law(params, &u)) {
-                mean.iter_mut().zip(law).for_each(|(mean, v)| *mean += f64::from(v) / asked.len() as f64);
+        let fold = index as usize % FOLDS;
+        let selected = if self.is_cross_validated { &params[fold..=fold] } else { &params[..] };
+        let u = scales.features(summary);
+        let mut result = [vec![0.0; summary.median.len()], vec![0.0; summary.median.len()]];
+        for params in selected {
+            for (result, law) in result.iter_mut().zip(net.predict(params, &u)) {
+                result
+                    .iter_mut()
+                    .zip(law)
+                    .for_each(|(result, v)| *result += f64::from(v) / selected.len() as f64);
             }
         }
-        mean
+        result
     }
 }
 
@@ -303,23 +325,23 @@ impl PrefixForecaster for Corrected<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let ForecastCorrection { scales, trust, .. } = self.correction;
-        let mut all = self.model.forecasts(prefix, lengths, settings)?;
-        for (samples, &n) in all.iter_mut().zip(lengths) {
-            let one = Summary::of(samples, n);
-            let [centre, scale] = self.law(&one, prefix.index);
+        let ForecastCorrection { scales, shrinkage, .. } = self.correction;
+        let mut forecasts = self.model.forecasts(prefix, lengths, settings)?;
+        for (samples, &n) in forecasts.iter_mut().zip(lengths) {
+            let summary = Summary::new(samples, n);
+            let [location, scale] = self.predict_correction(&summary, prefix.index);
             for (i, values) in samples.values.chunks_exact_mut(samples.count).enumerate() {
-                let unit = scales.unit(i % scales.mean.len(), one.spread[i]);
-                let middle = one.median[i] + trust * unit * centre[i];
+                let unit = scales.unit(i % scales.mean.len(), summary.spread[i]);
+                let corrected_median = summary.median[i] + shrinkage * unit * location[i];
                 // All samples of a row are transformed by the same increasing map, so each sample path
                 // stays coherent.
-                let factor = if one.spread[i] > 0.0 { unit * scale[i] / one.spread[i] } else { 1.0 };
+                let factor = if summary.spread[i] > 0.0 { unit * scale[i] / summary.spread[i] } else { 1.0 };
                 for v in values {
-                    *v = (middle + factor * (f64::from(*v) - one.median[i])) as f32;
+                    *v = (corrected_median + factor * (f64::from(*v) - summary.median[i])) as f32;
                 }
             }
         }
-        Ok(all)
+        Ok(forecasts)
     }
 }
 
@@ -333,41 +355,43 @@ mod tests {
     const NOISE: f64 = 0.05;
 
     /// Extrapolates the line through the first and the last observed row.
-    struct Straight;
+    struct LinearExtrapolation;
 
-    impl PrefixForecaster for Straight {
+    impl PrefixForecaster for LinearExtrapolation {
         fn forecasts(
             &self,
             prefix: Prefix<'_>,
             lengths: &[usize],
             settings: FilterSettings,
         ) -> Result<Vec<Samples>, TrainerError> {
-            let one = |&n: &usize| {
+            let forecast_after = |&n: &usize| {
                 let slope = (prefix.rows[n - 1] - prefix.rows[0]) / (n - 1) as f64;
                 let mut rng = random_stream(settings.seed, "straight", prefix.index);
                 let mut values = vec![0.0; (prefix.time - n) * settings.samples];
                 for k in 0..settings.samples {
                     let draw: f64 = StandardNormal.sample(&mut rng);
                     for t in n..prefix.time {
-                        let at = prefix.rows[0] + (slope + 0.01 * draw) * t as f64;
-                        values[(t - n) * settings.samples + k] = at as f32;
+                        let value = prefix.rows[0] + (slope + 0.01 * draw) * t as f64;
+                        values[(t - n) * settings.samples + k] = value as f32;
                     }
                 }
                 Samples { count: settings.samples, values }
             };
-            Ok(lengths.iter().map(one).collect())
+            Ok(lengths.iter().map(forecast_after).collect())
         }
     }
 
     /// Trajectories that curve away from a straight line after row 10.
-    fn bent(count: usize, bend: f64, purpose: &str) -> Sequences {
+    fn curved_trajectories(count: usize, curvature: f64, purpose: &str) -> Sequences {
         let item = |i: usize| {
             let mut rng = random_stream(3, purpose, i as u64);
             let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
             let slope = 0.1 * draw();
             let states = (0..TIME).map(|t| {
-                let behind = t.saturating_sub(10) as f64;
-                slope * t as f64 + bend * behind * behind + NOISE * if t < 10 { 0.0 } else { draw() }
+                let rows_after = t.saturating_sub(10) as f64;
+                slope * t as f64
+                    + curvature * rows_after * rows_after
+                    + NOISE * if t < 10 { 0.0 } else { draw() }
             });
             Sequence { id: i.to_string(), time: TIME, states: states.collect(), actions: Vec::new() }
         };
@@ -379,10 +403,10 @@ mod tests {
         FilterSettings { samples: 50, is_measured: true, ..FilterSettings::new(1, 1) }
     }
 
-    fn learned(train: &Sequences) -> Result<ForecastCorrection, TrainerError> {
+    fn learn_correction(train: &Sequences) -> Result<ForecastCorrection, TrainerError> {
         let known = (&Sensor::exact(1), &StartLaw::of(train));
         let lengths = vec![vec![5, 10]; train.items.len()];
-        ForecastCorrection::learn(&Straight, train, known, &lengths, settings())
+        ForecastCorrection::learn(&LinearExtrapolation, train, known, &lengths, settings())
     }
 
     fn error(model: &dyn PrefixForecaster, test: &Sequences) -> f64 {
@@ -393,27 +417,33 @@ mod tests {
 
     #[test]
     fn a_bend_that_all_trajectories_have_is_learned() {
-        let (train, test) = (bent(40, 1e-3, "train"), bent(20, 1e-3, "test"));
-        let correction = learned(&train).unwrap();
-        let corrected = Corrected::new(&Straight, &correction);
-        let [before, after] = [error(&Straight, &test), error(&corrected, &test)];
+        let (train, test) = (curved_trajectories(40, 1e-3, "train"), curved_trajectories(20, 1e-3, "test"));
+        let correction = learn_correction(&train).unwrap();
+        let corrected = Corrected::new(&LinearExtrapolation, &correction);
+        let [before, after] = [error(&LinearExtrapolation, &test), error(&corrected, &test)];
         assert!(after < 0.5 * before, "{before} m before, {after} m after, trust {}", correction.trust());
-        let [of_train, crossed] =
-            [error(&Straight, &train), { error(&Corrected::crossed(&Straight, &correction), &train) }];
-        assert!(crossed < 0.5 * of_train, "{of_train} m before, {crossed} m after");
+        let [before_on_train, crossed] = [error(&LinearExtrapolation, &train), {
+            error(&Corrected::crossed(&LinearExtrapolation, &correction), &train)
+        }];
+        assert!(crossed < 0.5 * before_on_train, "{before_on_train} m before, {crossed} m after");
     }
 
     #[test]
     fn noise_is_not_corrected() {
-        let (train, test) = (bent(40, 0.0, "train"), bent(20, 0.0, "test"));
-        let correction = learned(&train).unwrap();
-        let [before, after] =
-            [error(&Straight, &test), error(&Corrected::new(&Straight, &correction), &test)];
+        let (train, test) = (curved_trajectories(40, 0.0, "train"), curved_trajectories(20, 0.0, "test"));
+        let correction = learn_correction(&train).unwrap();
+        let [before, after] = [
+            error(&LinearExtrapolation, &test),
+            error(&Corrected::new(&LinearExtrapolation, &correction), &test),
+        ];
         assert!(after < 1.05 * before, "{before} m before, {after} m after, trust {}", correction.trust());
     }
 
     #[test]
     fn fewer_trajectories_than_parts_are_refused() {
-        assert!(matches!(learned(&bent(4, 0.0, "train")), Err(TrainerError::NoTrajectories { .. })));
+        assert!(matches!(
+            learn_correction(&curved_trajectories(4, 0.0, "train")),
+            Err(TrainerError::NoTrajectories { .. })
+        ));
     }
 }

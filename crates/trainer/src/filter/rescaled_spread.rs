@@ -4,7 +4,7 @@
 //! Assuming a larger measurement noise would widen it too, but would also discard information in the
 //! prefix. A factor of the spread that was learned on training trajectories keeps it.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use crate::score::median_of;
 use crate::{Samples, TrainerError};
 
@@ -35,8 +35,8 @@ impl PrefixForecaster for Widened<'_> {
         for (samples, factor) in all.iter_mut().zip(self.factors) {
             let mut sorted = vec![0.0; samples.count];
             for values in samples.values.chunks_exact_mut(samples.count) {
-                let middle = median_of(values, &mut sorted) as f32;
-                values.iter_mut().for_each(|v| *v = middle + *factor as f32 * (*v - middle));
+                let median = median_of(values, &mut sorted) as f32;
+                values.iter_mut().for_each(|v| *v = median + *factor as f32 * (*v - median));
             }
         }
         Ok(all)
@@ -50,9 +50,9 @@ mod tests {
     use crate::filter::{Sensor, StartLaw};
 
     /// A forecaster with samples 0, 1, 3, 4 of one row after every prefix.
-    struct Four;
+    struct FourSamples;
 
-    impl PrefixForecaster for Four {
+    impl PrefixForecaster for FourSamples {
         fn forecasts(
             &self,
             _: Prefix<'_>,
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn samples_move_away_from_their_median() {
-        let (sensor, start) = (Sensor::known([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let (sensor, start) = (Sensor::with_sd([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
         let prefix = Prefix {
             id: "1",
             rows: &[0.0; 3],
@@ -76,7 +76,8 @@ mod tests {
             index: 0,
         };
         let settings = FilterSettings::new(1, 1);
-        let forecasts = Widened::new(&Four, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
+        let forecasts =
+            Widened::new(&FourSamples, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
         let values: Vec<&[f32]> = forecasts.iter().map(|s| &s.values[..]).collect();
         assert_eq!(values, [[-1.0, 0.5, 3.5, 5.0], [1.0, 1.5, 2.5, 3.0], [0.0, 1.0, 3.0, 4.0]]);
     }

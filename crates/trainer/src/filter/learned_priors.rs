@@ -12,7 +12,7 @@
 //! make it robust. The prior of a quantity that does not differ between trajectories shrinks to one value;
 //! that of a quantity that the data do not identify stays as it is.
 
-use super::behind::Prefix;
+use super::prefix::Prefix;
 use super::system::SystemFilter;
 use super::{Sensor, StartLaw};
 use crate::{Sequences, TrainerError};
@@ -22,12 +22,12 @@ use rayon::prelude::*;
 
 /// Number of expectation-maximisation rounds.
 /// Well identified quantities converge in three, those that only some trajectories identify in about ten.
-const ROUNDS: usize = 12;
+const EM_ROUNDS: usize = 12;
 /// Cap on squared distances from the mean, in variances of the current prior.
 /// A single outlier, such as a ball that hit the net, then does not widen the prior of all others.
-const MOST: f64 = 9.0;
+const MAX_SQUARED_DISTANCE: f64 = 9.0;
 /// Minimum standard deviation of a learned prior, as a share of the initial one.
-const NARROWEST: f64 = 1e-3;
+const MIN_SD_SHARE: f64 = 1e-3;
 
 /// Learned priors of the quantities that differ from trajectory to trajectory, and of the noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,10 +47,10 @@ impl OwnLaws {
         let channels = train.state_dim();
         let sensor = Sensor::exact(channels);
         let start = StartLaw { mean: Vec::new(), sd: Vec::new() };
-        let places = filter.own_places();
-        let least: Vec<f64> = places.iter().map(|&i| NARROWEST * filter.law(i).1).collect();
+        let indices = filter.prior_indices();
+        let min_sd: Vec<f64> = indices.iter().map(|&i| MIN_SD_SHARE * filter.prior(i).1).collect();
         let mut noise = vec![0.0; channels];
-        for _ in 0..ROUNDS {
+        for _ in 0..EM_ROUNDS {
             let fits: Vec<(Vec<[f64; 2]>, Vec<f64>)> = (train.items.par_iter().enumerate())
                 .filter_map(|(index, q)| {
                     let prefix = Prefix {
@@ -62,29 +62,31 @@ impl OwnLaws {
                         time: q.time,
                         index: index as u64,
                     };
-                    filter.own_fit(&prefix, &places).ok()
+                    filter.fit_unknowns(&prefix, &indices).ok()
                 })
                 .collect();
             if fits.is_empty() {
                 return Err(TrainerError::NoTrajectories { what: "the training set, where each is fitted," });
             }
             let count = fits.len() as f64;
-            for (k, &place) in places.iter().enumerate() {
-                let (_, sd) = filter.law(place);
-                let mean = median(&mut fits.iter().map(|(own, _)| own[k][0]).collect::<Vec<_>>());
-                let square = |own: &[[f64; 2]]| ((own[k][0] - mean).powi(2) + own[k][1]).min(MOST * sd * sd);
-                let variance = fits.iter().map(|(own, _)| square(own)).sum::<f64>() / count;
-                filter.set_law(place, (mean, variance.sqrt().max(least[k])));
+            for (k, &index) in indices.iter().enumerate() {
+                let (_, sd) = filter.prior(index);
+                let mean = median(&mut fits.iter().map(|(estimates, _)| estimates[k][0]).collect::<Vec<_>>());
+                let square = |estimates: &[[f64; 2]]| {
+                    ((estimates[k][0] - mean).powi(2) + estimates[k][1]).min(MAX_SQUARED_DISTANCE * sd * sd)
+                };
+                let variance = fits.iter().map(|(estimates, _)| square(estimates)).sum::<f64>() / count;
+                filter.set_prior(index, (mean, variance.sqrt().max(min_sd[k])));
             }
             for (c, noise) in noise.iter_mut().enumerate() {
                 *noise = median(&mut fits.iter().map(|(_, sd)| sd[c]).collect::<Vec<_>>());
             }
         }
-        let law = |i: usize| {
-            let (mean, sd) = filter.law(i);
+        let learned = |i: usize| {
+            let (mean, sd) = filter.prior(i);
             (filter.seed(i), mean, sd)
         };
-        Ok(OwnLaws { laws: places.into_iter().map(law).collect(), noise })
+        Ok(OwnLaws { laws: indices.into_iter().map(learned).collect(), noise })
     }
 
     /// Each quantity with the mean and the standard deviation of its prior.
