@@ -12,7 +12,7 @@ use augsim_physics::model::{EffectBlock, Model};
 /// Kind of the effect of contacts with a duration.
 const CONTACT_KIND: &str = "contact-duration";
 /// Kind of the effect of a constant error of measured heights.
-const OFFSET_KIND: &str = "height-offset";
+const HEIGHT_OFFSET_KIND: &str = "height-offset";
 
 /// Typical spread of restitutions between trajectories: the unit in which a net changes them.
 pub(super) const RESTITUTION_SPREAD: f64 = 0.1;
@@ -43,9 +43,9 @@ pub(super) struct ModelBall {
     left_out: Vec<String>,
     contact_s: Option<f64>,
     /// World and parameters of a roll-out.
-    whole: (World, Vec<f64>),
+    rollout_model: (World, Vec<f64>),
     /// World and parameters of single steps, without contact durations.
-    step: (World, Vec<f64>),
+    step_model: (World, Vec<f64>),
 }
 
 impl ModelBall {
@@ -57,26 +57,28 @@ impl ModelBall {
         if !(step_s > 0.0 && step_s.is_finite()) {
             return Err(EngineError::Step { step_s });
         }
-        if let Some((kind, what)) = model.effects.iter().find_map(|b| hidden(b, axes)) {
+        if let Some((kind, what)) = model.effects.iter().find_map(|b| unobserved_quantity(b, axes)) {
             return Err(EngineError::Hidden { kind: kind.to_owned(), what });
         }
-        let world = |keep: &dyn Fn(&EffectBlock) -> bool| {
-            let effects = model.effects.iter().filter(|b| moves(b) && keep(b)).cloned().collect();
+        let world_with = |keep: &dyn Fn(&EffectBlock) -> bool| {
+            let effects =
+                model.effects.iter().filter(|b| is_deterministic_motion(b) && keep(b)).cloned().collect();
             Model { effects, ..model.clone() }.world(axes)
         };
-        let lasts = |b: &&EffectBlock| b.kind == CONTACT_KIND;
-        let contact = model.effects.iter().find(lasts).and_then(|b| b.parameters.first());
-        let offset = model.effects.iter().find(|b| b.kind == OFFSET_KIND).and_then(|b| b.parameters.first());
-        let takes_part = |b: &EffectBlock| moves(b) || b.kind == OFFSET_KIND;
+        let is_contact = |b: &&EffectBlock| b.kind == CONTACT_KIND;
+        let contact = model.effects.iter().find(is_contact).and_then(|b| b.parameters.first());
+        let offset =
+            model.effects.iter().find(|b| b.kind == HEIGHT_OFFSET_KIND).and_then(|b| b.parameters.first());
+        let is_simulated = |b: &EffectBlock| is_deterministic_motion(b) || b.kind == HEIGHT_OFFSET_KIND;
         Ok(ModelBall {
             step_s,
             axes,
             ground_m: offset.map_or(0.0, |b| b.nominal),
             expected: Expected { gravity_m_s2: model.expected().gravity_m_s2, ..Expected::default() },
-            left_out: model.effects.iter().filter(|b| !takes_part(b)).map(|b| b.kind.clone()).collect(),
+            left_out: model.effects.iter().filter(|b| !is_simulated(b)).map(|b| b.kind.clone()).collect(),
             contact_s: contact.map(|tau| tau.nominal),
-            whole: world(&|_| true),
-            step: world(&|b| b.kind != CONTACT_KIND),
+            rollout_model: world_with(&|_| true),
+            step_model: world_with(&|b| b.kind != CONTACT_KIND),
         })
     }
 }
@@ -87,7 +89,7 @@ impl ModelBall {
     fn may_bounce(&self, state: &[f64]) -> bool {
         let axes = self.axes.indices();
         let Some(up) = axes.iter().position(|&a| a == UP) else { return true };
-        let (_, parameters) = &self.step;
+        let (_, parameters) = &self.step_model;
         let height = state[up] - self.ground_m - parameters[FLOOR];
         let falls = self.step_s * (0.5 * parameters[GRAVITY] * self.step_s - state[axes.len() + up]);
         height < 2.0 * falls
@@ -144,12 +146,12 @@ impl Motion for ModelBall {
     }
 
     fn ground_m(&self) -> Option<f64> {
-        let (_, parameters) = &self.step;
+        let (_, parameters) = &self.step_model;
         matches!(self.axes, Axes::Vertical).then(|| self.ground_m + parameters[FLOOR])
     }
 
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
-        let (world, parameters) = &self.step;
+        let (world, parameters) = &self.step_model;
         next.copy_from_slice(&self.run((world, parameters), state, &[self.step_s]));
     }
 
@@ -162,7 +164,7 @@ impl Motion for ModelBall {
             changes.fill(0.0);
             return;
         }
-        let (world, parameters) = &self.step;
+        let (world, parameters) = &self.step_model;
         let [above, below] = [1.0, -1.0].map(|side| {
             let mut moved = parameters.clone();
             moved[RESTITUTION] += side * RESTITUTION_STEP;
@@ -175,7 +177,7 @@ impl Motion for ModelBall {
 
     fn rollout(&self, start: &[f64], _: &[f64], time: usize) -> Vec<f64> {
         let times: Vec<f64> = (0..time).map(|t| t as f64 * self.step_s).collect();
-        let (world, parameters) = &self.whole;
+        let (world, parameters) = &self.rollout_model;
         let mut out = self.run((world, parameters), start, &times);
         // The first row is the measured state, also where that is below the ground.
         out[..start.len()].copy_from_slice(start);
@@ -192,7 +194,7 @@ impl Motion for ModelBall {
 }
 
 /// Whether an effect changes the motion deterministically.
-fn moves(block: &EffectBlock) -> bool {
+fn is_deterministic_motion(block: &EffectBlock) -> bool {
     block.kind != SCATTER_KIND && location(block) != Some(Location::Sensor)
 }
 
@@ -204,8 +206,8 @@ fn location(block: &EffectBlock) -> Option<Location> {
 }
 
 /// Kind of an effect that depends on more than the states along these axes, and that quantity.
-fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
-    if !moves(block) {
+fn unobserved_quantity(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
+    if !is_deterministic_motion(block) {
         return None;
     }
     let what = match &block.table {
@@ -247,7 +249,7 @@ mod tests {
     use augsim_physics::ball::bullet::BulletBall;
 
     /// Change of the step from `state` when the restitution increases by its unit.
-    fn moved(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
+    fn unit_difference(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
         let [mut less, mut more] = [[0.0; 2]; 2];
         step(0.5, &mut less);
         step(0.5 + RESTITUTION_SPREAD, &mut more);
@@ -255,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn both_balls_know_what_their_restitution_changes() {
+    fn restitution_sensitivities_match_finite_differences() {
         let step_s = 1.0 / 60.0;
         let text = |restitution: f64| {
             format!(
@@ -270,25 +272,29 @@ mod tests {
         let bullet = |restitution: f64| BulletBall { restitution, ..BulletBall::default() };
         // In the air, about to touch, a little below the ground, at rest on it.
         for state in [[2.0, -3.0], [0.05, -6.0], [-0.02, -8.0], [0.0, 0.0]] {
-            let by_bullet = moved(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
-            let by_model = moved(&|e, next| exact(e).step(&state, &[], &[], next));
-            let (mut told_bullet, mut told_model) = ([0.0; 2], [0.0; 2]);
-            bullet(0.5).own_changes(&state, &[], &[], &mut told_bullet);
-            exact(0.5).own_changes(&state, &[], &[], &mut told_model);
+            let bullet_difference =
+                unit_difference(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
+            let model_difference = unit_difference(&|e, next| exact(e).step(&state, &[], &[], next));
+            let (mut bullet_changes, mut model_changes) = ([0.0; 2], [0.0; 2]);
+            bullet(0.5).own_changes(&state, &[], &[], &mut bullet_changes);
+            exact(0.5).own_changes(&state, &[], &[], &mut model_changes);
             for j in 0..2 {
                 assert!(
-                    (told_bullet[j] - by_bullet[j]).abs() < 1e-12,
-                    "{state:?}: {told_bullet:?} {by_bullet:?}"
+                    (bullet_changes[j] - bullet_difference[j]).abs() < 1e-12,
+                    "{state:?}: {bullet_changes:?} {bullet_difference:?}"
                 );
                 // Gravity acts after the bounce for a time that does not depend on the restitution, so the
                 // step is linear.
-                assert!((told_model[j] - by_model[j]).abs() < 1e-9, "{state:?}: {told_model:?} {by_model:?}");
+                assert!(
+                    (model_changes[j] - model_difference[j]).abs() < 1e-9,
+                    "{state:?}: {model_changes:?} {model_difference:?}"
+                );
             }
             let is_in_the_air = state[0] > 1.0;
             assert_eq!(
-                told_model == [0.0; 2],
+                model_changes == [0.0; 2],
                 is_in_the_air || state == [0.0; 2],
-                "{state:?}: {told_model:?}"
+                "{state:?}: {model_changes:?}"
             );
         }
     }

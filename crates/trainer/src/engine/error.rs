@@ -6,15 +6,15 @@ use augsim_physics::model::ModelError;
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// The step is not positive or not finite.
-    #[error("a step of {step_s} s must be a positive number")]
+    #[error("the time step is {step_s} s; it must be a positive finite number: check the times of the data")]
     Step {
         /// The step; NaN where none is given.
         step_s: f64,
     },
     /// An effect depends on a quantity that is not among the states.
     #[error(
-        "effect `{kind}` depends on {what}, which the states of the data do not tell; take it out of the model file, or \
-         find a model without it (`discover`)"
+        "effect `{kind}` depends on {what}, which is not among the states of the data; remove the effect from the \
+         model file, or search for a model without it (`discover`)"
     )]
     Hidden {
         /// Kind of the effect.
@@ -23,7 +23,7 @@ pub enum EngineError {
         what: &'static str,
     },
     /// A model of pushing was given where one of a ball is needed.
-    #[error("the model is one of pushing, but the run is one of throws; give the model of a ball")]
+    #[error("the model file describes pushing, but the run needs a thrown ball: give the model of a ball")]
     NotThrown,
     /// The text is no model of equations, or one that cannot be compiled.
     #[error(transparent)]

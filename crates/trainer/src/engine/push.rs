@@ -13,7 +13,7 @@ use augsim_physics::push::{
 };
 
 /// Maximum travel of the rod in a simulation step, m.
-const TRAVEL_M: f64 = 1e-3;
+const MAX_TRAVEL_M: f64 = 1e-3;
 
 /// The object and the rod of a model file, with any outline.
 #[derive(Debug, Clone)]
@@ -65,8 +65,8 @@ impl ModelPush {
         let (x, y, t) = (column(0), column(1), column(2));
         let first = Pose::new(start[0], start[1], start[2]);
         let mut run = Run::default();
-        let done = Recorded::new(&t, &x, &y).is_some_and(|path| {
-            let steps = Steps { travel_m: TRAVEL_M, ..Steps::default() };
+        let is_simulated = Recorded::new(&t, &x, &y).is_some_and(|path| {
+            let steps = Steps { travel_m: MAX_TRAVEL_M, ..Steps::default() };
             let push = Push {
                 world: &self.world,
                 parameters: &self.parameters,
@@ -77,7 +77,7 @@ impl ModelPush {
             };
             simulate(&push, &t, &mut run).is_ok()
         });
-        if done {
+        if is_simulated {
             return run.poses.into_iter().zip(run.instants).collect();
         }
         // The rod starts deep inside the object: simulating one straight interval at a time resolves any
@@ -125,7 +125,7 @@ fn step_by_step(
     let mut stepper = augsim_physics::push::Stepper::new(
         world,
         parameters,
-        Steps { travel_m: TRAVEL_M, ..Steps::default() },
+        Steps { travel_m: MAX_TRAVEL_M, ..Steps::default() },
     );
     let rows: Vec<&[f64]> = actions.chunks_exact(3).collect();
     let mut out = Vec::with_capacity(rows.len());

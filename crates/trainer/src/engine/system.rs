@@ -14,15 +14,15 @@ use std::sync::Arc;
 /// Sensor effects are no part of the state, and random effects are left for the net to learn: both are
 /// ignored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Declared", into = "Declared")]
+#[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct SystemEngine {
-    declared: Declared,
+    serialised: SerialisedEngine,
     motion: Arc<dyn Motion>,
 }
 
 /// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Declared {
+struct SerialisedEngine {
     /// Seconds from one sample to the next; absent where the actions include the time.
     step_s: Option<f64>,
     /// Text of the model file.
@@ -44,12 +44,12 @@ impl SystemEngine {
             ),
             ModelFile::Push(model) => (model.to_toml(), Arc::new(ModelPush::new(model))),
         };
-        Ok(SystemEngine { declared: Declared { step_s: motion.step_s(), model }, motion })
+        Ok(SystemEngine { serialised: SerialisedEngine { step_s: motion.step_s(), model }, motion })
     }
 
     /// Text of the model file.
     pub fn model(&self) -> &str {
-        &self.declared.model
+        &self.serialised.model
     }
 
     pub(super) fn motion(&self) -> &dyn Motion {
@@ -59,20 +59,20 @@ impl SystemEngine {
 
 impl PartialEq for SystemEngine {
     fn eq(&self, other: &Self) -> bool {
-        self.declared == other.declared
+        self.serialised == other.serialised
     }
 }
 
-impl TryFrom<Declared> for SystemEngine {
+impl TryFrom<SerialisedEngine> for SystemEngine {
     type Error = EngineError;
-    fn try_from(declared: Declared) -> Result<Self, EngineError> {
-        let file = ModelFile::parse(&declared.model, "model of the run").map_err(Box::new)?;
-        Self::new(&file, declared.step_s)
+    fn try_from(serialised: SerialisedEngine) -> Result<Self, EngineError> {
+        let file = ModelFile::parse(&serialised.model, "model of the run").map_err(Box::new)?;
+        Self::new(&file, serialised.step_s)
     }
 }
 
-impl From<SystemEngine> for Declared {
+impl From<SystemEngine> for SerialisedEngine {
     fn from(engine: SystemEngine) -> Self {
-        engine.declared
+        engine.serialised
     }
 }

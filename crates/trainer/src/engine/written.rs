@@ -19,9 +19,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Name of the last action column: equations may depend on the time.
-const CLOCK: &str = "t_s";
+const TIME_COLUMN: &str = "t_s";
 /// Maximum number of halvings of a correction that would cross an event; then it is dropped.
-const HALVINGS: usize = 12;
+const MAX_HALVINGS: usize = 12;
 
 /// A system of equations at the nominal values of its parameters.
 /// Configurations and checkpoints hold the file's text and the numerical settings chosen from data.
@@ -29,15 +29,15 @@ const HALVINGS: usize = 12;
 /// States are those of the model. Actions are the inputs at the samples (already delayed where a delay is
 /// declared), the second derivatives of spline inputs, and the time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Declared", into = "Declared")]
+#[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct WrittenEngine {
-    declared: Declared,
+    serialised: SerialisedEngine,
     motion: Arc<WrittenMotion>,
 }
 
 /// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Declared {
+struct SerialisedEngine {
     /// Seconds from one sample to the next.
     step_s: f64,
     /// Integration steps from one sample to the next.
@@ -60,7 +60,7 @@ impl WrittenEngine {
     /// # Errors
     /// [`EngineError`] if the step is not positive, or the model cannot be serialised or compiled.
     pub fn new(system: &WrittenSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
-        Self::try_from(Declared {
+        Self::try_from(SerialisedEngine {
             step_s,
             substeps: system.options().substeps,
             implicit: system.is_implicit(),
@@ -72,7 +72,7 @@ impl WrittenEngine {
 
     /// Text of the model file.
     pub fn model(&self) -> &str {
-        &self.declared.model
+        &self.serialised.model
     }
 
     /// The model, with the engine's integration steps and smoothing widths.
@@ -87,12 +87,12 @@ impl WrittenEngine {
 
     /// Seconds from one sample to the next.
     pub fn step_s(&self) -> f64 {
-        self.declared.step_s
+        self.serialised.step_s
     }
 
     /// Standard deviation of the measurement noise of each output, in its unit.
     pub fn sensor_sd(&self) -> &[f64] {
-        &self.declared.sensor_sd
+        &self.serialised.sensor_sd
     }
 
     /// Outputs without noise `[row, O]` at states `[row, S]` and actions `[row, A]` of the same samples.
@@ -108,31 +108,31 @@ impl WrittenEngine {
 
 impl PartialEq for WrittenEngine {
     fn eq(&self, other: &Self) -> bool {
-        self.declared == other.declared
+        self.serialised == other.serialised
     }
 }
 
-impl TryFrom<Declared> for WrittenEngine {
+impl TryFrom<SerialisedEngine> for WrittenEngine {
     type Error = EngineError;
-    fn try_from(declared: Declared) -> Result<Self, EngineError> {
-        let step_s = declared.step_s;
+    fn try_from(serialised: SerialisedEngine) -> Result<Self, EngineError> {
+        let step_s = serialised.step_s;
         if !(step_s > 0.0 && step_s.is_finite()) {
             return Err(EngineError::Step { step_s });
         }
         let mut model =
-            augsim_written::model::parse(&declared.model, "model of the run").map_err(Box::new)?;
-        model.numerics.substeps = Some(declared.substeps.max(1));
-        model.numerics.widths.clone_from(&declared.widths);
+            augsim_written::model::parse(&serialised.model, "model of the run").map_err(Box::new)?;
+        model.numerics.substeps = Some(serialised.substeps.max(1));
+        model.numerics.widths.clone_from(&serialised.widths);
         model.numerics.integrator =
-            if declared.implicit { Integrator::Implicit } else { Integrator::Explicit };
+            if serialised.implicit { Integrator::Implicit } else { Integrator::Explicit };
         let motion = WrittenMotion::new(&model, step_s)?;
-        Ok(WrittenEngine { declared, motion: Arc::new(motion) })
+        Ok(WrittenEngine { serialised, motion: Arc::new(motion) })
     }
 }
 
-impl From<WrittenEngine> for Declared {
+impl From<WrittenEngine> for SerialisedEngine {
     fn from(engine: WrittenEngine) -> Self {
-        engine.declared
+        engine.serialised
     }
 }
 
@@ -148,7 +148,7 @@ pub(crate) struct WrittenMotion {
     /// Indices of the states whose rates are corrected.
     corrected: Vec<usize>,
     /// States driven by a corrected one: (state, index in `corrected`, rate per unit of that state).
-    runs_by: Vec<(usize, usize, f64)>,
+    driven: Vec<(usize, usize, f64)>,
     /// Period of each periodic state.
     periods: Vec<Option<f64>>,
 }
@@ -161,12 +161,12 @@ impl WrittenMotion {
         let mut parameters = model.nominals();
         // The inputs in the actions are delayed already, so the simulation must not delay them again.
         model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| parameters[delay] = 0.0);
-        let (corrected, runs_by) = corrected(model, &system, &parameters);
+        let (corrected, driven) = corrected(model, &system, &parameters);
         let columns = model.states.iter().map(|s| s.name.clone()).collect();
         let inputs = model.inputs.iter().map(|i| i.name.clone());
         let splines =
             model.inputs.iter().filter(|i| is_spline(i)).map(|i| format!("curvature of {}", i.name));
-        let action_columns = inputs.chain(splines).chain([CLOCK.to_owned()]).collect();
+        let action_columns = inputs.chain(splines).chain([TIME_COLUMN.to_owned()]).collect();
         let periods = (0..model.states.len()).map(|state| period(model, state)).collect();
         Ok(WrittenMotion {
             system,
@@ -176,7 +176,7 @@ impl WrittenMotion {
             action_columns,
             step_s,
             corrected,
-            runs_by,
+            driven,
             periods,
         })
     }
@@ -203,7 +203,7 @@ impl WrittenMotion {
     }
 
     /// Index of the time among the actions.
-    fn clock(&self) -> usize {
+    fn time_index(&self) -> usize {
         self.action_columns.len() - 1
     }
 
@@ -218,12 +218,12 @@ impl WrittenMotion {
         let (s, a) = (self.columns.len(), self.action_columns.len());
         let mut records: Vec<Option<Record>> = Vec::new();
         let mut record_of = Vec::with_capacity(states.len() / s);
-        let mut last: Option<(&[f64], &[f64])> = None;
+        let mut previous: Option<(&[f64], &[f64])> = None;
         for (from, to) in from.chunks_exact(a).zip(to.chunks_exact(a)) {
             // The samples of one forecast are many rows with the same actions, which share a record.
-            if last != Some((from, to)) {
+            if previous != Some((from, to)) {
                 records.push(self.interval(from, to));
-                last = Some((from, to));
+                previous = Some((from, to));
             }
             record_of.push(records.len() - 1);
         }
@@ -237,16 +237,16 @@ impl WrittenMotion {
                 rows.push(row);
             }
         }
-        for (row, done) in rows.into_iter().zip(self.system.simulate(&windows, &[], &self.options)) {
-            if let Ok(done) = done {
-                next[row * s..(row + 1) * s].copy_from_slice(&done.end);
+        for (row, simulated) in rows.into_iter().zip(self.system.simulate(&windows, &[], &self.options)) {
+            if let Ok(simulated) = simulated {
+                next[row * s..(row + 1) * s].copy_from_slice(&simulated.end);
             }
         }
     }
 
     /// The inputs over one sample interval; `None` where its times do not increase.
     fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
-        let times = [from[self.clock()], to[self.clock()]];
+        let times = [from[self.time_index()], to[self.time_index()]];
         let mut curvature = self.inputs();
         let signal = |(k, input): (usize, &Input)| {
             let values = [from[k], to[k]];
@@ -272,15 +272,15 @@ impl WrittenMotion {
     /// shortened: the event then occurs in the next interval. `actions` are those at the end of the
     /// interval.
     pub fn correct(&self, predicted: &[f64], actions: &[f64], rates: &[f64], out: &mut [f64]) {
-        self.shifted(predicted, rates, 1.0, out);
+        self.apply_share(predicted, rates, 1.0, out);
         let events = &self.system.model().events;
         if events.is_empty() {
             return;
         }
-        let at = |state: &[f64]| self.system.conditions_at([self.point(state, actions)]);
-        let before = at(predicted);
-        let passes = |state: &[f64]| {
-            let after = at(state);
+        let conditions_at = |state: &[f64]| self.system.conditions_at([self.point(state, actions)]);
+        let before = conditions_at(predicted);
+        let crosses_event = |state: &[f64]| {
+            let after = conditions_at(state);
             events.iter().zip(before.iter().zip(&after)).any(|(event, (before, after))| {
                 let (rises, falls) = (*before <= 0.0 && *after > 0.0, *before >= 0.0 && *after < 0.0);
                 match event.direction {
@@ -291,24 +291,24 @@ impl WrittenMotion {
             })
         };
         let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            if !passes(out) {
+        for _ in 0..MAX_HALVINGS {
+            if !crosses_event(out) {
                 return;
             }
             share *= 0.5;
-            self.shifted(predicted, rates, share, out);
+            self.apply_share(predicted, rates, share, out);
         }
         out.copy_from_slice(predicted);
     }
 
     /// Adds `share` of the corrections over an interval, by (1), within the state bounds.
-    fn shifted(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
+    fn apply_share(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
         let h = self.step_s;
         out.copy_from_slice(predicted);
         for (rate, &state) in rates.iter().zip(&self.corrected) {
             out[state] += share * h * rate;
         }
-        for &(state, by, slope) in &self.runs_by {
+        for &(state, by, slope) in &self.driven {
             out[state] += share * 0.5 * h * h * slope * rates[by];
         }
         for (x, state) in out.iter_mut().zip(&self.system.model().states) {
@@ -317,7 +317,7 @@ impl WrittenMotion {
     }
 
     fn point<'p>(&'p self, state: &'p [f64], actions: &'p [f64]) -> Point<'p> {
-        let (inputs, time) = (&actions[..self.inputs()], actions[self.clock()]);
+        let (inputs, time) = (&actions[..self.inputs()], actions[self.time_index()]);
         Point { state, inputs, parameters: &self.parameters, time }
     }
 }
@@ -347,23 +347,23 @@ fn is_spline(input: &Input) -> bool {
 
 /// States whose rates are force or flow equations, and the states driven by them.
 fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
-    let declared = model.declared_states();
+    let declared_count = model.declared_states();
     let kinematic = kinematic(model);
-    let corrected: Vec<usize> = (0..declared).filter(|s| !kinematic.contains(s)).collect();
+    let corrected: Vec<usize> = (0..declared_count).filter(|s| !kinematic.contains(s)).collect();
     // The rate of a driven state is proportional to a velocity, so its derivative is the same everywhere.
     let (n, zeros) = (model.states.len(), vec![0.0; model.states.len()]);
     let inputs = vec![0.0; model.inputs.len()];
     let slopes = system.linearise(&Point { state: &zeros, inputs: &inputs, parameters, time: 0.0 }).by_state;
-    let mut runs_by = Vec::new();
-    for state in (0..declared).filter(|s| !corrected.contains(s)) {
+    let mut driven = Vec::new();
+    for state in (0..declared_count).filter(|s| !corrected.contains(s)) {
         for (place, &by) in corrected.iter().enumerate() {
             let slope = slopes[state * n + by];
             if slope != 0.0 && slope.is_finite() {
-                runs_by.push((state, place, slope));
+                driven.push((state, place, slope));
             }
         }
     }
-    (corrected, runs_by)
+    (corrected, driven)
 }
 
 /// States whose rates are no force or flow equations: those proportional to another state.
@@ -414,9 +414,9 @@ mod tests {
     const OSCILLATOR: &str = "v_m_s = \"-k_per_s2 * x_m\"\nx_m = \"v_m_s\"\n";
 
     #[test]
-    fn the_speed_of_an_oscillator_is_corrected_and_its_position_follows() {
+    fn corrections_change_the_velocity_and_the_position_follows() {
         let motion = motion(OSCILLATOR, "");
-        assert_eq!((&motion.corrected[..], &motion.runs_by[..]), (&[1][..], &[(0, 0, 1.0)][..]));
+        assert_eq!((&motion.corrected[..], &motion.driven[..]), (&[1][..], &[(0, 0, 1.0)][..]));
         let (predicted, mut after, mut rates) = ([0.2, 0.5], [0.0; 2], [0.0]);
         motion.correct(&predicted, &[0.0], &[3.0], &mut after);
         assert!((after[0] - 0.215).abs() < 1e-15 && (after[1] - 0.8).abs() < 1e-15, "{after:?}");
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_correction_that_would_pass_an_event_is_cut_short() {
+    fn corrections_are_shortened_before_an_event() {
         let events = "[[events]]\nname = \"stop\"\nwhen = \"x_m - 0.3\"\ndirection = \"rising\"\nset = { v_m_s = \"-v_m_s\" }\n";
         let motion = motion(OSCILLATOR, events);
         let mut after = [0.0; 2];

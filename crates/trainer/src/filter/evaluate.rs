@@ -38,7 +38,9 @@ pub fn evaluate_filtered(
         .map(|k| {
             let tallies: Vec<_> = scores.iter().filter_map(|forecasts| forecasts.get(k).cloned()).collect();
             match tallies.is_empty() {
-                true => Err(TrainerError::NoTrajectories { what: "the test set, behind the prefix," }),
+                true => Err(TrainerError::NoTrajectories {
+                    what: "the part of the test set that is longer than the prefix",
+                }),
                 false => Ok(FilteredScore::from_tallies(&tallies)),
             }
         })

@@ -40,7 +40,7 @@ impl PrefixForecaster for Kept {
         let cached = self.forecasts_by_prefix.get(prefix.index as usize);
         let lookup = |n: &usize| {
             let forecast = cached.and_then(|cached| cached.iter().find(|(seen, _)| seen == n));
-            let rule = "no forecast behind so many rows was kept";
+            let rule = "no forecast after this number of rows is in the cache";
             forecast.map(|(_, samples)| samples.clone()).ok_or(TrainerError::Setting {
                 key: "seen",
                 value: n.to_string(),

@@ -184,7 +184,7 @@ impl ForecastCorrection {
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
         if train.items.len() < FOLDS {
-            return Err(TrainerError::NoTrajectories { what: "the training set, in each of five parts," });
+            return Err(TrainerError::NoTrajectories { what: "one of the five cross-validation folds" });
         }
         let s = train.state_dim();
         let summarise = |index: usize, n: usize, samples: Samples| (index, Summary::new(&samples, n));

@@ -66,7 +66,9 @@ impl OwnLaws {
                 })
                 .collect();
             if fits.is_empty() {
-                return Err(TrainerError::NoTrajectories { what: "the training set, where each is fitted," });
+                return Err(TrainerError::NoTrajectories {
+                    what: "the part of the training set whose trajectories can be fitted",
+                });
             }
             let count = fits.len() as f64;
             for (k, &index) in indices.iter().enumerate() {

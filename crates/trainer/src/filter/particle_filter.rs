@@ -270,7 +270,7 @@ impl<'m> Filter<'m> {
     /// end before the horizon.
     pub fn forecast(&mut self, horizon: usize, samples: usize) -> Result<&Samples, TrainerError> {
         if self.seen() == 0 {
-            return Err(TrainerError::NoTrajectories { what: "the prefix" });
+            return Err(TrainerError::NoTrajectories { what: "the observed prefix" });
         }
         let (last_row, s) = (self.seen() + horizon, self.model.state_dim());
         if self.width > 0 && last_row * self.width > self.actions.len() {

@@ -20,7 +20,7 @@ impl Sensor {
     pub fn new(sd: Vec<Option<f64>>) -> Result<Self, TrainerError> {
         let refuse = |value: String, rule| Err(TrainerError::Setting { key: "sensor", value, rule });
         if sd.iter().all(Option::is_none) {
-            return refuse("no column".to_owned(), "at least one state column must be seen");
+            return refuse("no column".to_owned(), "at least one state column must be observed");
         }
         if let Some(invalid) = sd.iter().flatten().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
             return refuse(invalid.to_string(), "a standard deviation must be 0 or more");

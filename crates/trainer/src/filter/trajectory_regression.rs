@@ -102,7 +102,9 @@ impl Remembered {
             return Err(TrainerError::TooShort { id: other.id.clone(), samples: other.time });
         }
         if train.items.len() < 4 * VALIDATION_STRIDE || lengths.iter().any(|n| *n == 0 || *n >= time) {
-            return Err(TrainerError::NoTrajectories { what: "the training set, behind the prefix," });
+            return Err(TrainerError::NoTrajectories {
+                what: "the training set (32 trajectories longer than every prefix are needed)",
+            });
         }
         let (n, s) = (train.items.len() as f64, sd.len());
         let mut mean = vec![0.0; time * s];
@@ -179,7 +181,7 @@ fn kernel_mean(
 impl Conditional {
     /// Fits to curves in units of the measurement noise, of which the first `cut` values are observed.
     fn fit(curves: &[Vec<f64>], observed_values: usize) -> Result<Self, TrainerError> {
-        let refuse = || TrainerError::NoTrajectories { what: "the part of the training set that varies" };
+        let refuse = || TrainerError::NoTrajectories { what: "the varying part of the training set" };
         let validation: Vec<&Vec<f64>> = curves.iter().step_by(VALIDATION_STRIDE).collect();
         let fitted: Vec<&Vec<f64>> =
             curves.iter().enumerate().filter(|(i, _)| i % VALIDATION_STRIDE != 0).map(|(_, c)| c).collect();
@@ -283,7 +285,7 @@ impl PrefixForecaster for Remembered {
         let s = self.sd.len();
         let forecast_after = |&n: &usize| {
             let Some(law) = self.conditionals.get(&n).filter(|_| prefix.time * s == self.mean.len()) else {
-                let rule = "the model was fitted to prefixes of other lengths";
+                let rule = "the model was not fitted to this number of rows; fit it again with this length";
                 return Err(TrainerError::Setting { key: "seen", value: n.to_string(), rule });
             };
             let rows = prefix.rows[..n * s].iter().zip(&self.mean).enumerate();

@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Indices of the fitted parameters in the model.
-const FITTED: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
+const FITTED_INDICES: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
 /// Settings of the fit, in logarithms of the parameters.
-const DESCENT: Descent = Descent { nudge: 1e-3, reach: 0.3, iterations: 20 };
+const FIT: Descent = Descent { nudge: 1e-3, reach: 0.3, iterations: 20 };
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,7 +43,7 @@ pub struct Calibration {
 
 fn with(model: &PushModel, logs: &[f64]) -> PushModel {
     let mut model = model.clone();
-    FITTED.iter().zip(logs).for_each(|(place, log)| model.parameters[*place].nominal = log.exp());
+    FITTED_INDICES.iter().zip(logs).for_each(|(index, log)| model.parameters[*index].nominal = log.exp());
     model
 }
 
@@ -60,19 +60,19 @@ fn residuals(engine: &ModelPush, weight_m: f64, q: &Sequence) -> Block {
 /// [`TrainerError::NoTrajectories`] if there are no pushes.
 pub fn calibrate(model: &PushModel, pushes: &Sequences) -> Result<Calibration, TrainerError> {
     if pushes.items.is_empty() {
-        return Err(TrainerError::NoTrajectories { what: "the set to calibrate on" });
+        return Err(TrainerError::NoTrajectories { what: "the calibration set" });
     }
-    let nominal = FITTED.map(|place| model.parameters[place].nominal);
+    let nominal = FITTED_INDICES.map(|index| model.parameters[index].nominal);
     let weight_m = nominal[0];
-    let all = |logs: &[f64]| -> Vec<Block> {
+    let all_residuals = |logs: &[f64]| -> Vec<Block> {
         let engine = ModelPush::new(&with(model, logs));
         pushes.items.par_iter().map(|q| residuals(&engine, weight_m, q)).collect()
     };
-    let found = DESCENT.run(nominal.map(f64::ln).to_vec(), &all);
-    let logs = [found.values[0], found.values[1], found.values[2]];
-    let sd = sandwich(&found.normal, pushes).unwrap_or([f64::INFINITY; 3]);
+    let fit = FIT.run(nominal.map(f64::ln).to_vec(), &all_residuals);
+    let logs = [fit.values[0], fit.values[1], fit.values[2]];
+    let sd = sandwich(&fit.normal, pushes).unwrap_or([f64::INFINITY; 3]);
     let estimates = (0..3).map(|k| Estimate {
-        name: model.parameters[FITTED[k]].name.clone(),
+        name: model.parameters[FITTED_INDICES[k]].name.clone(),
         nominal: nominal[k],
         value: logs[k].exp(),
         ci95: [-1.96, 1.96].map(|z| (logs[k] + z * sd[k]).exp()),
@@ -92,8 +92,8 @@ fn sandwich(normal: &Normal, pushes: &Sequences) -> Option<[f64; 3]> {
     let count = clusters.len() as f64;
     let correction = if count > 1.0 { count / (count - 1.0) } else { return None };
     let variance = |k: usize| {
-        let along = |g: &[f64; 3]| (0..3).map(|b| inverse[k][b] * g[b]).sum::<f64>().powi(2);
-        clusters.values().map(along).sum::<f64>() * correction
+        let projected = |g: &[f64; 3]| (0..3).map(|b| inverse[k][b] * g[b]).sum::<f64>().powi(2);
+        clusters.values().map(projected).sum::<f64>() * correction
     };
     Some([0, 1, 2].map(|k| variance(k).sqrt()))
 }

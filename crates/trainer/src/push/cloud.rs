@@ -9,27 +9,28 @@ use rayon::prelude::*;
 /// It is insensitive to a shift (half a standard deviation increases it by 10 %) and not zero for two
 /// samples of one distribution: compare it with that floor, at equal numbers of points.
 pub fn chamfer(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    let one = |from: &[[f64; 2]], to: &[[f64; 2]]| {
-        let nearest = |p: &[f64; 2]| to.iter().map(|q| square(p, q)).fold(f64::INFINITY, f64::min).sqrt();
-        let all: Vec<f64> = from.par_iter().map(nearest).collect();
-        all.iter().sum::<f64>() / from.len() as f64
+    let mean_nearest_distance = |from: &[[f64; 2]], to: &[[f64; 2]]| {
+        let nearest =
+            |p: &[f64; 2]| to.iter().map(|q| squared_distance(p, q)).fold(f64::INFINITY, f64::min).sqrt();
+        let distances: Vec<f64> = from.par_iter().map(nearest).collect();
+        distances.iter().sum::<f64>() / from.len() as f64
     };
-    one(a, b) + one(b, a)
+    mean_nearest_distance(a, b) + mean_nearest_distance(b, a)
 }
 
 /// Energy distance 2 E|X - Y| - E|X - X'| - E|Y - Y'| (Székely and Rizzo 2013), in the points' unit.
 /// Each mean is over distinct pairs, so that two samples of one distribution give 0 on average.
 pub fn energy(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    let sum = |x: &[[f64; 2]], y: &[[f64; 2]]| {
-        let of = |p: &[f64; 2]| y.iter().map(|q| square(p, q).sqrt()).sum::<f64>();
-        let all: Vec<f64> = x.par_iter().map(of).collect();
-        all.iter().sum::<f64>()
+    let total = |x: &[[f64; 2]], y: &[[f64; 2]]| {
+        let distance_sum = |p: &[f64; 2]| y.iter().map(|q| squared_distance(p, q).sqrt()).sum::<f64>();
+        let sums: Vec<f64> = x.par_iter().map(distance_sum).collect();
+        sums.iter().sum::<f64>()
     };
     let (m, n) = (a.len() as f64, b.len() as f64);
-    2.0 * sum(a, b) / (m * n) - sum(a, a) / (m * (m - 1.0)) - sum(b, b) / (n * (n - 1.0))
+    2.0 * total(a, b) / (m * n) - total(a, a) / (m * (m - 1.0)) - total(b, b) / (n * (n - 1.0))
 }
 
-fn square(p: &[f64; 2], q: &[f64; 2]) -> f64 {
+fn squared_distance(p: &[f64; 2], q: &[f64; 2]) -> f64 {
     (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)
 }
 

@@ -38,8 +38,8 @@ impl Thinning {
 /// # Errors
 /// [`TrainerError`] if a column of push data or a value is missing, or a push is too short.
 pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, TrainerError> {
-    let mut all = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
-    for q in &mut all.items {
+    let mut sequences = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
+    for q in &mut sequences.items {
         let duration = q.action(q.time - 1)[2] - q.action(0)[2];
         let stride = thinning.stride(q.time, duration);
         *q = part(q, 0, (q.time - 1) / stride + 1, stride, q.id.clone());
@@ -47,18 +47,18 @@ pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, Traine
             return Err(TrainerError::TooShort { id: q.id.clone(), samples: q.time });
         }
     }
-    Ok(all)
+    Ok(sequences)
 }
 
 /// Windows of `samples` samples that begin every `every` samples, of each long enough trajectory.
 /// They are named `trajectory@sample`.
-pub fn windows(all: &Sequences, samples: usize, every: usize) -> Sequences {
+pub fn windows(sequences: &Sequences, samples: usize, every: usize) -> Sequences {
     let cut = |q: &Sequence| -> Vec<Sequence> {
         let last = (q.time + 1).saturating_sub(samples);
         (0..last).step_by(every.max(1)).map(|t| part(q, t, samples, 1, format!("{}@{t}", q.id))).collect()
     };
-    let items = all.items.iter().flat_map(cut).collect();
-    Sequences { columns: all.columns.clone(), action_columns: all.action_columns.clone(), items }
+    let items = sequences.items.iter().flat_map(cut).collect();
+    Sequences { columns: sequences.columns.clone(), action_columns: sequences.action_columns.clone(), items }
 }
 
 fn part(q: &Sequence, first: usize, time: usize, stride: usize, id: String) -> Sequence {

@@ -20,10 +20,10 @@ pub(crate) struct Corrector<'a> {
     runner: StepRunner,
     latents: Vec<f32>,
     /// Shrinkage factors of each lane, which multiply those of the units.
-    trust: Vec<Trust>,
+    shrinkage: Vec<Trust>,
     units: Units<'a>,
     /// Autoregressive noise z of (1), `[D, lane]`; empty before the first interval.
-    wandering: Vec<f64>,
+    noise_state: Vec<f64>,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -32,12 +32,12 @@ impl<'a> Corrector<'a> {
     pub fn new(
         (net, params): (&Stepwise, &Params<f32>),
         latents: Vec<f32>,
-        trust: Vec<Trust>,
+        shrinkage: Vec<Trust>,
         units: Units<'a>,
         rng: Xoshiro256PlusPlus,
     ) -> Self {
-        let runner = StepRunner::new(net, params, trust.len());
-        Corrector { runner, latents, trust, units, wandering: Vec::new(), rng }
+        let runner = StepRunner::new(net, params, shrinkage.len());
+        Corrector { runner, latents, shrinkage, units, noise_state: Vec::new(), rng }
     }
 
     /// Draws the corrections of the rates `[D, lane]`, per second, for features `u [U, lane]`.
@@ -46,16 +46,20 @@ impl<'a> Corrector<'a> {
         features.copy_from_slice(u);
         latents.copy_from_slice(&self.latents);
         let (mean, sd) = self.runner.run();
-        let lanes = self.trust.len();
-        let begins = self.wandering.is_empty();
-        self.wandering.resize(rates.len(), 0.0);
-        for (i, (rate, wandering)) in rates.iter_mut().zip(&mut self.wandering).enumerate() {
-            let (k, trust) = (i / lanes, self.trust[i % lanes]);
-            let noise: f64 = StandardNormal.sample(&mut self.rng);
-            let kept = if begins || trust.memory <= 0.0 { 0.0 } else { (-1.0 / trust.memory).exp() };
-            *wandering = kept * *wandering + (1.0 - kept * kept).sqrt() * noise;
-            *rate = trust.gain * self.units.mean[k] * f64::from(mean[i])
-                + trust.spread * self.units.deviation[k] * f64::from(sd[i]) * *wandering;
+        let lanes = self.shrinkage.len();
+        let is_first_interval = self.noise_state.is_empty();
+        self.noise_state.resize(rates.len(), 0.0);
+        for (i, (rate, noise_state)) in rates.iter_mut().zip(&mut self.noise_state).enumerate() {
+            let (k, shrinkage) = (i / lanes, self.shrinkage[i % lanes]);
+            let innovation: f64 = StandardNormal.sample(&mut self.rng);
+            let correlation = if is_first_interval || shrinkage.memory <= 0.0 {
+                0.0
+            } else {
+                (-1.0 / shrinkage.memory).exp()
+            };
+            *noise_state = correlation * *noise_state + (1.0 - correlation * correlation).sqrt() * innovation;
+            *rate = shrinkage.gain * self.units.mean[k] * f64::from(mean[i])
+                + shrinkage.spread * self.units.deviation[k] * f64::from(sd[i]) * *noise_state;
         }
     }
 }

@@ -9,17 +9,17 @@ use std::f64::consts::TAU;
 
 /// Bound of the standardised features.
 /// A free run that has left the training range then gets no extreme correction.
-const CUT: f64 = 6.0;
+const FEATURE_BOUND: f64 = 6.0;
 /// Magnification of small values in the compressed feature of a state.
 /// A twentieth of its spread stays visible around 0, where friction changes sign.
-const FINE: f64 = 20.0;
+const ZERO_MAGNIFICATION: f64 = 20.0;
 /// Number of features per state, and per input.
-const OF_STATE: usize = 3;
-const OF_INPUT: usize = 2;
+const FEATURES_PER_STATE: usize = 3;
+const FEATURES_PER_INPUT: usize = 2;
 
 /// Number of features of an interval.
 pub(crate) fn width(motion: &WrittenMotion) -> usize {
-    OF_STATE * motion.periods().len() + OF_INPUT * motion.inputs()
+    FEATURES_PER_STATE * motion.periods().len() + FEATURES_PER_INPUT * motion.inputs()
 }
 
 /// Sizes of the scales: means, standard deviations, steps of states, and [`Units`].
@@ -46,8 +46,8 @@ impl<'a> Units<'a> {
     /// Reads the units from the scales of a run.
     pub fn of(scales: &'a Scales) -> Self {
         let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
-        let (target, rest) = units.split_at(units.len() / 3);
-        let (mean, deviation) = rest.split_at(target.len());
+        let (target, prediction_units) = units.split_at(units.len() / 3);
+        let (mean, deviation) = prediction_units.split_at(target.len());
         Units { target, mean, deviation, memory: *memory }
     }
 }
@@ -81,8 +81,10 @@ pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
 /// Reads the shrinkage factors from the scales.
 pub(crate) fn trusted(scales: &Scales) -> Trust {
     let units = Units::of(scales);
-    let share = |of: &[f64]| of.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit);
-    Trust { gain: share(units.mean), spread: share(units.deviation), memory: units.memory }
+    let factor_of = |prediction_units: &[f64]| {
+        prediction_units.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit)
+    };
+    Trust { gain: factor_of(units.mean), spread: factor_of(units.deviation), memory: units.memory }
 }
 
 /// States that the physics predicts at the end of each interval of a record, `[time - 1, S]`.
@@ -97,14 +99,14 @@ fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
 /// Fits all scales on the training segments.
 pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
     let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected());
-    let mut sum = vec![[0.0; 2]; s + inputs];
+    let mut sums = vec![[0.0; 2]; s + inputs];
     let (mut samples, mut rows) = (0.0, 0.0);
-    let (mut step, mut lacking) = (vec![0.0; s], vec![0.0; d]);
+    let (mut step_squares, mut correction_squares) = (vec![0.0; s], vec![0.0; d]);
     let mut rates = vec![0.0; d];
     for q in &train.items {
         for t in 0..q.time {
-            let read = q.state(t).iter().chain(&q.action(t)[..inputs]);
-            sum.iter_mut().zip(read).for_each(|(sum, v)| {
+            let values = q.state(t).iter().chain(&q.action(t)[..inputs]);
+            sums.iter_mut().zip(values).for_each(|(sum, v)| {
                 sum[0] += v;
                 sum[1] += v * v;
             });
@@ -115,18 +117,20 @@ pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
             // An interval where the simulation failed is left out of the scales.
             if next.iter().all(|x| x.is_finite()) {
                 rows += 1.0;
-                step.iter_mut()
+                step_squares
+                    .iter_mut()
                     .zip(next.iter().zip(q.state(t)))
                     .for_each(|(to, (b, a))| *to += (b - a).powi(2));
-                lacking.iter_mut().zip(&rates).for_each(|(to, rate)| *to += rate * rate);
+                correction_squares.iter_mut().zip(&rates).for_each(|(to, rate)| *to += rate * rate);
             }
         }
     }
-    let mean: Vec<f64> = sum.iter().map(|s| s[0] / samples).collect();
-    let sd = sum.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
+    let mean: Vec<f64> = sums.iter().map(|s| s[0] / samples).collect();
+    let sd = sums.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
     let rms = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / rows).sqrt(), 0.0)).collect() };
-    let mut scales = Scales { sd: sd.collect(), mean, step: rms(step), correction: vec![0.0; 3 * d + 1] };
-    scales.correction[..d].copy_from_slice(&rms(lacking));
+    let mut scales =
+        Scales { sd: sd.collect(), mean, step: rms(step_squares), correction: vec![0.0; 3 * d + 1] };
+    scales.correction[..d].copy_from_slice(&rms(correction_squares));
     trust(&mut scales, Trust::FULL);
     scales
 }
@@ -162,22 +166,23 @@ pub(crate) fn write(
     out: &mut [f32],
 ) {
     let s = now.len();
-    let standard = |j: usize, v: f64| ((v - scales.mean[j]) / scales.sd[j]).clamp(-CUT, CUT) as f32;
-    for (j, out) in out[..OF_STATE * s].chunks_exact_mut(OF_STATE).enumerate() {
-        let shown = match motion.periods()[j] {
+    let standard =
+        |j: usize, v: f64| ((v - scales.mean[j]) / scales.sd[j]).clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32;
+    for (j, out) in out[..FEATURES_PER_STATE * s].chunks_exact_mut(FEATURES_PER_STATE).enumerate() {
+        let pair = match motion.periods()[j] {
             Some(period) => {
                 let (sin, cos) = (TAU * now[j] / period).sin_cos();
                 [sin as f32, cos as f32]
             }
             None => {
-                let fine = asinh(FINE * now[j] / scales.sd[j]) / 4.0;
-                [standard(j, now[j]), fine.clamp(-CUT, CUT) as f32]
+                let magnified = asinh(ZERO_MAGNIFICATION * now[j] / scales.sd[j]) / 4.0;
+                [standard(j, now[j]), magnified.clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32]
             }
         };
-        let moved = ((next[j] - now[j]) / scales.step[j]).clamp(-CUT, CUT) as f32;
-        out.copy_from_slice(&[shown[0], shown[1], moved]);
+        let change = ((next[j] - now[j]) / scales.step[j]).clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32;
+        out.copy_from_slice(&[pair[0], pair[1], change]);
     }
-    for (k, out) in out[OF_STATE * s..].chunks_exact_mut(OF_INPUT).enumerate() {
+    for (k, out) in out[FEATURES_PER_STATE * s..].chunks_exact_mut(FEATURES_PER_INPUT).enumerate() {
         out.copy_from_slice(&actions.map(|action| standard(s + k, action[k])));
     }
 }

@@ -31,7 +31,7 @@ pub(crate) fn roll(
     let mut values = vec![0.0_f32; time * s * lanes];
     let (mut now, mut next) = (starts.to_vec(), vec![0.0; lanes * s]);
     let (mut row, mut u) = (vec![0.0; u_width], vec![0.0; u_width * lanes]);
-    let (mut rates, mut own) = (vec![0.0; d * lanes], vec![0.0; d]);
+    let (mut rates, mut lane_rates) = (vec![0.0; d * lanes], vec![0.0; d]);
     for (t, values) in values.chunks_exact_mut(s * lanes).enumerate() {
         for (lane, state) in now.chunks_exact(s).enumerate() {
             state.iter().enumerate().for_each(|(j, x)| values[j * lanes + lane] = *x as f32);
@@ -48,8 +48,8 @@ pub(crate) fn roll(
         }
         correct(&u, &mut rates);
         for (lane, now) in now.chunks_exact_mut(s).enumerate() {
-            own.iter_mut().enumerate().for_each(|(k, own)| *own = rates[k * lanes + lane]);
-            motion.correct(&next[lane * s..][..s], to, &own, now);
+            lane_rates.iter_mut().enumerate().for_each(|(k, rate)| *rate = rates[k * lanes + lane]);
+            motion.correct(&next[lane * s..][..s], to, &lane_rates, now);
         }
     }
     Samples { count: lanes, values }
