@@ -49,8 +49,8 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
         let action = |t: usize| &actions[t * a..(t + 1) * a];
         let mut out = start.repeat(time);
         for t in 1..time {
-            let (done, rest) = out.split_at_mut(t * s);
-            self.step(&done[(t - 1) * s..], action(t - 1), action(t), &mut rest[..s]);
+            let (previous, next) = out.split_at_mut(t * s);
+            self.step(&previous[(t - 1) * s..], action(t - 1), action(t), &mut next[..s]);
         }
         out
     }

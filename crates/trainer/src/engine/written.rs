@@ -356,10 +356,10 @@ fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>,
     let slopes = system.linearise(&Point { state: &zeros, inputs: &inputs, parameters, time: 0.0 }).by_state;
     let mut driven = Vec::new();
     for state in (0..declared_count).filter(|s| !corrected.contains(s)) {
-        for (place, &by) in corrected.iter().enumerate() {
+        for (index, &by) in corrected.iter().enumerate() {
             let slope = slopes[state * n + by];
             if slope != 0.0 && slope.is_finite() {
-                driven.push((state, place, slope));
+                driven.push((state, index, slope));
             }
         }
     }

@@ -66,7 +66,7 @@ impl PrefixForecaster for Conditioned<'_> {
         let deviations = SampleDeviations::new(&drawn, &scales);
         Ok(lengths
             .iter()
-            .map(|&n| deviations.behind(&rows[..n * s], self.max_components, settings.samples))
+            .map(|&n| deviations.condition_on_prefix(&rows[..n * s], self.max_components, settings.samples))
             .collect())
     }
 }
@@ -93,7 +93,7 @@ impl<'a> SampleDeviations<'a> {
 
     /// The first `samples` draws of the rows after `readings [n, S]`, conditioned on them by (1).
     /// `most` is the maximum number of principal components.
-    fn behind(&self, readings: &[f64], max_components: usize, samples: usize) -> Samples {
+    fn condition_on_prefix(&self, readings: &[f64], max_components: usize, samples: usize) -> Samples {
         let (s, observed_values, sample_count) =
             (self.scales.len(), readings.len(), self.deviations.len() as f64);
         let observed: Vec<&[f64]> = self.deviations.iter().map(|path| &path[..observed_values]).collect();
@@ -203,9 +203,9 @@ mod tests {
             Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let task = Task { start: &rows[..1], actions: &[], time, index: 0 };
         let drawn = Lines.forecast(task, 500).expect("draws");
-        let (unconditioned, rest) = (unconditioned.expect("a forecast").remove(0), n * 500);
+        let (unconditioned, index) = (unconditioned.expect("a forecast").remove(0), n * 500);
         assert!(
-            (unconditioned.values[0] - drawn.values[rest]).abs() < 1e-5,
+            (unconditioned.values[0] - drawn.values[index]).abs() < 1e-5,
             "the draws themselves, without conditioning"
         );
     }

@@ -39,7 +39,7 @@ impl PrefixForecaster for Kept {
     ) -> Result<Vec<Samples>, TrainerError> {
         let cached = self.forecasts_by_prefix.get(prefix.index as usize);
         let lookup = |n: &usize| {
-            let forecast = cached.and_then(|cached| cached.iter().find(|(seen, _)| seen == n));
+            let forecast = cached.and_then(|cached| cached.iter().find(|(rows, _)| rows == n));
             let rule = "no forecast after this number of rows is in the cache";
             forecast.map(|(_, samples)| samples.clone()).ok_or(TrainerError::Setting {
                 key: "seen",
@@ -97,9 +97,9 @@ mod tests {
             let score = |model: &dyn PrefixForecaster| {
                 evaluate_filtered(&Widened::new(model, &factors), &set, known, &lengths, settings).unwrap()
             };
-            let found = score(&kept);
+            let cached_scores = score(&kept);
             assert_eq!(model.0.swap(calls, Ordering::Relaxed), calls, "the model was asked again");
-            assert_eq!(found, score(&model));
+            assert_eq!(cached_scores, score(&model));
             model.0.store(calls, Ordering::Relaxed);
         }
         let others = evaluate_filtered(&kept, &set, known, &vec![vec![4]; 3], settings);

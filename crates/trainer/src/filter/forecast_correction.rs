@@ -307,10 +307,10 @@ impl<'a> Corrected<'a> {
         let u = scales.features(summary);
         let mut result = [vec![0.0; summary.median.len()], vec![0.0; summary.median.len()]];
         for params in selected {
-            for (result, law) in result.iter_mut().zip(net.predict(params, &u)) {
+            for (result, prediction) in result.iter_mut().zip(net.predict(params, &u)) {
                 result
                     .iter_mut()
-                    .zip(law)
+                    .zip(prediction)
                     .for_each(|(result, v)| *result += f64::from(v) / selected.len() as f64);
             }
         }
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bend_that_all_trajectories_have_is_learned() {
+    fn a_common_curvature_is_corrected() {
         let (train, test) = (curved_trajectories(40, 1e-3, "train"), curved_trajectories(20, 1e-3, "test"));
         let correction = learn_correction(&train).unwrap();
         let corrected = Corrected::new(&LinearExtrapolation, &correction);
@@ -440,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_trajectories_than_parts_are_refused() {
+    fn fewer_trajectories_than_folds_are_refused() {
         assert!(matches!(
             learn_correction(&curved_trajectories(4, 0.0, "train")),
             Err(TrainerError::NoTrajectories { .. })

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_central_differences() {
+    fn gradient_agrees_with_central_differences() {
         let [_, columns, features, _] = SIZES;
         let mut params = Params::<f64>::new(random_stream(1, "init", 0));
         let net = ForecastNet::new(Extents { state: columns, condition: features }, &mut params);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn the_loss_is_that_of_student_with_two_degrees_of_freedom() {
+    fn loss_is_students_t_with_two_degrees_of_freedom() {
         let mut tape = Tape::<f64>::new();
         let [x, location, scale] = [1.7, 0.2, 0.5].map(|v| tape.constant(&[1, 1, 1], &[v]).unwrap());
         let loss = student_nll(&mut tape, x, location, scale).unwrap();

@@ -56,8 +56,8 @@ impl InferenceProblem<'_> {
         }
         let offsets = match (&offsets[..], self.has_shared_offset) {
             ([], _) => Offsets::None,
-            ([one, ..], true) => Offsets::Shared(*one),
-            (each, false) => Offsets::Each(each),
+            ([offset, ..], true) => Offsets::Shared(*offset),
+            (offsets, false) => Offsets::Each(offsets),
         };
         let window = 0..samples;
         let task =

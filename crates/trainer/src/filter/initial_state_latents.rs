@@ -15,7 +15,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Its latents `[L + S]` begin with those of `law`.
 #[derive(Debug, Clone)]
 pub(super) struct WithInitialState<L> {
-    law: L,
+    inner: L,
     mean: Vec<f64>,
     factor: Vec<f64>,
     /// Latents of the inner model, `[lane, L]`.
@@ -23,24 +23,24 @@ pub(super) struct WithInitialState<L> {
 }
 
 impl<L: TransitionModel> WithInitialState<L> {
-    pub fn new(law: L) -> Self {
-        let s = law.state_dim();
-        WithInitialState { mean: vec![0.0; s], factor: vec![0.0; s * s], inner_latents: Vec::new(), law }
+    pub fn new(inner: L) -> Self {
+        let s = inner.state_dim();
+        WithInitialState { mean: vec![0.0; s], factor: vec![0.0; s * s], inner_latents: Vec::new(), inner }
     }
 }
 
 impl<L: TransitionModel> TransitionModel for WithInitialState<L> {
     fn latent_dim(&self) -> usize {
-        self.law.latent_dim() + self.law.state_dim()
+        self.inner.latent_dim() + self.inner.state_dim()
     }
 
     fn state_dim(&self) -> usize {
-        self.law.state_dim()
+        self.inner.state_dim()
     }
 
     fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
-        let (l, s) = (self.law.latent_dim(), self.law.state_dim());
-        let inner_latents = self.law.draw(count, rng);
+        let (l, s) = (self.inner.latent_dim(), self.inner.state_dim());
+        let inner_latents = self.inner.draw(count, rng);
         let mut latents = Vec::with_capacity(count * (l + s));
         for k in 0..count {
             latents.extend_from_slice(&inner_latents[k * l..(k + 1) * l]);
@@ -50,12 +50,12 @@ impl<L: TransitionModel> TransitionModel for WithInitialState<L> {
     }
 
     fn log_density(&mut self, latent: &[f64]) -> f64 {
-        let (inner_latents, start) = latent.split_at(self.law.latent_dim());
-        self.law.log_density(inner_latents) - 0.5 * start.iter().map(|z| z * z).sum::<f64>()
+        let (inner_latents, start) = latent.split_at(self.inner.latent_dim());
+        self.inner.log_density(inner_latents) - 0.5 * start.iter().map(|z| z * z).sum::<f64>()
     }
 
     fn resolution(&self, j: usize) -> f64 {
-        self.law.resolution(j)
+        self.inner.resolution(j)
     }
 
     fn set_initial_state(&mut self, mean: &[f64], covariance: &[f64]) -> bool {
@@ -66,7 +66,7 @@ impl<L: TransitionModel> TransitionModel for WithInitialState<L> {
     }
 
     fn initial_state(&self, latent: &[f64], state: &mut [f64]) {
-        let (s, z) = (state.len(), &latent[self.law.latent_dim()..]);
+        let (s, z) = (state.len(), &latent[self.inner.latent_dim()..]);
         for (j, x) in state.iter_mut().enumerate() {
             *x = self.mean[j] + (0..=j).map(|k| self.factor[j * s + k] * z[k]).sum::<f64>();
         }
@@ -79,9 +79,9 @@ impl<L: TransitionModel> TransitionModel for WithInitialState<L> {
         actions: [&[f64]; 2],
         next: Moments<'_>,
     ) -> Result<(), TrainerError> {
-        let (l, width) = (self.law.latent_dim(), self.latent_dim());
+        let (l, width) = (self.inner.latent_dim(), self.latent_dim());
         self.inner_latents.clear();
         latents.chunks_exact(width).for_each(|latent| self.inner_latents.extend_from_slice(&latent[..l]));
-        self.law.advance(states, &self.inner_latents, actions, next)
+        self.inner.advance(states, &self.inner_latents, actions, next)
     }
 }

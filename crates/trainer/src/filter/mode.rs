@@ -50,9 +50,9 @@ impl Mode {
                     *v = mean + factor * sd;
                 }
             }
-            let Some(found) = problem.minimise(values) else { continue };
-            if best.as_ref().is_none_or(|(cost, _)| found.0 < *cost) {
-                best = Some(found);
+            let Some(minimum) = problem.minimise(values) else { continue };
+            if best.as_ref().is_none_or(|(cost, _)| minimum.0 < *cost) {
+                best = Some(minimum);
             }
         }
         let (cost, values) = best?;
@@ -101,11 +101,11 @@ impl InferenceProblem<'_> {
         let n = self.observed_rows();
         let (mut values, mut rows) = (start, n.min(FIRST_FIT_ROWS));
         loop {
-            let (cost, found) = self.minimise_over(values, rows)?;
+            let (cost, values_there) = self.minimise_over(values, rows)?;
             if rows == n {
-                return Some((cost, found));
+                return Some((cost, values_there));
             }
-            (values, rows) = (found, (2 * rows).min(n));
+            (values, rows) = (values_there, (2 * rows).min(n));
         }
     }
 

@@ -46,9 +46,9 @@ pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value:
     }
     // Joseph's form for row and column j, P_jb R / (P_jj + R): the diagonal cannot become negative.
     for b in 0..s {
-        let kept = covariance[j * s + b] * variance / total;
-        covariance[j * s + b] = kept;
-        covariance[b * s + j] = kept;
+        let scaled = covariance[j * s + b] * variance / total;
+        covariance[j * s + b] = scaled;
+        covariance[b * s + j] = scaled;
     }
     -0.5 * (total.ln() + innovation * innovation / total)
 }
@@ -107,22 +107,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_measurement_is_the_conditional_gaussian() {
+    fn measuring_gives_the_conditional_gaussian() {
         // Covariance [[2, 1], [1, 3]], a measurement 1 of the first column with variance 2: gain [1/2,
         // 1/4].
         let mut g = Gaussian { mean: vec![0.0, 1.0], covariance: vec![2.0, 1.0, 1.0, 3.0] };
         let density = g.measure(0, 1.0, 2.0);
         assert!((density + 0.5 * (4.0_f64.ln() + 0.25)).abs() < 1e-14);
-        for (found, wanted) in g.mean.iter().zip([0.5, 1.25]) {
-            assert!((found - wanted).abs() < 1e-14);
+        for (actual, expected) in g.mean.iter().zip([0.5, 1.25]) {
+            assert!((actual - expected).abs() < 1e-14);
         }
-        for (found, wanted) in g.covariance.iter().zip([1.0, 0.5, 0.5, 2.75]) {
-            assert!((found - wanted).abs() < 1e-14, "{:?}", g.covariance);
+        for (actual, expected) in g.covariance.iter().zip([1.0, 0.5, 0.5, 2.75]) {
+            assert!((actual - expected).abs() < 1e-14, "{:?}", g.covariance);
         }
     }
 
     #[test]
-    fn cubature_points_have_the_mean_and_the_covariance() {
+    fn cubature_points_reproduce_mean_and_covariance() {
         let (mean, covariance) = ([1.0, -2.0], [2.0, 1.0, 1.0, 3.0]);
         let mut points = [0.0; 8];
         cubature(&mean, &covariance, &mut [0.0; 4], &mut points);

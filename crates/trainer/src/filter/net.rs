@@ -44,7 +44,7 @@ impl<'m> NetLaw<'m> {
         let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {
             return Err(Difference::NotFiltered.into());
         };
-        let Some(law) = &state.latent else {
+        let Some(prior) = &state.latent else {
             return Err(Difference::Unfinished.into());
         };
         Ok(NetLaw {
@@ -52,7 +52,7 @@ impl<'m> NetLaw<'m> {
             params: model.params(),
             engine: &state.settings.engine,
             scales: &state.scales,
-            prior: law,
+            prior: prior,
             runners: Vec::new(),
             whitened: vec![0.0; net.sizes().latent],
             engine_next: vec![0.0; net.sizes().state],

@@ -505,8 +505,8 @@ impl<'m> Filter<'m> {
 }
 
 /// The actions at the samples before and at row `t`.
-fn actions_before_and_at(all: &[f64], width: usize, t: usize) -> [&[f64]; 2] {
-    [t - 1, t].map(|t| &all[t * width..(t + 1) * width])
+fn actions_before_and_at(actions: &[f64], width: usize, t: usize) -> [&[f64]; 2] {
+    [t - 1, t].map(|t| &actions[t * width..(t + 1) * width])
 }
 
 /// Resizes `values` to `count` zeros.

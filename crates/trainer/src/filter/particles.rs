@@ -25,12 +25,12 @@ impl States {
     }
 
     /// Sets all `count` particles to one state.
-    pub fn repeat(&mut self, one: &Gaussian, count: usize) {
+    pub fn repeat(&mut self, state: &Gaussian, count: usize) {
         self.mean.clear();
         self.covariance.clear();
         for _ in 0..count {
-            self.mean.extend_from_slice(&one.mean);
-            self.covariance.extend_from_slice(&one.covariance);
+            self.mean.extend_from_slice(&state.mean);
+            self.covariance.extend_from_slice(&state.covariance);
         }
     }
 

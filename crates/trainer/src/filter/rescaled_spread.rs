@@ -31,15 +31,15 @@ impl PrefixForecaster for Widened<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let mut all = self.model.forecasts(prefix, lengths, settings)?;
-        for (samples, factor) in all.iter_mut().zip(self.factors) {
+        let mut forecasts = self.model.forecasts(prefix, lengths, settings)?;
+        for (samples, factor) in forecasts.iter_mut().zip(self.factors) {
             let mut sorted = vec![0.0; samples.count];
             for values in samples.values.chunks_exact_mut(samples.count) {
                 let median = median_of(values, &mut sorted) as f32;
                 values.iter_mut().for_each(|v| *v = median + *factor as f32 * (*v - median));
             }
         }
-        Ok(all)
+        Ok(forecasts)
     }
 }
 

@@ -185,7 +185,7 @@ mod tests {
     use crate::Sequences;
 
     #[test]
-    fn seen_rows_count_as_no_error_in_the_whole_and_not_at_all_in_the_rest() {
+    fn observed_rows_count_as_zero_error_in_whole_and_not_in_rest() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let truth = [4.0, 3.0, 2.0, 1.0];
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_that_was_not_measured_does_not_count() {
+    fn unmeasured_rows_are_ignored() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let forecast = Samples { count: 1, values: vec![9.0, 2.0] };
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn narrow_bands_do_not_count() {
+    fn narrow_bands_are_left_out_of_the_coverage() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that

@@ -284,18 +284,25 @@ impl PrefixForecaster for Remembered {
     ) -> Result<Vec<Samples>, TrainerError> {
         let s = self.sd.len();
         let forecast_after = |&n: &usize| {
-            let Some(law) = self.conditionals.get(&n).filter(|_| prefix.time * s == self.mean.len()) else {
+            let Some(conditional) = self.conditionals.get(&n).filter(|_| prefix.time * s == self.mean.len())
+            else {
                 let rule = "the model was not fitted to this number of rows; fit it again with this length";
                 return Err(TrainerError::Setting { key: "seen", value: n.to_string(), rule });
             };
             let rows = prefix.rows[..n * s].iter().zip(&self.mean).enumerate();
             let observed: Vec<f64> = rows.map(|(i, (v, m))| (v - m) / self.sd[i % s]).collect();
             prefix.check_measured(&observed)?;
-            let observed_scores = scores(&law.observed_directions, &observed);
-            let processes = law.processes.iter();
+            let observed_scores = scores(&conditional.observed_directions, &observed);
+            let processes = conditional.processes.iter();
             let centre: Vec<f64> = processes
                 .map(|(kernel, w)| {
-                    kernel_mean(kernel, w, &law.training_scores, &law.variances, &observed_scores)
+                    kernel_mean(
+                        kernel,
+                        w,
+                        &conditional.training_scores,
+                        &conditional.variances,
+                        &observed_scores,
+                    )
                 })
                 .collect();
             let (m, count) = (centre.len(), settings.samples);
@@ -303,11 +310,11 @@ impl PrefixForecaster for Remembered {
             let mut values = vec![0.0; (prefix.time - n) * s * count];
             for sample in 0..count {
                 let draws: Vec<f64> = (0..m).map(|_| StandardNormal.sample(&mut rng)).collect();
-                let shift = |a: usize| (0..=a).map(|k| law.factor[a * m + k] * draws[k]).sum::<f64>();
+                let shift = |a: usize| (0..=a).map(|k| conditional.factor[a * m + k] * draws[k]).sum::<f64>();
                 let drawn: Vec<f64> = (0..m).map(|a| centre[a] + shift(a)).collect();
                 for (i, row) in values.chunks_exact_mut(count).enumerate() {
                     let deviation: f64 =
-                        law.remaining_directions.iter().zip(&drawn).map(|(d, v)| d[i] * v).sum();
+                        conditional.remaining_directions.iter().zip(&drawn).map(|(d, v)| d[i] * v).sum();
                     row[sample] = (self.mean[n * s + i] + self.sd[i % s] * deviation) as f32;
                 }
             }

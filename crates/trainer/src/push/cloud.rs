@@ -42,7 +42,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     #[test]
-    fn two_points_by_hand() {
+    fn distances_of_two_points_match_hand_computation() {
         let (a, b) = ([[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [4.0, 0.0]]);
         // a to b: 1, sqrt 2; b to a: 1, 3.
         assert!((chamfer(&a, &b) - ((1.0 + 2.0_f64.sqrt()) / 2.0 + 2.0)).abs() < 1e-12);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn two_samples_of_one_law() {
+    fn two_samples_of_one_distribution_are_at_the_known_floor() {
         let (a, b) = (gaussian(0, 0.0), gaussian(1, 0.0));
         // The floor is 0.11 standard deviations at 2000 points each; it varies by about 0.003 between
         // samples.

@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back() {
+    fn transform_and_inverse_cancel() {
         let start = [0.35, -0.03, 0.7];
         for turn in [0.0, 1.3] {
             let frame = StartFrame::new(&start, turn);

@@ -109,8 +109,9 @@ impl<const D: usize> Process<D> {
 
     /// Residual and variance of each datum when predicted from all others, by (2).
     fn leave_one_out(&self) -> Vec<(f64, f64)> {
-        let one = |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
-        self.weights.iter().enumerate().map(one).collect()
+        let residual_and_variance =
+            |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
+        self.weights.iter().enumerate().map(residual_and_variance).collect()
     }
 
     fn covariances(&self, x: &[f64; D]) -> Vec<f64> {
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_the_likelihood() {
+    fn gradient_agrees_with_central_differences() {
         let (x, y) = data(30);
         let no_noise = vec![0.0; 30];
         let kernel = Kernel { signal: 0.1, noise: -1.0, lengths: [-0.3] };
