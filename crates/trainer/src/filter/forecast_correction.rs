@@ -76,7 +76,7 @@ struct Scales {
     mean_rows: [f64; 2],
 }
 
-/// Median and standard deviation of the samples `[rest, S]` of a forecast after `seen` rows.
+/// Median and standard deviation of the samples `[horizon, S]` of a forecast after `observed_rows` rows.
 struct Summary {
     observed_rows: usize,
     median: Vec<f64>,
@@ -130,7 +130,7 @@ impl Scales {
         spread + TYPICAL_SPREAD_SHARE * self.spread[j]
     }
 
-    /// Features `[rest, U]` of a forecast.
+    /// Features `[horizon, U]` of a forecast.
     fn features(&self, summary: &Summary) -> Vec<f32> {
         let s = self.mean.len();
         let mut features =
@@ -299,7 +299,7 @@ impl<'a> Corrected<'a> {
         Corrected { model, correction, is_cross_validated: true }
     }
 
-    /// Location and scale `[rest, S]` of the correction of a forecast, in units of [`Scales::unit`].
+    /// Location and scale `[horizon, S]` of the correction of a forecast, in units of [`Scales::unit`].
     fn predict_correction(&self, summary: &Summary, index: u64) -> [Vec<f64>; 2] {
         let ForecastCorrection { net, params, scales, .. } = self.correction;
         let fold = index as usize % FOLDS;

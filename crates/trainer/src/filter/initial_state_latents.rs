@@ -12,7 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A model with S extra standard normal latents that determine the initial state.
-/// Its latents `[L + S]` begin with those of `law`.
+/// Its latents `[L + S]` begin with those of `inner`.
 #[derive(Debug, Clone)]
 pub(super) struct WithInitialState<L> {
     inner: L,

@@ -38,12 +38,12 @@ pub struct FittedDrop {
 }
 
 impl FittedDrop {
-    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` seen by `sensor`.
+    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` measured by `sensor`.
     pub fn path(&self, rows: &[f64], sensor: &Sensor, time: usize) -> Vec<f64> {
         self.simulate(self.fit(rows, sensor), time)
     }
 
-    /// The engine with the values fitted to the rows `[n, 2]` seen by `sensor`.
+    /// The engine with the values fitted to the rows `[n, 2]` measured by `sensor`.
     pub fn fitted(&self, rows: &[f64], sensor: &Sensor) -> BulletBall {
         let [_, restitution, damping] = self.fit(rows, sensor);
         BulletBall { restitution, damping, ..self.ball }
@@ -87,7 +87,7 @@ impl FittedDrop {
     /// Residuals (simulated - measured) of the observed columns, in units of the measurement noise.
     fn residuals(&self, parameters: [f64; 3], rows: &[f64], sensor: &Sensor) -> Vec<f64> {
         let path = self.simulate(parameters, rows.len() / 2);
-        let columns: Vec<(usize, f64)> = sensor.seen().collect();
+        let columns: Vec<(usize, f64)> = sensor.observed_columns().collect();
         let residual =
             |t: usize, (j, variance): (usize, f64)| (path[2 * t + j] - rows[2 * t + j]) / variance.sqrt();
         (0..rows.len() / 2).flat_map(|t| columns.iter().map(move |&c| residual(t, c))).collect()

@@ -172,7 +172,7 @@ impl<'m> Filter<'m> {
     }
 
     /// Number of rows observed so far.
-    pub fn seen(&self) -> usize {
+    pub fn observed_rows(&self) -> usize {
         self.rows.len() / self.model.state_dim()
     }
 
@@ -209,7 +209,7 @@ impl<'m> Filter<'m> {
                 self.rejuvenate(None, scratch)?;
             }
         }
-        let t = self.seen();
+        let t = self.observed_rows();
         let mut exponent = 0.0;
         for tempering_step in 1.. {
             scratch.next.copy_from(&self.states);
@@ -252,12 +252,12 @@ impl<'m> Filter<'m> {
     }
 
     fn check(&self, row: &[f64]) -> Result<(), TrainerError> {
-        let (expected, t) = (self.model.state_dim(), self.seen());
+        let (expected, t) = (self.model.state_dim(), self.observed_rows());
         let rows = self.actions.len().checked_div(self.width).unwrap_or(usize::MAX);
         if row.len() != expected || t >= rows {
             return Err(TrainerError::Row { row: t, expected, found: row.len(), rows });
         }
-        match self.sensor.seen().find(|(j, _)| !row[*j].is_finite()) {
+        match self.sensor.observed_columns().find(|(j, _)| !row[*j].is_finite()) {
             Some((column, _)) => Err(TrainerError::Unseen { row: t, column }),
             None => Ok(()),
         }
@@ -269,10 +269,10 @@ impl<'m> Filter<'m> {
     /// [`TrainerError`] if the transition model cannot be evaluated, no row was observed, or the actions
     /// end before the horizon.
     pub fn forecast(&mut self, horizon: usize, samples: usize) -> Result<&Samples, TrainerError> {
-        if self.seen() == 0 {
+        if self.observed_rows() == 0 {
             return Err(TrainerError::NoTrajectories { what: "the observed prefix" });
         }
-        let (last_row, s) = (self.seen() + horizon, self.model.state_dim());
+        let (last_row, s) = (self.observed_rows() + horizon, self.model.state_dim());
         if self.width > 0 && last_row * self.width > self.actions.len() {
             let rows = self.actions.len() / self.width;
             return Err(TrainerError::Row { row: last_row - 1, expected: s, found: s, rows });
@@ -285,15 +285,14 @@ impl<'m> Filter<'m> {
     }
 
     fn draw(&mut self, horizon: usize, samples: usize, scratch: &mut Scratch) -> Result<(), TrainerError> {
-        let (l, s, t) = (self.model.latent_dim(), self.model.state_dim(), self.seen());
+        let (l, s, t) = (self.model.latent_dim(), self.model.state_dim(), self.observed_rows());
         // A separate random stream, so that forecasting now does not change what is inferred from later
         // rows.
         let mut rng = random_stream(self.stream.0 ^ t as u64, "filtered-forecast", self.stream.1);
         let Scratch { next, proposed: latents, shares, chosen, factor, moved: draws, mean, variance, .. } =
             scratch;
         resample_into(&self.weights, samples, &mut rng, shares, chosen);
-        // Shuffled, because the first ten samples must represent all of them (the paper's score is the mean
-        // of ten).
+        // Shuffled, so that the first samples represent all of them: the paper's estimate is the mean of ten.
         chosen.shuffle(&mut rng);
         next.select_from(&self.states, chosen, s);
         gather_rows(&self.latents, chosen, l, latents);
@@ -330,7 +329,7 @@ impl<'m> Filter<'m> {
     /// The initial state: its prior, updated by the first row.
     fn first_state(&self, row: &[f64]) -> Gaussian {
         let mut initial = Gaussian::diagonal(&self.start.mean, &self.start.sd);
-        for (j, variance) in self.sensor.seen() {
+        for (j, variance) in self.sensor.observed_columns() {
             initial.measure(j, row[j], variance);
         }
         if self.sensor.is_exact() {
@@ -357,7 +356,7 @@ impl<'m> Filter<'m> {
         };
         self.is_shared &= !(0..s).any(differs);
         if self.is_shared {
-            self.shared_state.0 = self.seen();
+            self.shared_state.0 = self.observed_rows();
             self.shared_state.1.mean.copy_from_slice(&particle_moments.mean);
             self.shared_state.1.covariance.copy_from_slice(covariance);
             self.states.repeat(&self.shared_state.1, self.count);
@@ -404,7 +403,7 @@ impl<'m> Filter<'m> {
         resize_with_zeros(&mut scratch.log_densities, n);
         resize_with_zeros(&mut scratch.proposed_log_densities, n);
         if let Some((row, exponent)) = partial {
-            let actions = actions_before_and_at(self.actions, self.width, self.seen());
+            let actions = actions_before_and_at(self.actions, self.width, self.observed_rows());
             let Scratch { next, replayed, proposed, log_densities, proposed_log_densities, .. } = scratch;
             for (latents, states, row_log_density) in [
                 (&self.latents, &self.states, log_densities),
@@ -488,7 +487,7 @@ impl<'m> Filter<'m> {
         let Scratch { replayed, prefix_log_density, proposed, .. } = scratch;
         self.write_shared_states(proposed, replayed);
         resize_with_zeros(prefix_log_density, self.count);
-        for t in self.shared_state.0..self.seen() {
+        for t in self.shared_state.0..self.observed_rows() {
             let actions = actions_before_and_at(self.actions, self.width, t);
             let observation = (&self.rows[t * s..(t + 1) * s], &self.sensor);
             self.workspace.step(

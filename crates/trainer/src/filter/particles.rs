@@ -104,7 +104,7 @@ impl Workspace {
             let mean = &mut states.mean[i * s..(i + 1) * s];
             let covariance = &mut states.covariance[i * s * s..(i + 1) * s * s];
             gather(means, variances, mean, covariance);
-            for (j, variance) in sensor.seen() {
+            for (j, variance) in sensor.observed_columns() {
                 *density += measure(mean, covariance, j, row[j], variance);
             }
             if sensor.is_exact() {

@@ -168,8 +168,8 @@ fn forecast_with_filter<'m>(
         Filter::new(new_model()?, sensor_and_start, (actions, action_width), settings.particles, stream);
     let mut out = Vec::with_capacity(lengths.len());
     for &n in lengths {
-        while filter.seen() < n {
-            filter.observe(&prefix.rows[filter.seen() * s..][..s])?;
+        while filter.observed_rows() < n {
+            filter.observe(&prefix.rows[filter.observed_rows() * s..][..s])?;
         }
         let mut samples = match unfiltered.filter(|_| n == 1 && prefix.sensor.is_exact()) {
             Some(unfiltered) => unfiltered(settings.samples)?,
@@ -183,7 +183,7 @@ fn forecast_with_filter<'m>(
     Ok(out)
 }
 
-/// Adds measurement noise to samples `[rest, S, sample]` of states, column by column.
+/// Adds measurement noise to samples `[horizon, S, sample]` of states, column by column.
 pub(super) fn add_measurement_noise(
     samples: &mut Samples,
     sd: &[Option<f64>],

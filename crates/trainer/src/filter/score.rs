@@ -1,12 +1,12 @@
 //! Scores of forecasts after an observed prefix.
 //!
-//! Two definitions are kept apart. *whole* divides by all samples of the trajectory, of which the observed
+//! There are two definitions. *whole* divides by all samples of the trajectory, of which the observed
 //! ones count as no error (comparable with forecasts from the first state). *rest* divides by the forecast
 //! samples alone. Percentages of the rest are ratios of sums over the set, because a mean of ratios would
 //! be dominated by objects at rest.
 
 use crate::Samples;
-use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
+use crate::score::{Scoring, crps_of, length, quantile};
 use augsim_physics::statistics::median;
 use std::ops::Range;
 
@@ -37,8 +37,6 @@ pub struct FilteredScore {
     /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
     /// Of the first measure.
     pub rest_percent: f64,
-    /// Mean error over the forecast rows of the mean of the first ten samples.
-    pub rest_mean_of_10: Vec<f64>,
     /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
     pub common: Vec<f64>,
     /// Fair continuous ranked probability score over the forecast rows.
@@ -57,7 +55,6 @@ pub struct FilteredScore {
 pub(super) struct Tally {
     columns: Vec<Range<usize>>,
     errors: Vec<f64>,
-    mean_of_10: Vec<f64>,
     common: Vec<f64>,
     common_rows: f64,
     crps: Vec<f64>,
@@ -70,7 +67,7 @@ pub(super) struct Tally {
     is_point_forecast: bool,
 }
 
-/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Scores `samples [horizon, S, sample]` of the rows `n..` of `truth [time, S]`.
 /// Rows with a missing measurement do not count.
 pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
@@ -80,14 +77,13 @@ pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring
     let mut out = Tally {
         columns: measures.clone(),
         errors: zeros.clone(),
-        mean_of_10: zeros.clone(),
         common: zeros.clone(),
         crps: zeros,
         is_point_forecast: count == 1,
         ..Tally::default()
     };
     let mut sorted = vec![0.0_f32; count];
-    let (mut medians, mut mean_of_first) = (vec![0.0; s], vec![0.0; s]);
+    let mut medians = vec![0.0; s];
     for t in 0..time {
         let truth_row = &truth[t * s..(t + 1) * s];
         if truth_row.iter().any(|v| v.is_nan()) {
@@ -109,8 +105,6 @@ pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring
                 sorted.copy_from_slice(row);
                 sorted.sort_unstable_by(f32::total_cmp);
                 medians[j] = quantile(&sorted, 0.5);
-                let first = &row[..count.min(PAPER_SAMPLES)];
-                mean_of_first[j] = first.iter().map(|v| f64::from(*v)).sum::<f64>() / first.len() as f64;
                 out.crps[k] += crps_of(&sorted, truth_row[j]) / columns.len() as f64;
                 let band = |level: f64| [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
                 let bands = [band(0.5), band(0.9)];
@@ -123,7 +117,6 @@ pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring
             }
             let error = |estimate: &[f64]| length(columns.clone().map(|j| estimate[j] - truth_row[j]));
             out.errors[k] += error(&medians);
-            out.mean_of_10[k] += error(&mean_of_first);
             if is_common {
                 out.common[k] += error(&medians);
             }
@@ -169,7 +162,6 @@ impl FilteredScore {
             rest_of_most: medians(&|t, k| t.errors[k]),
             crps_of_most: medians(&|t, k| t.crps[k]),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
-            rest_mean_of_10: divided(sums(&|t, k| t.mean_of_10[k]), rows),
             common: divided(sums(&|t, k| t.common[k]), common),
             crps: divided(sums(&|t, k| t.crps[k]), rows),
             coverage50: coverage(0),

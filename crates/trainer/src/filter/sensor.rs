@@ -44,7 +44,7 @@ impl Sensor {
     }
 
     /// Observed state columns with the variance of their measurement.
-    pub fn seen(&self) -> impl Iterator<Item = (usize, f64)> {
+    pub fn observed_columns(&self) -> impl Iterator<Item = (usize, f64)> {
         self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(MIN_SD).powi(2))))
     }
 

@@ -178,8 +178,34 @@ fn kernel_mean(
     training_scores.iter().zip(weights).map(|(a, w)| w * kernel.value(a, x, (&scales, size))).sum()
 }
 
+/// Squared validation error of every target under each candidate kernel, `[kernel][target]`.
+/// Scores are `[trajectory][component]`, targets `[target][trajectory]`. Kernels with a singular matrix are left out.
+fn validation_errors(
+    (training_scores, targets): (&[Vec<f64>], &[Vec<f64>]),
+    (validation_scores, validation_targets): (&[Vec<f64>], &[Vec<f64>]),
+    variances: &[f64],
+) -> Vec<(Kernel, Vec<f64>)> {
+    let training_scores = &training_scores[..training_scores.len().min(MAX_SELECTION_TRAJECTORIES)];
+    let targets: Vec<Vec<f64>> = targets.iter().map(|t| t[..training_scores.len()].to_vec()).collect();
+    let mut kernels = Vec::new();
+    for whitening in WHITENING_EXPONENTS {
+        for length in LENGTH_SCALES {
+            kernels.extend(RIDGES.map(|ridge| Kernel { whitening, length, ridge }));
+        }
+    }
+    let errors_of = |kernel: Kernel| {
+        let weights = process_weights(&kernel, training_scores, variances, &targets)?;
+        let error = |(w, y): (&Vec<f64>, &Vec<f64>)| {
+            let pairs = validation_scores.iter().zip(y);
+            pairs.map(|(x, y)| (y - kernel_mean(&kernel, w, training_scores, variances, x)).powi(2)).sum()
+        };
+        Some((kernel, weights.iter().zip(validation_targets).map(error).collect()))
+    };
+    kernels.into_par_iter().filter_map(errors_of).collect()
+}
+
 impl Conditional {
-    /// Fits to curves in units of the measurement noise, of which the first `cut` values are observed.
+    /// Fits to curves in units of the measurement noise, of which the first values are observed.
     fn fit(curves: &[Vec<f64>], observed_values: usize) -> Result<Self, TrainerError> {
         let refuse = || TrainerError::NoTrajectories { what: "the varying part of the training set" };
         let validation: Vec<&Vec<f64>> = curves.iter().step_by(VALIDATION_STRIDE).collect();
@@ -204,36 +230,11 @@ impl Conditional {
                 .collect()
         };
         let (targets, validation_targets) = (project(&fitted), project(&validation));
-        let selection_count = fitted.len().min(MAX_SELECTION_TRAJECTORIES);
-        let grid = WHITENING_EXPONENTS.iter().flat_map(|&whitening| {
-            let lengths = LENGTH_SCALES.iter();
-            lengths
-                .flat_map(move |&length| RIDGES.iter().map(move |&ridge| Kernel { whitening, length, ridge }))
-        });
-        let selection_targets: Vec<Vec<f64>> =
-            targets.iter().map(|t| t[..selection_count].to_vec()).collect();
-        let candidates: Vec<(Kernel, Vec<f64>)> = grid
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .filter_map(|kernel| {
-                let selection_weights = process_weights(
-                    &kernel,
-                    &training_scores[..selection_count],
-                    &variances,
-                    &selection_targets,
-                )?;
-                let error = |(w, y): (&Vec<f64>, &Vec<f64>)| {
-                    let pairs = validation_scores.iter().zip(y);
-                    pairs
-                        .map(|(x, y)| {
-                            (y - kernel_mean(&kernel, w, &training_scores[..selection_count], &variances, x))
-                                .powi(2)
-                        })
-                        .sum()
-                };
-                Some((kernel, selection_weights.iter().zip(&validation_targets).map(error).collect()))
-            })
-            .collect();
+        let candidates = validation_errors(
+            (&training_scores, &targets),
+            (&validation_scores, &validation_targets),
+            &variances,
+        );
         let mut processes: Vec<(Kernel, Vec<f64>)> = Vec::new();
         for (t, target) in targets.iter().enumerate() {
             let kernel = candidates.iter().min_by(|a, b| a.1[t].total_cmp(&b.1[t])).ok_or_else(refuse)?.0;
