@@ -89,8 +89,8 @@ impl PrefixForecaster for NetModel {
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
         let from_initial_state = |samples: usize| -> Result<Samples, TrainerError> {
-            // After one exact row the posterior is the prior, so the forecast from the first state is
-            // reused, which keeps it identical to the unfiltered one in every bit.
+            // One exact row carries no information about the latents, so the forecast from the first state
+            // is reused. It is then identical in every bit to the forecast without a filter.
             let mut forecast = self.forecast(prefix.task(), samples)?;
             forecast.values.drain(..prefix.sensor.sd().len() * forecast.count);
             Ok(forecast)
@@ -151,7 +151,7 @@ impl PrefixForecaster for FittedDrop {
 }
 
 /// Runs a particle filter over the prefix and forecasts after each of `lengths` rows.
-/// `first` makes the forecast after one exact row where that needs no filter.
+/// `unfiltered` makes the forecast after one exact row, for models that need no filter there.
 fn forecast_with_filter<'m>(
     new_model: &dyn Fn() -> Result<Box<dyn TransitionModel + 'm>, TrainerError>,
     unfiltered: Option<&dyn Fn(usize) -> Result<Samples, TrainerError>>,

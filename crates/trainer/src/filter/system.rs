@@ -72,7 +72,8 @@ impl SystemFilter {
     }
 
     /// Sets learned priors, each a mean and a standard deviation ([`super::OwnLaws::laws`]).
-    /// `noise` of each channel ([`super::OwnLaws::noise`]) is used where the sensor declares none.
+    /// `noise` of each channel ([`super::OwnLaws::noise`]) is used where neither the sensor nor the model file
+    /// states it.
     #[must_use]
     pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
         for (seed, mean, sd) in laws {
@@ -105,15 +106,15 @@ impl SystemFilter {
         self.unknowns[index].prior = Some(prior);
     }
 
-    /// Mode and variance of the unknowns at `places` after a whole prefix, and the noise of each channel.
+    /// Mode and variance of the unknowns at `indices` after a whole prefix, and the noise of each channel.
     pub(super) fn fit_unknowns(
         &self,
         prefix: &Prefix<'_>,
-        places: &[usize],
+        indices: &[usize],
     ) -> Result<(Vec<[f64; 2]>, Vec<f64>), TrainerError> {
         let (problem, mode) = self.find_mode(prefix, prefix.rows)?;
         let width = mode.values.len();
-        let estimates = places.iter().map(|&i| [mode.values[i], mode.covariance[i * width + i]]);
+        let estimates = indices.iter().map(|&i| [mode.values[i], mode.covariance[i * width + i]]);
         Ok((estimates.collect(), problem.sd))
     }
 

@@ -179,7 +179,8 @@ fn kernel_mean(
 }
 
 /// Squared validation error of every target under each candidate kernel, `[kernel][target]`.
-/// Scores are `[trajectory][component]`, targets `[target][trajectory]`. Kernels with a singular matrix are left out.
+/// Scores are `[trajectory][component]`, targets `[target][trajectory]`. Kernels with a singular matrix are
+/// left out.
 fn validation_errors(
     (training_scores, targets): (&[Vec<f64>], &[Vec<f64>]),
     (validation_scores, validation_targets): (&[Vec<f64>], &[Vec<f64>]),
