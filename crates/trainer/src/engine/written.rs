@@ -161,13 +161,13 @@ impl WrittenMotion {
         let mut parameters = model.nominals();
         // The inputs in the actions are delayed already, so the simulation must not delay them again.
         model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| parameters[delay] = 0.0);
-        let (corrected, driven) = corrected(model, &system, &parameters);
+        let (corrected, driven) = corrected_and_driven_states(model, &system, &parameters);
         let columns = model.states.iter().map(|s| s.name.clone()).collect();
         let inputs = model.inputs.iter().map(|i| i.name.clone());
         let splines =
             model.inputs.iter().filter(|i| is_spline(i)).map(|i| format!("curvature of {}", i.name));
         let action_columns = inputs.chain(splines).chain([TIME_COLUMN.to_owned()]).collect();
-        let periods = (0..model.states.len()).map(|state| period(model, state)).collect();
+        let periods = (0..model.states.len()).map(|state| state_period(model, state)).collect();
         Ok(WrittenMotion {
             system,
             options,
@@ -346,9 +346,13 @@ fn is_spline(input: &Input) -> bool {
 }
 
 /// States whose rates are force or flow equations, and the states driven by them.
-fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
+fn corrected_and_driven_states(
+    model: &Model,
+    system: &System,
+    parameters: &[f64],
+) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
     let declared_count = model.declared_states();
-    let kinematic = kinematic(model);
+    let kinematic = kinematic_states(model);
     let corrected: Vec<usize> = (0..declared_count).filter(|s| !kinematic.contains(s)).collect();
     // The rate of a driven state is proportional to a velocity, so its derivative is the same everywhere.
     let (n, zeros) = (model.states.len(), vec![0.0; model.states.len()]);
@@ -369,30 +373,32 @@ fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>,
 /// States whose rates are no force or flow equations: those proportional to another state.
 /// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other
 /// state is the position.
-fn kinematic(model: &Model) -> Vec<usize> {
+fn kinematic_states(model: &Model) -> Vec<usize> {
     let motion = library::Motion::of(model);
-    let is_plain = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
-    let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(is_plain);
+    let rate_is_exactly_v = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
+    let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(rate_is_exactly_v);
     pairs.extend(others);
-    let mut runs: Vec<(usize, usize)> = Vec::new();
+    let mut accepted: Vec<(usize, usize)> = Vec::new();
     for (x, v) in pairs {
+        // A pair that would close a cycle is left out, so every chain ends in a force or flow equation.
         let mut end = v;
-        while let Some((_, next)) = runs.iter().find(|(from, _)| *from == end) {
+        while let Some((_, next)) = accepted.iter().find(|(from, _)| *from == end) {
             end = *next;
         }
         if end != x {
-            runs.push((x, v));
+            accepted.push((x, v));
         }
     }
-    let is_copy = |state: usize| !motion.flows.contains(&state) && !runs.iter().any(|(_, v)| *v == state);
-    let mut kinematic: Vec<usize> = runs.iter().map(|(x, _)| *x).collect();
-    let paired = |state: usize| runs.iter().any(|(x, v)| *x == state || *v == state);
-    kinematic.extend((0..model.declared_states()).filter(|&s| !paired(s) && is_copy(s)));
+    let is_no_flow =
+        |state: usize| !motion.flows.contains(&state) && !accepted.iter().any(|(_, v)| *v == state);
+    let mut kinematic: Vec<usize> = accepted.iter().map(|(x, _)| *x).collect();
+    let is_paired = |state: usize| accepted.iter().any(|(x, v)| *x == state || *v == state);
+    kinematic.extend((0..model.declared_states()).filter(|&s| !is_paired(s) && is_no_flow(s)));
     kinematic
 }
 
 /// Period of a state, if a periodic output shows it unchanged.
-fn period(model: &Model, state: usize) -> Option<f64> {
+fn state_period(model: &Model, state: usize) -> Option<f64> {
     let shows = |o: &&Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
     model.outputs.iter().filter(shows).find_map(|o| o.period)
 }

@@ -96,7 +96,7 @@ impl InferenceProblem<'_> {
         self.unknowns.iter().map(|u| u.prior.map_or_else(|| start_value(u.seed), |(mean, _)| mean)).collect()
     }
 
-    /// Minimises the cost over the first [`FIRST_ROWS`] rows, then over twice as many, and so on.
+    /// Minimises the cost over the first [`FIRST_FIT_ROWS`] rows, then over twice as many, and so on.
     fn minimise(&self, start: Vec<f64>) -> Option<(f64, Vec<f64>)> {
         let n = self.observed_rows();
         let (mut values, mut rows) = (start, n.min(FIRST_FIT_ROWS));

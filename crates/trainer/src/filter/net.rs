@@ -52,7 +52,7 @@ impl<'m> NetLaw<'m> {
             params: model.params(),
             engine: &state.settings.engine,
             scales: &state.scales,
-            prior: prior,
+            prior,
             runners: Vec::new(),
             whitened: vec![0.0; net.sizes().latent],
             engine_next: vec![0.0; net.sizes().state],
