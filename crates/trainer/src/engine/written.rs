@@ -380,7 +380,7 @@ fn kinematic_states(model: &Model) -> Vec<usize> {
     pairs.extend(others);
     let mut accepted: Vec<(usize, usize)> = Vec::new();
     for (x, v) in pairs {
-        // A pair that would close a cycle is left out, so every chain ends in a force or flow equation.
+        // A pair that would close a cycle is left out: no state may drive itself through others.
         let mut end = v;
         while let Some((_, next)) = accepted.iter().find(|(from, _)| *from == end) {
             end = *next;
