@@ -1,4 +1,4 @@
-//! The ball of a model file as the nets use it.
+//! The ball of a model file as an engine that nets correct.
 
 use super::error::EngineError;
 use super::motion::Motion;
@@ -9,28 +9,29 @@ use augsim_physics::ball::{
 use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
-/// Kind of contacts that last.
+/// Kind of the effect of contacts with a duration.
 const CONTACT_KIND: &str = "contact-duration";
-/// Kind of a floor that is not at height 0 of the data.
-const OFFSET_KIND: &str = "height-offset";
+/// Kind of the effect of a constant error of measured heights.
+const HEIGHT_OFFSET_KIND: &str = "height-offset";
 
-/// Likely spread of restitutions from trajectory to trajectory: the unit in which a net moves them.
+/// Typical spread of restitutions between trajectories: the unit in which a net changes them.
 pub(super) const RESTITUTION_SPREAD: f64 = 0.1;
-/// Step of the differences by the restitution.
+/// Step of the central differences with respect to the restitution.
 const RESTITUTION_STEP: f64 = 0.01;
 
-/// State columns of a ball that moves up and down.
+/// State columns of a ball that moves vertically.
 pub(super) const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
-/// State columns of a throw in the plane.
+/// State columns of a throw in a plane.
 const PLANE: [&str; 4] = ["x_m", "z_m", "velocity_x_m_s", "velocity_z_m_s"];
 /// State columns of a throw in space.
 const SPACE: [&str; 6] = ["x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"];
 
-/// The exact engine of a model file for a ball, one step of the data at a time.
+/// Simulates the ball of a model file exactly, one sample interval at a time or a whole roll-out.
 ///
-/// States are those of the data: where the model says that heights are off by a constant, the ground lies at it. A state below
-/// the ground, which noise makes, counts as on the ground. A step of its own cannot know that a contact has
-/// begun before it, so single steps bounce in an instant where the model has contacts that last; a roll-out follows them.
+/// States are those of the data: a constant height error of the model shifts the ground instead. A state
+/// below the ground, which measurement noise causes, counts as on the ground. A single step cannot know
+/// that a contact began before it, so single steps treat lasting contacts as instantaneous; a roll-out
+/// simulates them.
 #[derive(Debug)]
 pub(super) struct ModelBall {
     /// Seconds from one sample to the next.
@@ -42,53 +43,59 @@ pub(super) struct ModelBall {
     left_out: Vec<String>,
     contact_s: Option<f64>,
     /// World and parameters of a roll-out.
-    whole: (World, Vec<f64>),
-    /// World and parameters of single steps.
-    step: (World, Vec<f64>),
+    rollout_model: (World, Vec<f64>),
+    /// World and parameters of single steps, without contact durations.
+    step_model: (World, Vec<f64>),
 }
 
 impl ModelBall {
     /// The engine of `model` with steps of `step_s` seconds.
+    ///
+    /// # Errors
+    /// [`EngineError`] if the step is not positive, or an effect depends on more than the states.
     pub fn new(model: &Model, axes: Axes, step_s: f64) -> Result<Self, EngineError> {
         if !(step_s > 0.0 && step_s.is_finite()) {
             return Err(EngineError::Step { step_s });
         }
-        if let Some((kind, what)) = model.effects.iter().find_map(|b| hidden(b, axes)) {
+        if let Some((kind, what)) = model.effects.iter().find_map(|b| unobserved_quantity(b, axes)) {
             return Err(EngineError::Hidden { kind: kind.to_owned(), what });
         }
-        let world = |keep: &dyn Fn(&EffectBlock) -> bool| {
-            let effects = model.effects.iter().filter(|b| moves(b) && keep(b)).cloned().collect();
+        let world_with = |keep: &dyn Fn(&EffectBlock) -> bool| {
+            let effects =
+                model.effects.iter().filter(|b| is_deterministic_motion(b) && keep(b)).cloned().collect();
             Model { effects, ..model.clone() }.world(axes)
         };
-        let lasts = |b: &&EffectBlock| b.kind == CONTACT_KIND;
-        let contact = model.effects.iter().find(lasts).and_then(|b| b.parameters.first());
-        let offset = model.effects.iter().find(|b| b.kind == OFFSET_KIND).and_then(|b| b.parameters.first());
-        let takes_part = |b: &EffectBlock| moves(b) || b.kind == OFFSET_KIND;
+        let is_contact = |b: &&EffectBlock| b.kind == CONTACT_KIND;
+        let contact = model.effects.iter().find(is_contact).and_then(|b| b.parameters.first());
+        let offset =
+            model.effects.iter().find(|b| b.kind == HEIGHT_OFFSET_KIND).and_then(|b| b.parameters.first());
+        let is_simulated = |b: &EffectBlock| is_deterministic_motion(b) || b.kind == HEIGHT_OFFSET_KIND;
         Ok(ModelBall {
             step_s,
             axes,
             ground_m: offset.map_or(0.0, |b| b.nominal),
             expected: Expected { gravity_m_s2: model.expected().gravity_m_s2, ..Expected::default() },
-            left_out: model.effects.iter().filter(|b| !takes_part(b)).map(|b| b.kind.clone()).collect(),
+            left_out: model.effects.iter().filter(|b| !is_simulated(b)).map(|b| b.kind.clone()).collect(),
             contact_s: contact.map(|tau| tau.nominal),
-            whole: world(&|_| true),
-            step: world(&|b| b.kind != CONTACT_KIND),
+            rollout_model: world_with(&|_| true),
+            step_model: world_with(&|b| b.kind != CONTACT_KIND),
         })
     }
 }
 
 impl ModelBall {
-    /// Whether a step from a state may reach the ground: twice as far as it falls freely, so that no law of flight matters.
+    /// Whether a step from a state may reach the ground.
+    /// Tests twice the distance of a free fall, so that drag and other effects of flight do not matter.
     fn may_bounce(&self, state: &[f64]) -> bool {
         let axes = self.axes.indices();
         let Some(up) = axes.iter().position(|&a| a == UP) else { return true };
-        let (_, parameters) = &self.step;
+        let (_, parameters) = &self.step_model;
         let height = state[up] - self.ground_m - parameters[FLOOR];
         let falls = self.step_s * (0.5 * parameters[GRAVITY] * self.step_s - state[axes.len() + up]);
         height < 2.0 * falls
     }
 
-    /// Positions and velocities at `times` from a state at time zero, as rows of states.
+    /// States at `times` from a state at time zero, one row of positions and velocities per time.
     fn run(&self, (world, parameters): (&World, &[f64]), state: &[f64], times: &[f64]) -> Vec<f64> {
         let axes = self.axes.indices();
         let mut start = State::at_rest(0.0);
@@ -118,7 +125,7 @@ impl ModelBall {
     }
 }
 
-/// The axis that points up.
+/// Index of the vertical axis.
 const UP: usize = 2;
 
 impl Motion for ModelBall {
@@ -139,12 +146,12 @@ impl Motion for ModelBall {
     }
 
     fn ground_m(&self) -> Option<f64> {
-        let (_, parameters) = &self.step;
+        let (_, parameters) = &self.step_model;
         matches!(self.axes, Axes::Vertical).then(|| self.ground_m + parameters[FLOOR])
     }
 
     fn step(&self, state: &[f64], _: &[f64], _: &[f64], next: &mut [f64]) {
-        let (world, parameters) = &self.step;
+        let (world, parameters) = &self.step_model;
         next.copy_from_slice(&self.run((world, parameters), state, &[self.step_s]));
     }
 
@@ -157,7 +164,7 @@ impl Motion for ModelBall {
             changes.fill(0.0);
             return;
         }
-        let (world, parameters) = &self.step;
+        let (world, parameters) = &self.step_model;
         let [above, below] = [1.0, -1.0].map(|side| {
             let mut moved = parameters.clone();
             moved[RESTITUTION] += side * RESTITUTION_STEP;
@@ -170,9 +177,9 @@ impl Motion for ModelBall {
 
     fn rollout(&self, start: &[f64], _: &[f64], time: usize) -> Vec<f64> {
         let times: Vec<f64> = (0..time).map(|t| t as f64 * self.step_s).collect();
-        let (world, parameters) = &self.whole;
+        let (world, parameters) = &self.rollout_model;
         let mut out = self.run((world, parameters), start, &times);
-        // The start is what was measured, also where that is below the ground.
+        // The first row is the measured state, also where that is below the ground.
         out[..start.len()].copy_from_slice(start);
         out
     }
@@ -186,8 +193,8 @@ impl Motion for ModelBall {
     }
 }
 
-/// Whether an effect changes the motion, and not at random.
-fn moves(block: &EffectBlock) -> bool {
+/// Whether an effect changes the motion deterministically.
+fn is_deterministic_motion(block: &EffectBlock) -> bool {
     block.kind != SCATTER_KIND && location(block) != Some(Location::Sensor)
 }
 
@@ -198,9 +205,9 @@ fn location(block: &EffectBlock) -> Option<Location> {
     }
 }
 
-/// Kind of an effect that depends on more than the states along these axes, and what that is.
-fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
-    if !moves(block) {
+/// Kind of an effect that depends on more than the states along these axes, and that quantity.
+fn unobserved_quantity(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
+    if !is_deterministic_motion(block) {
         return None;
     }
     let what = match &block.table {
@@ -216,7 +223,8 @@ fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
             Against::X | Against::Y | Against::VelocityX | Against::TangentialSpeed => None,
             Against::NormalSpeed | Against::Speed | Against::Z | Against::VelocityZ => None,
         },
-        // What acts through another effect (a wind through the drag) shows in the height alone as well.
+        // An effect that acts through another one (wind through drag) is visible in the height alone as
+        // well.
         None if spec_of(&block.kind)?.joins.is_some() => None,
         None => match spec_of(&block.kind)?.needs {
             Needs::Horizontal | Needs::Slip | Needs::Lateral if axes == Axes::Vertical => {
@@ -236,12 +244,12 @@ fn hidden(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what a restitution changes in a step is linear in it, to first order, and nothing away from the ground.
+    //! Contract: the sensitivity to the restitution matches finite differences and is zero in the air.
     use super::*;
     use augsim_physics::ball::bullet::BulletBall;
 
-    /// Difference of the step from `state` where the restitution is its unit more.
-    fn moved(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
+    /// Change of the step from `state` when the restitution increases by its unit.
+    fn unit_difference(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
         let [mut less, mut more] = [[0.0; 2]; 2];
         step(0.5, &mut less);
         step(0.5 + RESTITUTION_SPREAD, &mut more);
@@ -249,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn both_balls_know_what_their_restitution_changes() {
+    fn restitution_sensitivities_match_finite_differences() {
         let step_s = 1.0 / 60.0;
         let text = |restitution: f64| {
             format!(
@@ -264,24 +272,29 @@ mod tests {
         let bullet = |restitution: f64| BulletBall { restitution, ..BulletBall::default() };
         // In the air, about to touch, a little below the ground, at rest on it.
         for state in [[2.0, -3.0], [0.05, -6.0], [-0.02, -8.0], [0.0, 0.0]] {
-            let by_bullet = moved(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
-            let by_model = moved(&|e, next| exact(e).step(&state, &[], &[], next));
-            let (mut told_bullet, mut told_model) = ([0.0; 2], [0.0; 2]);
-            bullet(0.5).own_changes(&state, &[], &[], &mut told_bullet);
-            exact(0.5).own_changes(&state, &[], &[], &mut told_model);
+            let bullet_difference =
+                unit_difference(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
+            let model_difference = unit_difference(&|e, next| exact(e).step(&state, &[], &[], next));
+            let (mut bullet_changes, mut model_changes) = ([0.0; 2], [0.0; 2]);
+            bullet(0.5).own_changes(&state, &[], &[], &mut bullet_changes);
+            exact(0.5).own_changes(&state, &[], &[], &mut model_changes);
             for j in 0..2 {
                 assert!(
-                    (told_bullet[j] - by_bullet[j]).abs() < 1e-12,
-                    "{state:?}: {told_bullet:?} {by_bullet:?}"
+                    (bullet_changes[j] - bullet_difference[j]).abs() < 1e-12,
+                    "{state:?}: {bullet_changes:?} {bullet_difference:?}"
                 );
-                // Gravity acts on the way up for a time that does not hang on the restitution: linear as well.
-                assert!((told_model[j] - by_model[j]).abs() < 1e-9, "{state:?}: {told_model:?} {by_model:?}");
+                // Gravity acts after the bounce for a time that does not depend on the restitution, so the
+                // step is linear.
+                assert!(
+                    (model_changes[j] - model_difference[j]).abs() < 1e-9,
+                    "{state:?}: {model_changes:?} {model_difference:?}"
+                );
             }
             let is_in_the_air = state[0] > 1.0;
             assert_eq!(
-                told_model == [0.0; 2],
+                model_changes == [0.0; 2],
                 is_in_the_air || state == [0.0; 2],
-                "{state:?}: {told_model:?}"
+                "{state:?}: {model_changes:?}"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! PyBullet's stepping scheme as the nets use it.
+//! PyBullet's stepping scheme as an engine that nets correct.
 
 use super::ball::{COLUMNS, RESTITUTION_SPREAD};
 use super::motion::Motion;
@@ -33,7 +33,7 @@ impl Motion for BulletBall {
     }
 
     fn own_changes(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
-        // A step is linear in the restitution from 0 to 1.
+        // A step is linear in the restitution between 0 and 1.
         let [bounced, stopped] = [1.0, 0.0].map(|restitution| {
             let mut s = BulletState { centre_m: state[0] + self.radius_m, velocity_m_s: state[1] };
             self.step_with(restitution, &mut s);

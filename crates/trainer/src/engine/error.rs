@@ -1,20 +1,20 @@
-//! Why a model file gives no engine.
+//! Reasons why a model file gives no engine.
 
 use augsim_physics::model::ModelError;
 
-/// Why a model cannot be stepped.
+/// A reason why a model cannot be simulated step by step.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// The step makes no sense.
-    #[error("a step of {step_s} s must be a positive number")]
+    /// The step is not positive or not finite.
+    #[error("the time step is {step_s} s; it must be a positive finite number: check the times of the data")]
     Step {
-        /// The step; not a number where none is given.
+        /// The step; NaN where none is given.
         step_s: f64,
     },
-    /// A law that the states do not decide.
+    /// An effect depends on a quantity that is not among the states.
     #[error(
-        "effect `{kind}` depends on {what}, which the states of the data do not tell; take it out of the model file, or \
-         find a model without it (`discover`)"
+        "effect `{kind}` depends on {what}, which is not among the states of the data; remove the effect from the \
+         model file, or search for a model without it (`discover`)"
     )]
     Hidden {
         /// Kind of the effect.
@@ -22,8 +22,8 @@ pub enum EngineError {
         /// The quantity that it depends on.
         what: &'static str,
     },
-    /// A model of pushing where one of a ball is needed.
-    #[error("the model is one of pushing, but the run is one of throws; give the model of a ball")]
+    /// A model of pushing was given where one of a ball is needed.
+    #[error("the model file describes pushing, but the run needs a thrown ball: give the model of a ball")]
     NotThrown,
     /// The text is no model of equations, or one that cannot be compiled.
     #[error(transparent)]

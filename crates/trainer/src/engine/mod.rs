@@ -1,4 +1,4 @@
-//! The analytical model as the nets use it: one step at a time, or rolled out from the first state.
+//! Physics engines that nets correct: single steps, and roll-outs from an initial state.
 
 mod ball;
 mod bullet;
@@ -23,7 +23,8 @@ use motion::Motion;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 
-/// A physics engine: the f_p of the paper (section II). Kept in the run's configuration and checkpoint.
+/// A physics engine: the f_p of the paper (section II).
+/// It is part of a run's configuration and checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Engine {
@@ -31,14 +32,14 @@ pub enum Engine {
     PybulletBall(BulletBall),
     /// The system of a model file.
     Model(SystemEngine),
-    /// The ball of a model file, thrown in the plane or in space.
+    /// The ball of a model file, thrown in a plane or in space.
     Throw(ThrowEngine),
     /// A system of equations.
     Written(WrittenEngine),
 }
 
 impl Engine {
-    /// The engine of a model file; `step_s` as [`SystemEngine::new`] takes it.
+    /// The engine of a model file; `step_s` as for [`SystemEngine::new`].
     ///
     /// # Errors
     /// The errors of [`SystemEngine::new`].
@@ -58,7 +59,7 @@ impl Engine {
     /// The engine of another model file for the same data.
     ///
     /// # Errors
-    /// As [`SystemEngine::new`].
+    /// The errors of [`SystemEngine::new`].
     pub fn with_model(&self, file: &ModelFile) -> Result<Self, EngineError> {
         match (self, file) {
             (Engine::Throw(throw), ModelFile::Ball(model)) => {
@@ -69,7 +70,7 @@ impl Engine {
         }
     }
 
-    /// The model file behind it; none where there is none.
+    /// Text of the model file, if the engine has one.
     pub fn model(&self) -> Option<&str> {
         match self {
             Engine::PybulletBall(_) => None,
@@ -79,12 +80,12 @@ impl Engine {
         }
     }
 
-    /// Kinds of the model's effects that take no part: what the sensor adds, and what is random.
+    /// Kinds of the model's effects that the engine ignores: sensor effects and random effects.
     pub fn left_out(&self) -> &[String] {
         self.motion().left_out()
     }
 
-    /// Seconds that contacts last which single steps take for an instant, where there are any.
+    /// Duration of contacts that single steps treat as instantaneous, in s, if the model has one.
     pub fn contact_s(&self) -> Option<f64> {
         self.motion().contact_s()
     }
@@ -94,48 +95,49 @@ impl Engine {
         self.motion().columns()
     }
 
-    /// Names of the action columns, with units; none where nobody acts.
+    /// Names of the action columns, with units; empty without actions.
     pub fn action_columns(&self) -> Vec<&str> {
         self.motion().action_columns()
     }
 
-    /// Statements of the engine about the data that it is trained on: its gravity, where a ball falls.
+    /// Properties that the training data should show, such as the gravity of a falling ball.
     pub fn expected(&self) -> Expected {
         self.motion().expected()
     }
 
-    /// Seconds from one state to the next, where the engine has a step of its own: that of the data must be the same.
+    /// Time step in s, if the engine has a fixed one; the data must have the same.
     pub fn step_s(&self) -> Option<f64> {
         self.motion().step_s()
     }
 
-    /// Height of the flat ground in the data, m, under what moves only up and down.
+    /// Height of flat ground in the data, m, for systems that only move vertically.
     pub(crate) fn ground_m(&self) -> Option<f64> {
         self.motion().ground_m()
     }
 
-    /// State one step after `state`, while the actions go from `from` to `to` (both empty without actions).
+    /// Writes the state one step after `state` while the actions go from `from` to `to`.
+    /// Both actions are empty for systems without actions.
     pub fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         self.motion().step(state, from, to, next);
     }
 
-    /// Number P of the parameters that [`own_changes`](Self::own_changes) knows.
+    /// Number P of the parameters in [`own_changes`](Self::own_changes).
     pub(crate) fn own_parameters(&self) -> usize {
         self.motion().own_parameters()
     }
 
-    /// Changes `[P, S]` of the state that [`step`](Self::step) gives, to first order, where a parameter that is likely to be a
-    /// trajectory's own moves by its likely spread.
+    /// Computes how per-trajectory parameters change the state after a [`step`](Self::step), `[P, S]`.
+    /// First order, for a change of each parameter by its typical spread between trajectories.
     pub(crate) fn own_changes(&self, state: &[f64], from: &[f64], to: &[f64], changes: &mut [f64]) {
         self.motion().own_changes(state, from, to, changes);
     }
 
-    /// States `[time, S]` of the roll-out from `start`, which is the first of them, under `actions [time, A]`.
+    /// States `[time, S]` of the roll-out from `start`, which is the first, under `actions [time, A]`.
     pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         self.motion().rollout(start, actions, time)
     }
 
-    /// The equations, where a model file writes them out: their rates are what is corrected.
+    /// The equation engine, if the model file has equations.
     pub fn written(&self) -> Option<&WrittenEngine> {
         match self {
             Engine::Written(system) => Some(system),
@@ -143,12 +145,12 @@ impl Engine {
         }
     }
 
-    /// The motion by equations whose rates are corrected.
+    /// The equation model whose rates are corrected, if the engine has one.
     pub(crate) fn rates(&self) -> Option<&WrittenMotion> {
         self.written().map(WrittenEngine::motion)
     }
 
-    /// The pushing, where a rod pushes an object: contacts are what features of its path are made of.
+    /// The pushing engine, if a rod pushes an object: features are computed from its contacts.
     pub(crate) fn pushing(&self) -> Option<&ModelPush> {
         (self.motion() as &dyn Any).downcast_ref()
     }

@@ -1,5 +1,7 @@
-//! Pushing with one rod as the nets use it: quasi-static, ellipsoidal limit surface (Lynch, Maekawa and Tanie 1992), with the
-//! effects that a discovery has added.
+//! Pushing with one rod as an engine that nets correct.
+//!
+//! Quasi-static motion with an ellipsoidal limit surface (Lynch, Maekawa and Tanie 1992), and the effects
+//! that a discovery has added.
 
 use super::motion::Motion;
 use crate::push::{ACTIONS, STATES};
@@ -10,10 +12,10 @@ use augsim_physics::push::{
     simulate,
 };
 
-/// Steps of a roll-out.
-const TRAVEL_M: f64 = 1e-3;
+/// Maximum travel of the rod in a simulation step, m.
+const MAX_TRAVEL_M: f64 = 1e-3;
 
-/// The object and the rod of a model file, of any outline.
+/// The object and the rod of a model file, with any outline.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelPush {
     world: World,
@@ -29,12 +31,12 @@ impl ModelPush {
         ModelPush { world, parameters, left_out: left_out.map(|b| b.kind.clone()).collect() }
     }
 
-    /// Ratio of largest moment to largest force of the limit surface, m.
+    /// Ratio of maximum moment to maximum force of the limit surface, m.
     pub fn c_m(&self) -> f64 {
         self.parameters[C]
     }
 
-    /// Friction between rod and object.
+    /// Friction coefficient between rod and object.
     pub fn contact_friction(&self) -> f64 {
         self.parameters[CONTACT_FRICTION]
     }
@@ -44,26 +46,27 @@ impl ModelPush {
         self.parameters[ROD_RADIUS]
     }
 
-    /// Friction between object and support. Quasi-static motion does not depend on it; the nets read from it how far a fast
-    /// object coasts.
+    /// Friction coefficient between object and support.
+    /// Quasi-static motion does not depend on it; the nets' features use it for the coasting distance.
     pub fn support_friction(&self) -> f64 {
         self.parameters[SUPPORT_FRICTION]
     }
 
-    /// The object and its laws.
+    /// The object and its effects.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Poses and instants along rod positions `actions [time, (x, y, t)]` from pose `start`. Where measured
-    /// rod and object overlap at the start, by noise or clocks that differ, the engine moves the object out.
+    /// Poses and contact states along rod positions `actions [time, (x, y, t)]` from pose `start`.
+    /// Where measured rod and object overlap at the start, because of noise or an offset between clocks,
+    /// the engine moves the object out.
     pub fn follow(&self, start: &[f64], actions: &[f64]) -> Vec<(Pose<f64>, Instant<f64>)> {
         let column = |j: usize| -> Vec<f64> { actions.chunks_exact(3).map(|a| a[j]).collect() };
         let (x, y, t) = (column(0), column(1), column(2));
         let first = Pose::new(start[0], start[1], start[2]);
         let mut run = Run::default();
-        let done = Recorded::new(&t, &x, &y).is_some_and(|path| {
-            let steps = Steps { travel_m: TRAVEL_M, ..Steps::default() };
+        let is_simulated = Recorded::new(&t, &x, &y).is_some_and(|path| {
+            let steps = Steps { travel_m: MAX_TRAVEL_M, ..Steps::default() };
             let push = Push {
                 world: &self.world,
                 parameters: &self.parameters,
@@ -74,10 +77,11 @@ impl ModelPush {
             };
             simulate(&push, &t, &mut run).is_ok()
         });
-        if done {
+        if is_simulated {
             return run.poses.into_iter().zip(run.instants).collect();
         }
-        // A start deep inside the object: one straight piece at a time, which resolves any overlap.
+        // The rod starts deep inside the object: simulating one straight interval at a time resolves any
+        // overlap.
         step_by_step(&self.world, &self.parameters, first, actions)
     }
 
@@ -121,7 +125,7 @@ fn step_by_step(
     let mut stepper = augsim_physics::push::Stepper::new(
         world,
         parameters,
-        Steps { travel_m: TRAVEL_M, ..Steps::default() },
+        Steps { travel_m: MAX_TRAVEL_M, ..Steps::default() },
     );
     let rows: Vec<&[f64]> = actions.chunks_exact(3).collect();
     let mut out = Vec::with_capacity(rows.len());

@@ -1,4 +1,4 @@
-//! The system of a model file as an engine: what the nets correct, be it declared or augmented by a discovery.
+//! The system of a model file as an engine, whether declared or extended by a discovery.
 
 use super::ball::ModelBall;
 use super::error::EngineError;
@@ -9,32 +9,33 @@ use augsim_physics::model::ModelFile;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The system of a model file at the nominal values of its parameters; configurations and checkpoints hold the file's text.
-///
-/// Laws of the motion act. What the sensor adds is no part of the state, and what is random is for the net to learn: both
-/// are left out.
+/// The system of a model file at the nominal values of its parameters.
+/// Configurations and checkpoints hold the file's text. Deterministic effects of the motion are simulated.
+/// Sensor effects are no part of the state, and random effects are left for the net to learn: both are
+/// ignored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Declared", into = "Declared")]
+#[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct SystemEngine {
-    declared: Declared,
+    serialised: SerialisedEngine,
     motion: Arc<dyn Motion>,
 }
 
-/// The form of an engine in configurations and checkpoints.
+/// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Declared {
-    /// Seconds from one sample to the next; absent where the actions have a clock.
+struct SerialisedEngine {
+    /// Seconds from one sample to the next; absent where the actions include the time.
     step_s: Option<f64>,
     /// Text of the model file.
     model: String,
 }
 
 impl SystemEngine {
-    /// The engine of a model file. `step_s` are the seconds between the samples of the data, for systems whose actions have
-    /// no clock.
+    /// The engine of a model file.
+    /// `step_s` is the time between samples of the data in s, for systems whose actions do not include the
+    /// time.
     ///
     /// # Errors
-    /// [`EngineError`], where a law depends on more than the states, or the step is not positive.
+    /// [`EngineError`] if an effect depends on more than the states, or the step is not positive.
     pub fn new(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
         let (model, motion): (String, Arc<dyn Motion>) = match file {
             ModelFile::Ball(model) => (
@@ -43,12 +44,12 @@ impl SystemEngine {
             ),
             ModelFile::Push(model) => (model.to_toml(), Arc::new(ModelPush::new(model))),
         };
-        Ok(SystemEngine { declared: Declared { step_s: motion.step_s(), model }, motion })
+        Ok(SystemEngine { serialised: SerialisedEngine { step_s: motion.step_s(), model }, motion })
     }
 
     /// Text of the model file.
     pub fn model(&self) -> &str {
-        &self.declared.model
+        &self.serialised.model
     }
 
     pub(super) fn motion(&self) -> &dyn Motion {
@@ -58,20 +59,20 @@ impl SystemEngine {
 
 impl PartialEq for SystemEngine {
     fn eq(&self, other: &Self) -> bool {
-        self.declared == other.declared
+        self.serialised == other.serialised
     }
 }
 
-impl TryFrom<Declared> for SystemEngine {
+impl TryFrom<SerialisedEngine> for SystemEngine {
     type Error = EngineError;
-    fn try_from(declared: Declared) -> Result<Self, EngineError> {
-        let file = ModelFile::parse(&declared.model, "model of the run").map_err(Box::new)?;
-        Self::new(&file, declared.step_s)
+    fn try_from(serialised: SerialisedEngine) -> Result<Self, EngineError> {
+        let file = ModelFile::parse(&serialised.model, "model of the run").map_err(Box::new)?;
+        Self::new(&file, serialised.step_s)
     }
 }
 
-impl From<SystemEngine> for Declared {
+impl From<SystemEngine> for SerialisedEngine {
     fn from(engine: SystemEngine) -> Self {
-        engine.declared
+        engine.serialised
     }
 }

@@ -1,5 +1,5 @@
-//! The ball of a model file thrown in the plane or in space, as an engine: [`SystemEngine`](super::SystemEngine) is that of one
-//! that moves up and down, and of pushing.
+//! The ball of a model file, thrown in a plane or in space, as an engine.
+//! Vertical motion and pushing are simulated by [`SystemEngine`](super::SystemEngine).
 
 use super::ball::ModelBall;
 use super::error::EngineError;
@@ -27,17 +27,18 @@ impl Room {
     }
 }
 
-/// A thrown ball at the nominal values of its model's parameters; configurations and checkpoints hold the file's text.
+/// A thrown ball at the nominal values of its model's parameters.
+/// Configurations and checkpoints hold the text of the model file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Declared", into = "Declared")]
+#[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct ThrowEngine {
-    declared: Declared,
+    serialised: SerialisedEngine,
     motion: Arc<ModelBall>,
 }
 
-/// The engine as configurations and checkpoints hold it.
+/// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Declared {
+struct SerialisedEngine {
     room: Room,
     /// Seconds from one sample to the next.
     step_s: f64,
@@ -52,17 +53,17 @@ impl ThrowEngine {
     /// As [`SystemEngine::new`](super::SystemEngine::new).
     pub fn new(model: &Model, room: Room, step_s: f64) -> Result<Self, EngineError> {
         let motion = Arc::new(ModelBall::new(model, room.axes(), step_s)?);
-        Ok(ThrowEngine { declared: Declared { room, step_s, model: model.to_toml() }, motion })
+        Ok(ThrowEngine { serialised: SerialisedEngine { room, step_s, model: model.to_toml() }, motion })
     }
 
     /// The coordinates in which the ball moves.
     pub fn room(&self) -> Room {
-        self.declared.room
+        self.serialised.room
     }
 
     /// Text of the model file.
     pub fn model(&self) -> &str {
-        &self.declared.model
+        &self.serialised.model
     }
 
     pub(super) fn motion(&self) -> &ModelBall {
@@ -72,22 +73,22 @@ impl ThrowEngine {
 
 impl PartialEq for ThrowEngine {
     fn eq(&self, other: &Self) -> bool {
-        self.declared == other.declared
+        self.serialised == other.serialised
     }
 }
 
-impl TryFrom<Declared> for ThrowEngine {
+impl TryFrom<SerialisedEngine> for ThrowEngine {
     type Error = EngineError;
-    fn try_from(declared: Declared) -> Result<Self, EngineError> {
-        match ModelFile::parse(&declared.model, "model of the run").map_err(Box::new)? {
-            ModelFile::Ball(model) => Self::new(&model, declared.room, declared.step_s),
+    fn try_from(serialised: SerialisedEngine) -> Result<Self, EngineError> {
+        match ModelFile::parse(&serialised.model, "model of the run").map_err(Box::new)? {
+            ModelFile::Ball(model) => Self::new(&model, serialised.room, serialised.step_s),
             ModelFile::Push(_) => Err(EngineError::NotThrown),
         }
     }
 }
 
-impl From<ThrowEngine> for Declared {
+impl From<ThrowEngine> for SerialisedEngine {
     fn from(engine: ThrowEngine) -> Self {
-        engine.declared
+        engine.serialised
     }
 }

@@ -1,7 +1,11 @@
-//! A system of equations as the nets use it: one sample interval at a time, many states side by side.
+//! A system of equations as an engine: one sample interval at a time, for many states at once.
 //!
-//! Nets correct the rates of equations of force and flow. Where the rate of one state is another one, it stays so: a change d of the
-//! rate of a speed over an interval h changes the speed by h d and what runs by it by h²/2 d.
+//! Nets correct the rates of force and flow equations. Where the rate of one state is another state, this
+//! relation is kept. A correction d of the rate of a velocity v, over an interval h, therefore changes
+//!
+//! ```text
+//! (1)  v by h d, and a state x with dx/dt = s v by h^2/2 s d.
+//! ```
 
 use super::error::EngineError;
 use super::motion::Motion;
@@ -14,48 +18,49 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The last of the action columns: equations may name the time.
-const CLOCK: &str = "t_s";
-/// Halvings of a correction that would pass an event; then nothing is left of it.
-const HALVINGS: usize = 12;
+/// Name of the last action column: equations may depend on the time.
+const TIME_COLUMN: &str = "t_s";
+/// Maximum number of halvings of a correction that would cross an event; then it is dropped.
+const MAX_HALVINGS: usize = 12;
 
-/// A system of equations at the nominal values of its parameters; configurations and checkpoints hold the file's text and what data
-/// decided about its simulation.
+/// A system of equations at the nominal values of its parameters.
+/// Configurations and checkpoints hold the file's text and the numerical settings chosen from data.
 ///
-/// Its states are those of the model. Its actions are the inputs at the samples, those with a delay delayed already, the second derivatives
-/// of those that run as splines, and the time.
+/// States are those of the model. Actions are the inputs at the samples (already delayed where a delay is
+/// declared), the second derivatives of spline inputs, and the time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Declared", into = "Declared")]
+#[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct WrittenEngine {
-    declared: Declared,
+    serialised: SerialisedEngine,
     motion: Arc<WrittenMotion>,
 }
 
-/// The form of an engine in configurations and checkpoints.
+/// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Declared {
+struct SerialisedEngine {
     /// Seconds from one sample to the next.
     step_s: f64,
-    /// Steps of integration from one sample to the next.
+    /// Integration steps from one sample to the next.
     substeps: usize,
-    /// Whether the steps are implicit.
+    /// Whether the integrator is implicit.
     implicit: bool,
-    /// Standard deviation of the sensor of each output, in its unit.
+    /// Standard deviation of the measurement noise of each output, in its unit.
     sensor_sd: Vec<f64>,
     /// Text of the model file.
     model: String,
-    /// Widths of smoothed jumps by the text of their argument.
+    /// Widths of smoothed discontinuities, by the text of their argument.
     widths: BTreeMap<String, f64>,
 }
 
 impl WrittenEngine {
-    /// The engine of a system whose steps and widths suit its data, with `step_s` seconds between samples and the noise of the sensor
-    /// of each output, in its unit.
+    /// The engine of a system whose integration steps and smoothing widths suit its data.
+    /// `step_s` is the time between samples in s, `sensor_sd` the measurement noise of each output in its
+    /// unit.
     ///
     /// # Errors
-    /// [`EngineError`] if the step is not positive, or the model cannot be written down or compiled.
+    /// [`EngineError`] if the step is not positive, or the model cannot be serialised or compiled.
     pub fn new(system: &WrittenSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
-        Self::try_from(Declared {
+        Self::try_from(SerialisedEngine {
             step_s,
             substeps: system.options().substeps,
             implicit: system.is_implicit(),
@@ -67,30 +72,30 @@ impl WrittenEngine {
 
     /// Text of the model file.
     pub fn model(&self) -> &str {
-        &self.declared.model
+        &self.serialised.model
     }
 
-    /// The model, with steps and widths as the engine has them.
+    /// The model, with the engine's integration steps and smoothing widths.
     pub fn equations(&self) -> &Model {
         self.motion.system.model()
     }
 
-    /// Names of the actions: the inputs, second derivatives of those that run as splines, and the time.
+    /// Names of the actions: the inputs, the second derivatives of spline inputs, and the time.
     pub fn action_columns(&self) -> &[String] {
         &self.motion.action_columns
     }
 
     /// Seconds from one sample to the next.
     pub fn step_s(&self) -> f64 {
-        self.declared.step_s
+        self.serialised.step_s
     }
 
-    /// Standard deviation of the sensor of each output, in its unit.
+    /// Standard deviation of the measurement noise of each output, in its unit.
     pub fn sensor_sd(&self) -> &[f64] {
-        &self.declared.sensor_sd
+        &self.serialised.sensor_sd
     }
 
-    /// Outputs, without noise, at states `[row, S]` and actions `[row, A]` of the same samples, `[row, O]`.
+    /// Outputs without noise `[row, O]` at states `[row, S]` and actions `[row, A]` of the same samples.
     pub fn outputs(&self, states: &[f64], actions: &[f64]) -> Vec<f64> {
         let a = self.motion.action_columns.len();
         self.motion.outputs(states, actions.chunks_exact(a))
@@ -103,31 +108,31 @@ impl WrittenEngine {
 
 impl PartialEq for WrittenEngine {
     fn eq(&self, other: &Self) -> bool {
-        self.declared == other.declared
+        self.serialised == other.serialised
     }
 }
 
-impl TryFrom<Declared> for WrittenEngine {
+impl TryFrom<SerialisedEngine> for WrittenEngine {
     type Error = EngineError;
-    fn try_from(declared: Declared) -> Result<Self, EngineError> {
-        let step_s = declared.step_s;
+    fn try_from(serialised: SerialisedEngine) -> Result<Self, EngineError> {
+        let step_s = serialised.step_s;
         if !(step_s > 0.0 && step_s.is_finite()) {
             return Err(EngineError::Step { step_s });
         }
         let mut model =
-            augsim_written::model::parse(&declared.model, "model of the run").map_err(Box::new)?;
-        model.numerics.substeps = Some(declared.substeps.max(1));
-        model.numerics.widths.clone_from(&declared.widths);
+            augsim_written::model::parse(&serialised.model, "model of the run").map_err(Box::new)?;
+        model.numerics.substeps = Some(serialised.substeps.max(1));
+        model.numerics.widths.clone_from(&serialised.widths);
         model.numerics.integrator =
-            if declared.implicit { Integrator::Implicit } else { Integrator::Explicit };
+            if serialised.implicit { Integrator::Implicit } else { Integrator::Explicit };
         let motion = WrittenMotion::new(&model, step_s)?;
-        Ok(WrittenEngine { declared, motion: Arc::new(motion) })
+        Ok(WrittenEngine { serialised, motion: Arc::new(motion) })
     }
 }
 
-impl From<WrittenEngine> for Declared {
+impl From<WrittenEngine> for SerialisedEngine {
     fn from(engine: WrittenEngine) -> Self {
-        engine.declared
+        engine.serialised
     }
 }
 
@@ -140,11 +145,11 @@ pub(crate) struct WrittenMotion {
     columns: Vec<String>,
     action_columns: Vec<String>,
     step_s: f64,
-    /// States whose rates are corrected.
+    /// Indices of the states whose rates are corrected.
     corrected: Vec<usize>,
-    /// States that run by a corrected one: state, place of that one in `corrected`, and their rate per unit of it.
-    runs_by: Vec<(usize, usize, f64)>,
-    /// Period of each state that wraps.
+    /// States driven by a corrected one: (state, index in `corrected`, rate per unit of that state).
+    driven: Vec<(usize, usize, f64)>,
+    /// Period of each periodic state.
     periods: Vec<Option<f64>>,
 }
 
@@ -154,15 +159,15 @@ impl WrittenMotion {
         let options =
             Options { method: system.declared_method(), substeps: model.numerics.substeps.unwrap_or(1) };
         let mut parameters = model.nominals();
-        // Actions are delayed before they are sampled.
+        // The inputs in the actions are delayed already, so the simulation must not delay them again.
         model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| parameters[delay] = 0.0);
-        let (corrected, runs_by) = corrected(model, &system, &parameters);
+        let (corrected, driven) = corrected_and_driven_states(model, &system, &parameters);
         let columns = model.states.iter().map(|s| s.name.clone()).collect();
         let inputs = model.inputs.iter().map(|i| i.name.clone());
         let splines =
             model.inputs.iter().filter(|i| is_spline(i)).map(|i| format!("curvature of {}", i.name));
-        let action_columns = inputs.chain(splines).chain([CLOCK.to_owned()]).collect();
-        let periods = (0..model.states.len()).map(|state| period(model, state)).collect();
+        let action_columns = inputs.chain(splines).chain([TIME_COLUMN.to_owned()]).collect();
+        let periods = (0..model.states.len()).map(|state| state_period(model, state)).collect();
         Ok(WrittenMotion {
             system,
             options,
@@ -171,7 +176,7 @@ impl WrittenMotion {
             action_columns,
             step_s,
             corrected,
-            runs_by,
+            driven,
             periods,
         })
     }
@@ -181,13 +186,13 @@ impl WrittenMotion {
         self.corrected.len()
     }
 
-    /// Outputs, without noise, `[row, O]`, at states `[row, S]` and the actions of each.
+    /// Outputs without noise `[row, O]` at states `[row, S]` and the actions of each row.
     pub fn outputs<'a>(&'a self, states: &'a [f64], actions: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
         let rows = states.chunks_exact(self.columns.len()).zip(actions);
         self.system.outputs_at(rows.map(|(state, action)| self.point(state, action)))
     }
 
-    /// Period of each output that wraps, in its unit.
+    /// Period of each periodic output, in its unit.
     pub fn output_periods(&self) -> Vec<Option<f64>> {
         self.system.model().outputs.iter().map(|output| output.period).collect()
     }
@@ -197,28 +202,28 @@ impl WrittenMotion {
         self.system.model().inputs.len()
     }
 
-    /// Place of the time among the actions.
-    fn clock(&self) -> usize {
+    /// Index of the time among the actions.
+    fn time_index(&self) -> usize {
         self.action_columns.len() - 1
     }
 
-    /// Period of each state that wraps, in its unit.
+    /// Period of each periodic state, in its unit.
     pub fn periods(&self) -> &[Option<f64>] {
         &self.periods
     }
 
-    /// The states `next [row, S]` one interval after `states [row, S]`, while actions go from `from [row, A]` to `to [row, A]`. A row
-    /// that the equations cannot be simulated from is not a number.
+    /// Simulates one interval: states `next [row, S]` from `states [row, S]`.
+    /// Actions go from `from [row, A]` to `to [row, A]`. A row whose simulation fails is NaN.
     pub fn advance(&self, states: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         let (s, a) = (self.columns.len(), self.action_columns.len());
         let mut records: Vec<Option<Record>> = Vec::new();
         let mut record_of = Vec::with_capacity(states.len() / s);
-        let mut last: Option<(&[f64], &[f64])> = None;
+        let mut previous: Option<(&[f64], &[f64])> = None;
         for (from, to) in from.chunks_exact(a).zip(to.chunks_exact(a)) {
-            // Draws of one forecast are many rows under the same actions.
-            if last != Some((from, to)) {
+            // The samples of one forecast are many rows with the same actions, which share a record.
+            if previous != Some((from, to)) {
                 records.push(self.interval(from, to));
-                last = Some((from, to));
+                previous = Some((from, to));
             }
             record_of.push(records.len() - 1);
         }
@@ -232,16 +237,16 @@ impl WrittenMotion {
                 rows.push(row);
             }
         }
-        for (row, done) in rows.into_iter().zip(self.system.simulate(&windows, &[], &self.options)) {
-            if let Ok(done) = done {
-                next[row * s..(row + 1) * s].copy_from_slice(&done.end);
+        for (row, simulated) in rows.into_iter().zip(self.system.simulate(&windows, &[], &self.options)) {
+            if let Ok(simulated) = simulated {
+                next[row * s..(row + 1) * s].copy_from_slice(&simulated.end);
             }
         }
     }
 
-    /// One sample interval; none where its times do not rise.
+    /// The inputs over one sample interval; `None` where its times do not increase.
     fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
-        let times = [from[self.clock()], to[self.clock()]];
+        let times = [from[self.time_index()], to[self.time_index()]];
         let mut curvature = self.inputs();
         let signal = |(k, input): (usize, &Input)| {
             let values = [from[k], to[k]];
@@ -255,25 +260,27 @@ impl WrittenMotion {
         Record::new("an interval", times.to_vec(), signals).ok()
     }
 
-    /// Changes of the corrected rates, `[D]` per second, that lead over one interval to `after` instead of `predicted`.
+    /// Corrections of the rates, `[D]` per second, that turn state `predicted` into `after`.
     pub fn lacking(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
         for (rate, &state) in rates.iter_mut().zip(&self.corrected) {
             *rate = (after[state] - predicted[state]) / self.step_s;
         }
     }
 
-    /// Changes a `predicted` state, at the end of an interval with `actions`, as corrected `rates [D]` over the interval do. Walls hold, and no event
-    /// is passed that the physics has not come to: it fires in the next interval.
+    /// Applies corrections `rates [D]` to the state `predicted` at the end of an interval.
+    /// State bounds hold. A correction that would cross an event which the physics has not reached is
+    /// shortened: the event then occurs in the next interval. `actions` are those at the end of the
+    /// interval.
     pub fn correct(&self, predicted: &[f64], actions: &[f64], rates: &[f64], out: &mut [f64]) {
-        self.shifted(predicted, rates, 1.0, out);
+        self.apply_share(predicted, rates, 1.0, out);
         let events = &self.system.model().events;
         if events.is_empty() {
             return;
         }
-        let at = |state: &[f64]| self.system.conditions_at([self.point(state, actions)]);
-        let before = at(predicted);
-        let passes = |state: &[f64]| {
-            let after = at(state);
+        let conditions_at = |state: &[f64]| self.system.conditions_at([self.point(state, actions)]);
+        let before = conditions_at(predicted);
+        let crosses_event = |state: &[f64]| {
+            let after = conditions_at(state);
             events.iter().zip(before.iter().zip(&after)).any(|(event, (before, after))| {
                 let (rises, falls) = (*before <= 0.0 && *after > 0.0, *before >= 0.0 && *after < 0.0);
                 match event.direction {
@@ -284,24 +291,24 @@ impl WrittenMotion {
             })
         };
         let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            if !passes(out) {
+        for _ in 0..MAX_HALVINGS {
+            if !crosses_event(out) {
                 return;
             }
             share *= 0.5;
-            self.shifted(predicted, rates, share, out);
+            self.apply_share(predicted, rates, share, out);
         }
         out.copy_from_slice(predicted);
     }
 
-    /// Adds `share` of what corrected rates do over an interval; walls hold.
-    fn shifted(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
+    /// Adds `share` of the corrections over an interval, by (1), within the state bounds.
+    fn apply_share(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
         let h = self.step_s;
         out.copy_from_slice(predicted);
         for (rate, &state) in rates.iter().zip(&self.corrected) {
             out[state] += share * h * rate;
         }
-        for &(state, by, slope) in &self.runs_by {
+        for &(state, by, slope) in &self.driven {
             out[state] += share * 0.5 * h * h * slope * rates[by];
         }
         for (x, state) in out.iter_mut().zip(&self.system.model().states) {
@@ -310,7 +317,7 @@ impl WrittenMotion {
     }
 
     fn point<'p>(&'p self, state: &'p [f64], actions: &'p [f64]) -> Point<'p> {
-        let (inputs, time) = (&actions[..self.inputs()], actions[self.clock()]);
+        let (inputs, time) = (&actions[..self.inputs()], actions[self.time_index()]);
         Point { state, inputs, parameters: &self.parameters, time }
     }
 }
@@ -333,65 +340,72 @@ impl Motion for WrittenMotion {
     }
 }
 
-/// Whether an input runs as a spline, so that its values at two samples do not tell it in between.
+/// Whether an input is interpolated by a spline, which its values at two samples do not determine.
 fn is_spline(input: &Input) -> bool {
     input.hold == Some(Hold::Spline)
 }
 
-/// States whose rates are equations of force or flow, and what runs by them.
-fn corrected(model: &Model, system: &System, parameters: &[f64]) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
-    let declared = model.declared_states();
-    let kinematic = kinematic(model);
-    let corrected: Vec<usize> = (0..declared).filter(|s| !kinematic.contains(s)).collect();
-    // The rate of what runs by a speed is in proportion to it: its derivative is the same everywhere.
+/// States whose rates are force or flow equations, and the states driven by them.
+fn corrected_and_driven_states(
+    model: &Model,
+    system: &System,
+    parameters: &[f64],
+) -> (Vec<usize>, Vec<(usize, usize, f64)>) {
+    let declared_count = model.declared_states();
+    let kinematic = kinematic_states(model);
+    let corrected: Vec<usize> = (0..declared_count).filter(|s| !kinematic.contains(s)).collect();
+    // The rate of a driven state is proportional to a velocity, so its derivative is the same everywhere.
     let (n, zeros) = (model.states.len(), vec![0.0; model.states.len()]);
     let inputs = vec![0.0; model.inputs.len()];
     let slopes = system.linearise(&Point { state: &zeros, inputs: &inputs, parameters, time: 0.0 }).by_state;
-    let mut runs_by = Vec::new();
-    for state in (0..declared).filter(|s| !corrected.contains(s)) {
-        for (place, &by) in corrected.iter().enumerate() {
+    let mut driven = Vec::new();
+    for state in (0..declared_count).filter(|s| !corrected.contains(s)) {
+        for (index, &by) in corrected.iter().enumerate() {
             let slope = slopes[state * n + by];
             if slope != 0.0 && slope.is_finite() {
-                runs_by.push((state, place, slope));
+                driven.push((state, index, slope));
             }
         }
     }
-    (corrected, runs_by)
+    (corrected, driven)
 }
 
-/// States whose rates are no equations of force or flow: those in proportion to another state. Of two that run by each other (an
-/// oscillator without damping) the one whose rate is the other itself is the position.
-fn kinematic(model: &Model) -> Vec<usize> {
+/// States whose rates are no force or flow equations: those proportional to another state.
+/// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other
+/// state is the position.
+fn kinematic_states(model: &Model) -> Vec<usize> {
     let motion = library::Motion::of(model);
-    let is_plain = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
-    let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(is_plain);
+    let rate_is_exactly_v = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
+    let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(rate_is_exactly_v);
     pairs.extend(others);
-    let mut runs: Vec<(usize, usize)> = Vec::new();
+    let mut accepted: Vec<(usize, usize)> = Vec::new();
     for (x, v) in pairs {
+        // A pair that would close a cycle is left out: no state may drive itself through others.
         let mut end = v;
-        while let Some((_, next)) = runs.iter().find(|(from, _)| *from == end) {
+        while let Some((_, next)) = accepted.iter().find(|(from, _)| *from == end) {
             end = *next;
         }
         if end != x {
-            runs.push((x, v));
+            accepted.push((x, v));
         }
     }
-    let is_copy = |state: usize| !motion.flows.contains(&state) && !runs.iter().any(|(_, v)| *v == state);
-    let mut kinematic: Vec<usize> = runs.iter().map(|(x, _)| *x).collect();
-    let paired = |state: usize| runs.iter().any(|(x, v)| *x == state || *v == state);
-    kinematic.extend((0..model.declared_states()).filter(|&s| !paired(s) && is_copy(s)));
+    let is_no_flow =
+        |state: usize| !motion.flows.contains(&state) && !accepted.iter().any(|(_, v)| *v == state);
+    let mut kinematic: Vec<usize> = accepted.iter().map(|(x, _)| *x).collect();
+    let is_paired = |state: usize| accepted.iter().any(|(x, v)| *x == state || *v == state);
+    kinematic.extend((0..model.declared_states()).filter(|&s| !is_paired(s) && is_no_flow(s)));
     kinematic
 }
 
-/// Period of a state that an output with one shows as it is.
-fn period(model: &Model, state: usize) -> Option<f64> {
+/// Period of a state, if a periodic output shows it unchanged.
+fn state_period(model: &Model, state: usize) -> Option<f64> {
     let shows = |o: &&Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
     model.outputs.iter().filter(shows).find_map(|o| o.period)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what is lacking is what a correction adds, a position follows its speed, and an event is not passed.
+    //! Contract: required corrections invert applied ones, positions follow, and no event is crossed.
     use super::*;
 
     fn motion(rates: &str, events: &str) -> WrittenMotion {
@@ -406,9 +420,9 @@ mod tests {
     const OSCILLATOR: &str = "v_m_s = \"-k_per_s2 * x_m\"\nx_m = \"v_m_s\"\n";
 
     #[test]
-    fn the_speed_of_an_oscillator_is_corrected_and_its_position_follows() {
+    fn corrections_change_the_velocity_and_the_position_follows() {
         let motion = motion(OSCILLATOR, "");
-        assert_eq!((&motion.corrected[..], &motion.runs_by[..]), (&[1][..], &[(0, 0, 1.0)][..]));
+        assert_eq!((&motion.corrected[..], &motion.driven[..]), (&[1][..], &[(0, 0, 1.0)][..]));
         let (predicted, mut after, mut rates) = ([0.2, 0.5], [0.0; 2], [0.0]);
         motion.correct(&predicted, &[0.0], &[3.0], &mut after);
         assert!((after[0] - 0.215).abs() < 1e-15 && (after[1] - 0.8).abs() < 1e-15, "{after:?}");
@@ -417,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn a_correction_that_would_pass_an_event_is_cut_short() {
+    fn corrections_are_shortened_before_an_event() {
         let events = "[[events]]\nname = \"stop\"\nwhen = \"x_m - 0.3\"\ndirection = \"rising\"\nset = { v_m_s = \"-v_m_s\" }\n";
         let motion = motion(OSCILLATOR, events);
         let mut after = [0.0; 2];

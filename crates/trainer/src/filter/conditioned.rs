@@ -1,27 +1,35 @@
-//! Any forecaster from the first row, behind a longer prefix: its samples, conditioned on the rows seen.
+//! Conditions the samples of any forecaster on an observed prefix, by linear regression.
 //!
-//! The samples of a forecast are joint draws of the rows that are seen and of the rest. Each draw of the rest is moved by the linear
-//! regression of the rest on the principal components of the rows seen, from its own components to those of the readings (the update of an
-//! ensemble, Evensen 2003; exact where the draws are jointly normal). A net that was trained on readings draws readings, so the
-//! sensor's noise is in them already, and none is added.
+//! Each sample of the forecaster is a joint draw of the observed rows and of the remaining ones. With
+//! principal components s of the observed rows, scores s_k of sample k and s_obs of the measurements,
+//!
+//! ```text
+//! (1)  x_k' = x_k + B (s_obs - s_k),    B = cov(x, s) cov(s)^-1,
+//! ```
+//!
+//! moves the remaining rows x_k of each sample (the analysis step of the ensemble Kalman filter, Evensen
+//! 2003; exact for jointly normal samples). The principal components of one set of samples are
+//! uncorrelated, so cov(s) is diagonal. A net that was trained on readings draws readings, so its samples
+//! already contain the measurement noise and none is added.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::remainder::{SILENT, components, dot, scores};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
+use super::trajectory_regression::{MIN_COMPONENT_VARIANCE, components, dot, scores};
 use crate::{Forecaster, Samples, TrainerError};
 
-/// Draws that the regression stands on.
-const DRAWS: usize = 500;
-/// Components of the rows seen at most: more than a trajectory has unknowns, and few enough for the draws.
-const MOST: usize = 8;
-/// Unit of a column whose readings are exact, in the column's own.
-const EXACT: f64 = 1e-6;
+/// Minimum number of samples for the regression.
+const MIN_SAMPLES: usize = 500;
+/// Maximum number of principal components of the observed rows.
+/// It exceeds the number of unknowns of a trajectory and is small enough for the number of samples.
+const MAX_COMPONENTS: usize = 8;
+/// Scale of a column that is measured exactly, in the column's unit.
+const EXACT_SCALE: f64 = 1e-6;
 
-/// Forecasts from the first row, conditioned on the rows behind it.
+/// A forecaster from the first row whose samples are conditioned on further observed rows.
 #[derive(Clone, Copy)]
 pub struct Conditioned<'m> {
     model: &'m dyn Forecaster,
-    /// Components of the rows seen at most.
-    most: usize,
+    /// Maximum number of principal components of the observed rows.
+    max_components: usize,
 }
 
 impl std::fmt::Debug for Conditioned<'_> {
@@ -31,14 +39,14 @@ impl std::fmt::Debug for Conditioned<'_> {
 }
 
 impl<'m> Conditioned<'m> {
-    /// Conditions the forecasts of `model`.
+    /// Conditions the forecasts of `model` on the observed rows.
     pub fn new(model: &'m dyn Forecaster) -> Self {
-        Conditioned { model, most: MOST }
+        Conditioned { model, max_components: MAX_COMPONENTS }
     }
 
-    /// The forecasts of `model` as they are, whatever is seen behind the first row: what conditioning gains shows beside them.
+    /// Forecasts of `model` that ignore all observed rows after the first: the baseline.
     pub fn not_at_all(model: &'m dyn Forecaster) -> Self {
-        Conditioned { model, most: 0 }
+        Conditioned { model, max_components: 0 }
     }
 }
 
@@ -50,60 +58,74 @@ impl PrefixForecaster for Conditioned<'_> {
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
         let Prefix { rows, sensor, .. } = prefix;
-        let units: Vec<f64> =
-            sensor.sd().iter().map(|sd| sd.filter(|sd| *sd > 0.0).unwrap_or(EXACT)).collect();
-        let s = units.len();
-        prefix.check_seen(rows)?;
-        let drawn = self.model.forecast(prefix.task(), DRAWS.max(settings.samples))?;
-        let paths = Paths::new(&drawn, &units);
-        Ok(lengths.iter().map(|&n| paths.behind(&rows[..n * s], self.most, settings.samples)).collect())
+        let scales: Vec<f64> =
+            sensor.sd().iter().map(|sd| sd.filter(|sd| *sd > 0.0).unwrap_or(EXACT_SCALE)).collect();
+        let s = scales.len();
+        prefix.check_measured(rows)?;
+        let drawn = self.model.forecast(prefix.task(), MIN_SAMPLES.max(settings.samples))?;
+        let deviations = SampleDeviations::new(&drawn, &scales);
+        Ok(lengths
+            .iter()
+            .map(|&n| deviations.condition_on_prefix(&rows[..n * s], self.max_components, settings.samples))
+            .collect())
     }
 }
 
-/// Draws of a whole trajectory, less their mean, in units of the sensor.
-struct Paths<'a> {
-    units: &'a [f64],
-    /// `[T S]`, in the columns' units.
+/// Deviations of the samples from their mean, in units of the measurement noise.
+struct SampleDeviations<'a> {
+    scales: &'a [f64],
+    /// Mean of the samples `[T S]`, in the columns' units.
     mean: Vec<f64>,
-    /// `[draw][T S]`.
-    away: Vec<Vec<f64>>,
+    /// Deviations from the mean, `[sample][T S]`.
+    deviations: Vec<Vec<f64>>,
 }
 
-impl<'a> Paths<'a> {
-    fn new(drawn: &Samples, units: &'a [f64]) -> Self {
-        let (s, count) = (units.len(), drawn.count);
+impl<'a> SampleDeviations<'a> {
+    fn new(drawn: &Samples, scales: &'a [f64]) -> Self {
+        let (s, count) = (scales.len(), drawn.count);
         let mean: Vec<f64> = (drawn.values.chunks_exact(count))
             .map(|row| row.iter().map(|v| f64::from(*v)).sum::<f64>() / count as f64)
             .collect();
-        let value = |i: usize, k: usize| (f64::from(drawn.values[i * count + k]) - mean[i]) / units[i % s];
-        let away = (0..count).map(|k| (0..mean.len()).map(|i| value(i, k)).collect()).collect();
-        Paths { units, mean, away }
+        let value = |i: usize, k: usize| (f64::from(drawn.values[i * count + k]) - mean[i]) / scales[i % s];
+        let deviations = (0..count).map(|k| (0..mean.len()).map(|i| value(i, k)).collect()).collect();
+        SampleDeviations { scales, mean, deviations }
     }
 
-    /// The first `samples` draws of the rest behind readings `[n, S]`, by at most `most` components of them.
-    fn behind(&self, readings: &[f64], most: usize, samples: usize) -> Samples {
-        let (s, cut, count) = (self.units.len(), readings.len(), self.away.len() as f64);
-        let seen: Vec<&[f64]> = self.away.iter().map(|path| &path[..cut]).collect();
-        let (directions, variances) = components(&seen, most, SILENT).unwrap_or_default();
-        let known: Vec<Vec<f64>> = seen.iter().map(|path| scores(&directions, path)).collect();
-        let read: Vec<f64> =
-            readings.iter().enumerate().map(|(i, v)| (v - self.mean[i]) / self.units[i % s]).collect();
-        let at = scores(&directions, &read);
-        let rest = self.mean.len() - cut;
-        let mut values = vec![0.0_f32; rest * samples];
+    /// The first `samples` draws of the rows after `readings [n, S]`, conditioned on them by (1).
+    /// `most` is the maximum number of principal components.
+    fn condition_on_prefix(&self, readings: &[f64], max_components: usize, samples: usize) -> Samples {
+        let (s, observed_values, sample_count) =
+            (self.scales.len(), readings.len(), self.deviations.len() as f64);
+        let observed: Vec<&[f64]> = self.deviations.iter().map(|path| &path[..observed_values]).collect();
+        let (directions, variances) =
+            components(&observed, max_components, MIN_COMPONENT_VARIANCE).unwrap_or_default();
+        let sample_scores: Vec<Vec<f64>> = observed.iter().map(|path| scores(&directions, path)).collect();
+        let standardised: Vec<f64> =
+            readings.iter().enumerate().map(|(i, v)| (v - self.mean[i]) / self.scales[i % s]).collect();
+        let observed_scores = scores(&directions, &standardised);
+        let rows_ahead = self.mean.len() - observed_values;
+        let mut values = vec![0.0_f32; rows_ahead * samples];
         for (i, row) in values.chunks_exact_mut(samples).enumerate() {
-            let place = cut + i;
-            // Components of the same draws do not correlate: each has a slope of its own.
+            let index = observed_values + i;
+            // Principal components of the same samples are uncorrelated, so each slope is fitted alone.
             let slopes: Vec<f64> = (variances.iter().enumerate())
                 .map(|(c, variance)| {
-                    let products = self.away.iter().zip(&known).map(|(path, known)| path[place] * known[c]);
-                    products.sum::<f64>() / (count * variance)
+                    let products = self
+                        .deviations
+                        .iter()
+                        .zip(&sample_scores)
+                        .map(|(path, sample_scores)| path[index] * sample_scores[c]);
+                    products.sum::<f64>() / (sample_count * variance)
                 })
                 .collect();
             for (k, slot) in row.iter_mut().enumerate() {
-                let moved: Vec<f64> = at.iter().zip(&known[k]).map(|(at, own)| at - own).collect();
-                let away = self.away[k][place] + dot(&slopes, &moved);
-                *slot = (self.mean[place] + self.units[place % s] * away) as f32;
+                let score_changes: Vec<f64> = observed_scores
+                    .iter()
+                    .zip(&sample_scores[k])
+                    .map(|(observed_scores, score)| observed_scores - score)
+                    .collect();
+                let deviations = self.deviations[k][index] + dot(&slopes, &score_changes);
+                *slot = (self.mean[index] + self.scales[index % s] * deviations) as f32;
             }
         }
         Samples { count: samples, values }
@@ -112,7 +134,7 @@ impl<'a> Paths<'a> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: lines of random slope, read with noise, are continued as the posterior of their slope says.
+    //! Contract: conditioned forecasts of lines with a random slope match the closed-form posterior.
     use super::*;
     use crate::filter::{Sensor, StartLaw};
     use crate::{Sequence, Sequences, Task};
@@ -121,7 +143,7 @@ mod tests {
 
     const NOISE: f64 = 0.1;
 
-    /// Lines from 0 whose slope is drawn once, with noise on each row but the first.
+    /// Straight lines from 0 with one random slope, and noise on each row but the first.
     struct Lines;
 
     impl Forecaster for Lines {
@@ -144,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_posterior_of_a_slope_is_that_of_its_formula() {
+    fn conditioned_samples_follow_the_closed_form_posterior() {
         let (time, n) = (12, 6);
         let rows: Vec<f64> = (0..n).map(|t| 0.7 * t as f64 + if t % 2 == 1 { 0.05 } else { -0.03 }).collect();
         let sensor = Sensor::new(vec![Some(NOISE)]).expect("a sensor");
@@ -156,24 +178,34 @@ mod tests {
             Prefix { id: "a", rows: &rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
         let forecast = Conditioned::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let samples = forecast.expect("a forecast").remove(0);
-        // Prior 1, each row t tells t²/NOISE²; the first row is exact and tells nothing.
-        let tells: f64 = 1.0 + (1..n).map(|t| (t * t) as f64 / (NOISE * NOISE)).sum::<f64>();
-        let slope = (1..n).map(|t| t as f64 * rows[t] / (NOISE * NOISE)).sum::<f64>() / tells;
+        // The prior has precision 1, and row t adds t²/NOISE². The first row is exact and carries no
+        // information.
+        let precision: f64 = 1.0 + (1..n).map(|t| (t * t) as f64 / (NOISE * NOISE)).sum::<f64>();
+        let slope = (1..n).map(|t| t as f64 * rows[t] / (NOISE * NOISE)).sum::<f64>() / precision;
         let last = &samples.values[(time - 1 - n) * samples.count..];
         let mean = last.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.count as f64;
         let variance =
             last.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / samples.count as f64;
-        let way = (time - 1) as f64;
-        let wanted = NOISE * NOISE + way * way / tells;
-        // 100 draws: a mean within four standard errors, a variance within a factor of two.
-        assert!((mean - way * slope).abs() < 0.4 * wanted.sqrt(), "{mean} against {}", way * slope);
-        assert!((0.5..2.0).contains(&(variance / wanted)), "{variance} against {wanted}");
-        let plain = Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+        let horizon = (time - 1) as f64;
+        let expected_variance = NOISE * NOISE + horizon * horizon / precision;
+        // The bounds are those of 100 samples: four standard errors of the mean, a factor of two in the
+        // variance.
+        assert!(
+            (mean - horizon * slope).abs() < 0.4 * expected_variance.sqrt(),
+            "{mean} against {}",
+            horizon * slope
+        );
+        assert!(
+            (0.5..2.0).contains(&(variance / expected_variance)),
+            "{variance} against {expected_variance}"
+        );
+        let unconditioned =
+            Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let task = Task { start: &rows[..1], actions: &[], time, index: 0 };
         let drawn = Lines.forecast(task, 500).expect("draws");
-        let (plain, rest) = (plain.expect("a forecast").remove(0), n * 500);
+        let (unconditioned, index) = (unconditioned.expect("a forecast").remove(0), n * 500);
         assert!(
-            (plain.values[0] - drawn.values[rest]).abs() < 1e-5,
+            (unconditioned.values[0] - drawn.values[index]).abs() < 1e-5,
             "the draws themselves, without conditioning"
         );
     }

@@ -1,11 +1,11 @@
-//! The physics alone as a law of steps: nothing differs from trajectory to trajectory, only the state is inferred.
+//! The physics engine as a transition model: only the state is unknown.
 
-use super::{Moments, StepLaw};
+use super::{Moments, TransitionModel};
 use crate::TrainerError;
 use crate::engine::Engine;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// An engine without anything unknown but the state.
+/// A physics engine whose parameters are known; the only unknown is the state.
 #[derive(Debug, Clone)]
 pub struct EngineLaw<'e> {
     engine: &'e Engine,
@@ -13,13 +13,13 @@ pub struct EngineLaw<'e> {
 }
 
 impl<'e> EngineLaw<'e> {
-    /// The steps of `engine`.
+    /// The transition model of `engine`.
     pub fn new(engine: &'e Engine) -> Self {
         EngineLaw { states: engine.columns().len(), engine }
     }
 }
 
-impl StepLaw for EngineLaw<'_> {
+impl TransitionModel for EngineLaw<'_> {
     fn latent_dim(&self) -> usize {
         0
     }

@@ -1,7 +1,7 @@
-//! The protocol `filtered`: every model sees the same noisy rows and forecasts the rest.
+//! The protocol `filtered`: every model observes the same noisy rows and forecasts the remaining ones.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::score::{FilteredScore, tally};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
+use super::score::{FilteredScore, tally_forecast};
 use super::{Sensor, StartLaw};
 use crate::in_order;
 use crate::score::Scoring;
@@ -10,14 +10,15 @@ use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// The same numbers of rows for each of so many trajectories, `[trajectory][prefix]`.
+/// The same prefix lengths for each of `trajectories` trajectories, `[trajectory][prefix]`.
 pub fn behind_rows(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
     vec![rows.to_vec(); trajectories]
 }
 
-/// Scores a model behind prefixes of `lengths [trajectory][prefix]` rows (ascending); a trajectory that is not longer than a
-/// prefix does not count for it. The truth is `test`; what is seen is `test` with the sensor's noise, or `test` as it is where
-/// it is measured.
+/// Scores a model's forecasts after prefixes of `lengths [trajectory][prefix]` rows (ascending).
+/// A trajectory that is not longer than a prefix is left out of the score for that prefix. The true states
+/// are those of `test`; the model observes them with simulated measurement noise, or as they are where they
+/// are measured.
 ///
 /// # Errors
 /// [`TrainerError`] if the model cannot be run, or there is nothing to score.
@@ -29,52 +30,61 @@ pub fn evaluate_filtered(
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
     let scoring = Scoring::of(test);
-    let score =
-        |index: usize, n: usize, samples: Samples| tally(&samples, &test.items[index].states, n, &scoring);
-    let scores = each_forecast(model, test, known, (lengths, settings), &score)?;
+    let score = |index: usize, n: usize, samples: Samples| {
+        tally_forecast(&samples, &test.items[index].states, n, &scoring)
+    };
+    let scores = map_forecasts(model, test, known, (lengths, settings), &score)?;
     (0..lengths.first().map_or(0, Vec::len))
         .map(|k| {
-            let of: Vec<_> = scores.iter().filter_map(|each| each.get(k).cloned()).collect();
-            match of.is_empty() {
-                true => Err(TrainerError::NoTrajectories { what: "the test set, behind the prefix," }),
-                false => Ok(FilteredScore::of(&of)),
+            let tallies: Vec<_> = scores.iter().filter_map(|forecasts| forecasts.get(k).cloned()).collect();
+            match tallies.is_empty() {
+                true => Err(TrainerError::NoTrajectories {
+                    what: "the part of the test set that is longer than the prefix",
+                }),
+                false => Ok(FilteredScore::from_tallies(&tallies)),
             }
         })
         .collect()
 }
 
-/// Results of `of` for every forecast of a set, given the trajectory's place, the rows seen and the forecast,
-/// `[trajectory][prefix that leaves a rest]`.
-pub(super) fn each_forecast<T: Send>(
+/// Applies `visit` to every forecast of a set, `[trajectory][prefix shorter than the trajectory]`.
+/// `visit` receives the trajectory's index, the number of observed rows, and the forecast. Trajectories run
+/// in parallel; the results are in their order.
+pub(super) fn map_forecasts<T: Send>(
     model: &dyn PrefixForecaster,
     set: &Sequences,
     (sensor, start): (&Sensor, &StartLaw),
     (lengths, settings): (&[Vec<usize>], FilterSettings),
-    of: &(dyn Fn(usize, usize, Samples) -> T + Sync),
+    visit: &(dyn Fn(usize, usize, Samples) -> T + Sync),
 ) -> Result<Vec<Vec<T>>, TrainerError> {
-    let each = (set.items.par_iter().zip(lengths).enumerate()).map(
+    let results = (set.items.par_iter().zip(lengths).enumerate()).map(
         |(index, (q, lengths))| -> Result<Vec<T>, TrainerError> {
-            let fitting: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
+            let usable_lengths: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
             let rows = seen_rows(q, sensor, noise, index as u64);
             let prefix = Prefix {
                 id: &q.id,
-                rows: &rows[..fitting.last().copied().unwrap_or(0) * sensor.sd().len()],
+                rows: &rows[..usable_lengths.last().copied().unwrap_or(0) * sensor.sd().len()],
                 sensor,
                 start,
                 actions: &q.actions,
                 time: q.time,
                 index: index as u64,
             };
-            let forecasts = model.forecasts(prefix, &fitting, settings)?;
-            Ok(forecasts.into_iter().zip(fitting).map(|(samples, n)| of(index, n, samples)).collect())
+            let forecasts = model.forecasts(prefix, &usable_lengths, settings)?;
+            Ok(forecasts
+                .into_iter()
+                .zip(usable_lengths)
+                .map(|(samples, n)| visit(index, n, samples))
+                .collect())
         },
     );
-    in_order(each)
+    in_order(results)
 }
 
-/// The rows `[T, S]` of a trajectory as the sensor measures them: one stream of noise for each trajectory and seed; without a
-/// seed they are readings already.
+/// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.
+/// Each trajectory and seed has its own noise stream. Without a seed the rows are measurements already and
+/// no noise is added.
 pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
     let mut rng = random_stream(seed.unwrap_or_default(), "sensor", index);
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
@@ -84,7 +94,7 @@ pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -
             let draw: f64 = StandardNormal.sample(&mut rng);
             *value = match sd {
                 Some(sd) => *value + scale * sd * draw,
-                // What is not seen is not handed over.
+                // The model must not receive a column that the sensor does not observe.
                 None => f64::NAN,
             };
         }

@@ -1,4 +1,12 @@
-//! The net that corrects a forecast: a GRU over its rows, with a scale of what is left for every value.
+//! The net of [`super::ForecastCorrection`]: a GRU over the rows of a forecast with a Student's t loss.
+//!
+//! For target x, location m and scale s, with n degrees of freedom, the loss of one value is
+//!
+//! ```text
+//! (1)  (n + 1) / 2 ln(1 + (x - m)^2 / (n s^2)) + ln s
+//! ```
+//!
+//! up to a constant (Lange, Little and Taylor 1989).
 
 use crate::league::{Extents, operands, zero};
 use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, pull_back};
@@ -7,67 +15,72 @@ use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Units of the memory.
-const HIDDEN: usize = 16;
-/// Degrees of freedom of the errors: one trajectory in ten ends as no other does, and must not decide the law of all.
-const FREEDOM: f64 = 2.0;
-/// Added to scales, in the units of the corrections.
-const SCALE_FLOOR: f64 = 1e-2;
+/// Width of the hidden state.
+const HIDDEN_WIDTH: usize = 16;
+/// Degrees of freedom of Student's t.
+/// About one trajectory in ten has a very large error. The heavy tails keep it from dominating the fit.
+const DEGREES_OF_FREEDOM: f64 = 2.0;
+/// Minimum scale, in the units of the corrections.
+const MIN_SCALE: f64 = 1e-2;
 
-/// Corrections of S columns from U features a row.
+/// Net from U features a row to location and scale of the corrections of S columns.
 #[derive(Debug, Clone)]
 pub(super) struct ForecastNet {
     extents: Extents,
-    memory: Gru,
+    gru: Gru,
     head: GaussianHead,
 }
 
 impl ForecastNet {
-    /// Registers the net.
+    /// Registers the parameters of the net.
     pub fn new<T: Scalar>(extents: Extents, params: &mut Params<T>) -> Self {
         ForecastNet {
             extents,
-            memory: Gru::new(params, "memory", extents.condition, HIDDEN, 1),
-            head: GaussianHead::new(params, "row", HIDDEN, extents.state, SCALE_FLOOR),
+            gru: Gru::new(params, "memory", extents.condition, HIDDEN_WIDTH, 1),
+            head: GaussianHead::new(params, "row", HIDDEN_WIDTH, extents.state, MIN_SCALE),
         }
     }
 
-    /// Negative log-likelihood of Student's t, less constants: of a target x with centre m and scale s it is
-    /// `(n + 1) / 2 ln(1 + (x - m)^2 / (n s^2)) + ln s` (Lange, Little and Taylor 1989).
+    /// Loss of a tile: the sum of (1) over the unmasked values.
     fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
         p: &Bound,
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError> {
-        let (x, u, mask) = operands(tape, &tile, self.extents)?;
-        let h = self.memory.forward(tape, p, u, &[])?;
-        let law = self.head.forward(tape, p, h)?;
-        let misfit = student_nll(tape, x, law.mean, law.sd)?;
-        let misfit = masked_sum(tape, misfit, mask)?;
-        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+        let (target, features, mask) = operands(tape, &tile, self.extents)?;
+        let hidden = self.gru.forward(tape, p, features, &[])?;
+        let distribution = self.head.forward(tape, p, hidden)?;
+        let nll = student_nll(tape, target, distribution.mean, distribution.sd)?;
+        let nll = masked_sum(tape, nll, mask)?;
+        Ok(LossVars { total: nll, kl: zero(tape)?, misfit: nll })
     }
 
-    /// Centre and scale `[time, S]` of the corrections for features `u [time, U]`.
-    pub fn law(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
+    /// Location and scale `[time, S]` of the corrections for features `u [time, U]`.
+    pub fn predict(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
         let time = u.len() / self.extents.condition;
-        let mut memory = GruRunner::new(&self.memory, params, 1, time);
+        let mut runner = GruRunner::new(&self.gru, params, 1, time);
         let mut head = GaussianRunner::new(self.head, params, 1, time);
-        let (centre, scale) = head.run(memory.run(u, time), time);
-        [centre.to_vec(), scale.to_vec()]
+        let (location, scale) = head.run(runner.run(u, time), time);
+        [location.to_vec(), scale.to_vec()]
     }
 }
 
-fn student_nll<T: Scalar>(tape: &mut Tape<T>, x: Var, centre: Var, scale: Var) -> Result<Var, TensorError> {
-    let away = tape.sub(x, centre)?;
-    let z = tape.div(away, scale)?;
-    let square = tape.mul(z, z)?;
-    let square = tape.scale(square, FREEDOM.recip())?;
-    let square = tape.shift(square, 1.0)?;
-    let far = tape.ln(square)?;
-    let far = tape.scale(far, 0.5 * (FREEDOM + 1.0))?;
-    let wide = tape.ln(scale)?;
-    tape.add(far, wide)
+fn student_nll<T: Scalar>(
+    tape: &mut Tape<T>,
+    target: Var,
+    location: Var,
+    scale: Var,
+) -> Result<Var, TensorError> {
+    let deviation = tape.sub(target, location)?;
+    let z = tape.div(deviation, scale)?;
+    let scaled_square = tape.mul(z, z)?;
+    let scaled_square = tape.scale(scaled_square, DEGREES_OF_FREEDOM.recip())?;
+    let scaled_square = tape.shift(scaled_square, 1.0)?;
+    let tail = tape.ln(scaled_square)?;
+    let tail = tape.scale(tail, 0.5 * (DEGREES_OF_FREEDOM + 1.0))?;
+    let log_scale = tape.ln(scale)?;
+    tape.add(tail, log_scale)
 }
 
 impl Trainable for ForecastNet {
@@ -89,19 +102,20 @@ impl Trainable for ForecastNet {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the loss is that of Student's t, and its gradient the one of central differences.
+    //! Contract: the loss is that of Student's t, and its gradient agrees with central differences.
     use super::*;
     use augsim_data::random_stream;
 
     const SIZES: [usize; 4] = [3, 2, 4, 2]; // rows, columns, features, lanes
 
-    fn values(purpose: &str, n: usize) -> Vec<f64> {
+    fn standard_normals(purpose: &str, n: usize) -> Vec<f64> {
         crate::noise::standard(5, purpose, 0, n).into_iter().map(f64::from).collect()
     }
 
     fn loss(net: &ForecastNet, params: &Params<f64>, mask: &[f64]) -> (f64, Vec<f64>) {
         let [time, columns, features, lanes] = SIZES;
-        let (x, u) = (values("x", time * columns * lanes), values("u", time * features * lanes));
+        let (x, u) =
+            (standard_normals("x", time * columns * lanes), standard_normals("u", time * features * lanes));
         let (mut tape, mut bound) = (Tape::new(), Bound::default());
         params.bind(&mut tape, &mut bound).unwrap();
         let tile = Tile { time, lanes, x: &x, u: &u, eps: &[], mask };
@@ -114,21 +128,21 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_central_differences() {
+    fn gradient_agrees_with_central_differences() {
         let [_, columns, features, _] = SIZES;
         let mut params = Params::<f64>::new(random_stream(1, "init", 0));
         let net = ForecastNet::new(Extents { state: columns, condition: features }, &mut params);
-        // The second lane is one row shorter.
+        // The second lane is one row shorter than the first.
         let mask = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
         let (_, gradient) = loss(&net, &params, &mask);
-        let way = values("direction", params.values().len());
+        let direction = standard_normals("direction", params.values().len());
         let step = 1e-6;
         let [above, below] = [step, -step].map(|h| {
             let mut moved = params.clone();
-            moved.values_mut().iter_mut().zip(&way).for_each(|(p, v)| *p += h * v);
+            moved.values_mut().iter_mut().zip(&direction).for_each(|(p, v)| *p += h * v);
             loss(&net, &moved, &mask).0
         });
-        let along: f64 = gradient.iter().zip(&way).map(|(g, v)| g * v).sum();
+        let along: f64 = gradient.iter().zip(&direction).map(|(g, v)| g * v).sum();
         let difference = (above - below) / (2.0 * step);
         assert!(
             (along - difference).abs() < 1e-7 * difference.abs().max(1.0),
@@ -137,13 +151,13 @@ mod tests {
     }
 
     #[test]
-    fn the_loss_is_that_of_student_with_two_degrees_of_freedom() {
+    fn loss_is_students_t_with_two_degrees_of_freedom() {
         let mut tape = Tape::<f64>::new();
-        let [x, centre, scale] = [1.7, 0.2, 0.5].map(|v| tape.constant(&[1, 1, 1], &[v]).unwrap());
-        let found = student_nll(&mut tape, x, centre, scale).unwrap();
+        let [x, location, scale] = [1.7, 0.2, 0.5].map(|v| tape.constant(&[1, 1, 1], &[v]).unwrap());
+        let loss = student_nll(&mut tape, x, location, scale).unwrap();
         // The density of t with two degrees of freedom is (2 + z^2)^(-3/2) (Abramowitz and Stegun 26.7).
         let z: f64 = (1.7 - 0.2) / 0.5;
-        let wanted = -((2.0 + z * z).powf(-1.5) / 0.5).ln() - 1.5 * 2.0_f64.ln();
-        assert!((tape.value(found)[0] - wanted).abs() < 1e-12);
+        let expected = -((2.0 + z * z).powf(-1.5) / 0.5).ln() - 1.5 * 2.0_f64.ln();
+        assert!((tape.value(loss)[0] - expected).abs() < 1e-12);
     }
 }

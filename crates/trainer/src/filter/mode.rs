@@ -1,169 +1,181 @@
-//! The most probable unknowns of a trajectory, by Levenberg's and Marquardt's steps, and the curvature there.
+//! Maximum a posteriori estimate of a trajectory's unknowns, by Levenberg-Marquardt iterations.
+//!
+//! With Jacobian J of the outputs in units of the noise, residuals r, prior means m and precisions P, a
+//! step d of the unknowns u solves
+//!
+//! ```text
+//! (1)  (J'J + P + damping D) d = J'r + P (m - u),    D = diag(J'J + P),
+//! ```
+//!
+//! and the covariance of the estimate is (J'J + P)^-1 at the minimum.
 
-use super::case::Case;
+use super::inference_problem::InferenceProblem;
 use augsim_linear::{Mat, solve_positive_definite};
 use augsim_physics::system::{Seed, Simulated};
 
-/// Steps of one descent, accepted or not.
-const STEPS: usize = 60;
-/// A descent ends when a step lowers the cost by less than this share.
-const SETTLED: f64 = 1e-9;
-/// Damping that no descent comes back from.
-const MOST_DAMPING: f64 = 1e12;
-/// Rows that are fitted first; then twice as many, and so on: a rough speed may lead far away over a long beginning.
-const FIRST_ROWS: usize = 8;
-/// Offsets of events that descents begin from, in standard deviations of their law: the cost may have several minima.
-const TRIED: [f64; 5] = [0.0, -1.0, 1.0, -2.0, 2.0];
+/// Maximum number of Levenberg-Marquardt iterations, accepted or not.
+const MAX_ITERATIONS: usize = 60;
+/// Relative decrease of the cost below which the minimisation stops.
+const CONVERGED_DECREASE: f64 = 1e-9;
+/// Damping beyond which the minimisation gives up: steps are then too small to lower the cost.
+const MAX_DAMPING: f64 = 1e12;
+/// Number of rows of the first fit; each later fit uses twice as many.
+/// A rough initial velocity may lead far away over a long prefix, so fits start on a short one.
+const FIRST_FIT_ROWS: usize = 8;
+/// Initial values of event offsets, in standard deviations of their prior.
+/// Several are tried because the cost may have several minima.
+const OFFSET_STARTS: [f64; 5] = [0.0, -1.0, 1.0, -2.0, 2.0];
 
 /// A minimum of the cost.
 #[derive(Debug, Clone)]
 pub(super) struct Mode {
-    /// Values of the unknowns.
-    pub at: Vec<f64>,
-    /// Cost there.
+    /// Values of the unknowns at the minimum.
+    pub values: Vec<f64>,
+    /// Cost at the minimum.
     pub cost: f64,
-    /// Covariance of the unknowns by the curvature, `[U, U]`.
+    /// Covariance of the unknowns `[U, U]`: the inverse of the curvature.
     pub covariance: Vec<f64>,
 }
 
 impl Mode {
-    /// The best of the minima found; none where the system cannot be simulated.
-    pub fn of(case: &Case<'_>) -> Option<Self> {
-        let place = case.unknowns.iter().position(|u| matches!(u.seed, Seed::Offset(_)));
-        let tried = if place.is_some() { &TRIED[..] } else { &TRIED[..1] };
+    /// Returns the best minimum over all starts, or `None` if the system cannot be simulated.
+    pub fn find(problem: &InferenceProblem<'_>) -> Option<Self> {
+        let first_offset = problem.unknowns.iter().position(|u| matches!(u.seed, Seed::Offset(_)));
+        let offset_starts = if first_offset.is_some() { &OFFSET_STARTS[..] } else { &OFFSET_STARTS[..1] };
         let mut best: Option<(f64, Vec<f64>)> = None;
-        for factor in tried {
-            let mut at = case.begin();
-            for (u, v) in case.unknowns.iter().zip(&mut at) {
-                if let (Seed::Offset(_), Some((mean, sd))) = (u.seed, u.law) {
+        for factor in offset_starts {
+            let mut values = problem.initial_values();
+            for (u, v) in problem.unknowns.iter().zip(&mut values) {
+                if let (Seed::Offset(_), Some((mean, sd))) = (u.seed, u.prior) {
                     *v = mean + factor * sd;
                 }
             }
-            let Some(found) = case.descend(at) else { continue };
-            if best.as_ref().is_none_or(|(cost, _)| found.0 < *cost) {
-                best = Some(found);
+            let Some(minimum) = problem.minimise(values) else { continue };
+            if best.as_ref().is_none_or(|(cost, _)| minimum.0 < *cost) {
+                best = Some(minimum);
             }
         }
-        let (cost, at) = best?;
-        let (curvature, _) = case.equations(&at, case.seen())?;
-        let size = at.len();
+        let (cost, values) = best?;
+        let (curvature, _) = problem.normal_equations(&values, problem.observed_rows())?;
+        let size = values.len();
         let scale = |i: usize| curvature[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-        // A direction that nothing shows has no curvature of its own.
+        // An unidentifiable direction has no curvature; the small diagonal term keeps the matrix
+        // invertible.
         let scaled = Mat::from_fn(size, size, |i, k| {
             curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { 1e-9 } else { 0.0 }
         });
         let inverse = solve_positive_definite(&scaled, &Mat::<f64>::identity(size, size))?;
-        let each =
+        let entries =
             (0..size * size).map(|e| inverse[(e / size, e % size)] / (scale(e / size) * scale(e % size)));
-        Some(Mode { covariance: each.collect(), at, cost })
+        Some(Mode { covariance: entries.collect(), values, cost })
     }
 
-    /// Root mean square misfit of each channel.
-    pub fn rms(&self, case: &Case<'_>) -> Vec<f64> {
-        let mut out = Simulated::default();
-        let (n, channels) = (case.seen(), case.sd.len());
-        if !case.simulate(&self.at, n, &[], &mut out) {
-            return case.sd.clone();
+    /// Root mean square residual of each channel; the assumed noise level where nothing was measured.
+    pub fn rms(&self, problem: &InferenceProblem<'_>) -> Vec<f64> {
+        let mut simulated = Simulated::default();
+        let (rows, channels) = (problem.observed_rows(), problem.sd.len());
+        if !problem.simulate(&self.values, rows, &[], &mut simulated) {
+            return problem.sd.clone();
         }
-        let of = |c: usize| {
-            let residual = |k: usize| case.rows[k * channels + c] - out.value(k, c);
-            let (sum, count) = (0..n)
+        let rms_of = |c: usize| {
+            let residual = |k: usize| problem.rows[k * channels + c] - simulated.value(k, c);
+            let (sum, count) = (0..rows)
                 .map(residual)
                 .filter(|r| r.is_finite())
                 .fold((0.0, 0.0), |(sum, count), r| (sum + r * r, count + 1.0));
-            if count > 0.0 { (sum / count).sqrt() } else { case.sd[c] }
+            if count > 0.0 { (sum / count).sqrt() } else { problem.sd[c] }
         };
-        (0..channels).map(of).collect()
+        (0..channels).map(rms_of).collect()
     }
 }
 
-impl Case<'_> {
-    /// Unknowns to begin with: the rough start, and the means of laws.
-    fn begin(&self) -> Vec<f64> {
-        let rough = |seed| if let Seed::Start(i) = seed { self.start[i] } else { 0.0 };
-        self.unknowns.iter().map(|u| u.law.map_or_else(|| rough(u.seed), |(mean, _)| mean)).collect()
+impl InferenceProblem<'_> {
+    /// Start values of the unknowns: prior means, or the rough initial state where there is no prior.
+    fn initial_values(&self) -> Vec<f64> {
+        let start_value = |seed| if let Seed::Start(i) = seed { self.start[i] } else { 0.0 };
+        self.unknowns.iter().map(|u| u.prior.map_or_else(|| start_value(u.seed), |(mean, _)| mean)).collect()
     }
 
-    /// Descends from `at` over more and more rows.
-    fn descend(&self, at: Vec<f64>) -> Option<(f64, Vec<f64>)> {
-        let n = self.seen();
-        let (mut at, mut rows) = (at, n.min(FIRST_ROWS));
+    /// Minimises the cost over the first [`FIRST_FIT_ROWS`] rows, then over twice as many, and so on.
+    fn minimise(&self, start: Vec<f64>) -> Option<(f64, Vec<f64>)> {
+        let n = self.observed_rows();
+        let (mut values, mut rows) = (start, n.min(FIRST_FIT_ROWS));
         loop {
-            let (cost, found) = self.descend_over(at, rows)?;
+            let (cost, values_there) = self.minimise_over(values, rows)?;
             if rows == n {
-                return Some((cost, found));
+                return Some((cost, values_there));
             }
-            (at, rows) = (found, (2 * rows).min(n));
+            (values, rows) = (values_there, (2 * rows).min(n));
         }
     }
 
-    fn descend_over(&self, mut at: Vec<f64>, rows: usize) -> Option<(f64, Vec<f64>)> {
+    fn minimise_over(&self, mut values: Vec<f64>, rows: usize) -> Option<(f64, Vec<f64>)> {
         let mut out = Simulated::default();
-        let mut cost = self.cost(&at, rows, &mut out);
+        let mut cost = self.negative_log_posterior(&values, rows, &mut out);
         if !cost.is_finite() {
             return None;
         }
         let mut damping = 1e-3;
-        let (mut curvature, mut gradient) = self.equations(&at, rows)?;
-        for _ in 0..STEPS {
-            let size = at.len();
+        let (mut curvature, mut gradient) = self.normal_equations(&values, rows)?;
+        for _ in 0..MAX_ITERATIONS {
+            let size = values.len();
             let scale = |i: usize| curvature[(i, i)].max(f64::MIN_POSITIVE).sqrt();
             let scaled = Mat::from_fn(size, size, |i, k| {
                 curvature[(i, k)] / (scale(i) * scale(k)) + if i == k { damping + 1e-12 } else { 0.0 }
             });
-            let right = Mat::from_fn(size, 1, |i, _| gradient[i] / scale(i));
-            let step = solve_positive_definite(&scaled, &right)?;
-            let moved: Vec<f64> = (at.iter().zip(self.unknowns).enumerate())
+            let right_side = Mat::from_fn(size, 1, |i, _| gradient[i] / scale(i));
+            let step = solve_positive_definite(&scaled, &right_side)?;
+            let trial_values: Vec<f64> = (values.iter().zip(self.unknowns).enumerate())
                 .map(|(i, (v, u))| (v + step[(i, 0)] / scale(i)).clamp(u.bounds[0], u.bounds[1]))
                 .collect();
-            let trial = self.cost(&moved, rows, &mut out);
-            if trial < cost {
-                let is_settled = cost - trial <= SETTLED * cost;
-                (at, cost) = (moved, trial);
-                if is_settled {
+            let trial_cost = self.negative_log_posterior(&trial_values, rows, &mut out);
+            if trial_cost < cost {
+                let is_converged = cost - trial_cost <= CONVERGED_DECREASE * cost;
+                (values, cost) = (trial_values, trial_cost);
+                if is_converged {
                     break;
                 }
                 damping = (damping * 0.2).max(1e-12);
-                (curvature, gradient) = self.equations(&at, rows)?;
+                (curvature, gradient) = self.normal_equations(&values, rows)?;
             } else {
                 damping *= 5.0;
-                if damping > MOST_DAMPING {
+                if damping > MAX_DAMPING {
                     break;
                 }
             }
         }
-        Some((cost, at))
+        Some((cost, values))
     }
 
-    /// Gauss's and Newton's curvature `[U, U]` of the cost over the first `rows`, and its negative gradient `[U]`.
-    fn equations(&self, at: &[f64], rows: usize) -> Option<(Mat<f64>, Vec<f64>)> {
+    /// Gauss-Newton curvature `[U, U]` and negative gradient `[U]` of the cost over the first `rows` rows.
+    fn normal_equations(&self, values: &[f64], rows: usize) -> Option<(Mat<f64>, Vec<f64>)> {
         let seeds: Vec<Seed> = self.unknowns.iter().map(|u| u.seed).collect();
         let mut out = Simulated::default();
-        if !self.simulate(at, rows, &seeds, &mut out) {
+        if !self.simulate(values, rows, &seeds, &mut out) {
             return None;
         }
-        let (size, channels) = (at.len(), self.sd.len());
+        let (size, channels) = (values.len(), self.sd.len());
         let (mut curvature, mut gradient) = (Mat::<f64>::zeros(size, size), vec![0.0; size]);
         for k in 0..rows {
             for c in 0..channels {
                 let residual = self.rows[k * channels + c] - out.value(k, c);
-                let slopes = out.slopes(k, c);
-                if !residual.is_finite() || slopes.iter().any(|s| !s.is_finite()) {
+                let derivatives = out.slopes(k, c);
+                if !residual.is_finite() || derivatives.iter().any(|s| !s.is_finite()) {
                     continue;
                 }
                 let weight = self.sd[c].powi(-2);
                 for i in 0..size {
-                    gradient[i] += weight * slopes[i] * residual;
+                    gradient[i] += weight * derivatives[i] * residual;
                     for j in 0..=i {
-                        curvature[(i, j)] += weight * slopes[i] * slopes[j];
+                        curvature[(i, j)] += weight * derivatives[i] * derivatives[j];
                     }
                 }
             }
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
-            if let Some((mean, sd)) = unknown.law {
+            if let Some((mean, sd)) = unknown.prior {
                 curvature[(i, i)] += sd.powi(-2);
-                gradient[i] += (mean - at[i]) / (sd * sd);
+                gradient[i] += (mean - values[i]) / (sd * sd);
             }
             for j in 0..i {
                 curvature[(j, i)] = curvature[(i, j)];

@@ -1,4 +1,4 @@
-//! Gaussian moments of a few dimensions: factors, sigma points, updates by a measurement.
+//! Gaussian moments in a few dimensions: Kalman updates, cubature points, weighted mean and covariance.
 
 use crate::latent::cholesky_into;
 
@@ -10,7 +10,7 @@ pub(super) struct Gaussian {
 }
 
 impl Gaussian {
-    /// A diagonal one.
+    /// A Gaussian with a diagonal covariance.
     pub fn diagonal(mean: &[f64], sd: &[f64]) -> Self {
         let s = mean.len();
         let mut covariance = vec![0.0; s * s];
@@ -20,14 +20,14 @@ impl Gaussian {
         Gaussian { mean: mean.to_vec(), covariance }
     }
 
-    /// Takes in a measurement of column `j` with a variance; returns its log density, less a constant.
+    /// Updates by a measurement of column `j`; returns its log density, up to a constant.
     pub fn measure(&mut self, j: usize, value: f64, variance: f64) -> f64 {
         measure(&mut self.mean, &mut self.covariance, j, value, variance)
     }
 }
 
-/// Kalman's update of a mean `[S]` and covariance `[S, S]` by a measurement of column `j`; returns the log density of the
-/// measurement, less a constant.
+/// Kalman update of a mean `[S]` and covariance `[S, S]` by a measurement of column `j`.
+/// Returns the log density of the measurement, up to a constant.
 pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value: f64, variance: f64) -> f64 {
     let s = mean.len();
     let total = covariance[j * s + j] + variance;
@@ -35,7 +35,7 @@ pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value:
     for a in 0..s {
         mean[a] += covariance[a * s + j] / total * innovation;
     }
-    // Row j is read by every element: it is kept before it changes.
+    // Row j is read for every other element, so it is changed last.
     for a in (0..s).filter(|a| *a != j) {
         let gain = covariance[a * s + j] / total;
         for b in 0..s {
@@ -44,17 +44,18 @@ pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value:
             }
         }
     }
-    // Joseph's form for row and column j: P_jb R / (P_jj + R), never negative on the diagonal.
+    // Joseph's form for row and column j, P_jb R / (P_jj + R): the diagonal cannot become negative.
     for b in 0..s {
-        let kept = covariance[j * s + b] * variance / total;
-        covariance[j * s + b] = kept;
-        covariance[b * s + j] = kept;
+        let scaled = covariance[j * s + b] * variance / total;
+        covariance[j * s + b] = scaled;
+        covariance[b * s + j] = scaled;
     }
     -0.5 * (total.ln() + innovation * innovation / total)
 }
 
-/// The 2 S points of the spherical cubature rule (Arasaratnam and Haykin 2009), `[2 S, S]`: mean plus and minus the columns of
-/// sqrt(S) times the factor of the covariance. Written to `out`; `factor [S, S]` is scratch.
+/// The 2 S points of the spherical cubature rule, `[2 S, S]` (Arasaratnam and Haykin 2009).
+/// They are the mean plus and minus sqrt(S) times the columns of the Cholesky factor of the covariance.
+/// Written to `out`; `factor [S, S]` is scratch.
 pub(super) fn cubature(mean: &[f64], covariance: &[f64], factor: &mut [f64], out: &mut [f64]) {
     let s = mean.len();
     cholesky_into(covariance, s, factor);
@@ -75,7 +76,7 @@ pub(super) fn weighted(rows: &[f64], weights: &[f64], dim: usize) -> Gaussian {
     out
 }
 
-/// The same of weights by row with their sum, written to `out`.
+/// Like [`weighted`], with a function for the weights and their sum, written to `out`.
 pub(super) fn weighted_into(
     rows: &[f64],
     weight: impl Fn(usize) -> f64,
@@ -102,25 +103,26 @@ pub(super) fn weighted_into(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: updates and points against closed forms.
+    //! Contract: updates and cubature points agree with closed forms.
     use super::*;
 
     #[test]
-    fn a_measurement_is_the_conditional_gaussian() {
-        // Covariance [[2, 1], [1, 3]], a measurement 1 of the first with variance 2: gain [1/2, 1/4].
+    fn measuring_gives_the_conditional_gaussian() {
+        // Covariance [[2, 1], [1, 3]], a measurement 1 of the first column with variance 2: gain [1/2,
+        // 1/4].
         let mut g = Gaussian { mean: vec![0.0, 1.0], covariance: vec![2.0, 1.0, 1.0, 3.0] };
         let density = g.measure(0, 1.0, 2.0);
         assert!((density + 0.5 * (4.0_f64.ln() + 0.25)).abs() < 1e-14);
-        for (found, wanted) in g.mean.iter().zip([0.5, 1.25]) {
-            assert!((found - wanted).abs() < 1e-14);
+        for (actual, expected) in g.mean.iter().zip([0.5, 1.25]) {
+            assert!((actual - expected).abs() < 1e-14);
         }
-        for (found, wanted) in g.covariance.iter().zip([1.0, 0.5, 0.5, 2.75]) {
-            assert!((found - wanted).abs() < 1e-14, "{:?}", g.covariance);
+        for (actual, expected) in g.covariance.iter().zip([1.0, 0.5, 0.5, 2.75]) {
+            assert!((actual - expected).abs() < 1e-14, "{:?}", g.covariance);
         }
     }
 
     #[test]
-    fn cubature_points_have_the_mean_and_the_covariance() {
+    fn cubature_points_reproduce_mean_and_covariance() {
         let (mean, covariance) = ([1.0, -2.0], [2.0, 1.0, 1.0, 3.0]);
         let mut points = [0.0; 8];
         cubature(&mean, &covariance, &mut [0.0; 4], &mut points);

@@ -1,6 +1,6 @@
-//! Hybrid+ as a law of steps: physics, and the net's correction of it.
+//! Hybrid+ as a transition model: the physics engine plus the net's correction of each step.
 
-use super::{Moments, StepLaw};
+use super::{Moments, TransitionModel};
 use crate::difference::Difference;
 use crate::engine::Engine;
 use crate::latent::LatentLaw;
@@ -13,28 +13,29 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Accuracy of the corrections along a smooth path, in standard deviations of a state column: roundings of features in single
-/// precision and what the decoder leaves of a step add up to it over tens of rows.
+/// Accuracy of the corrections along a smooth path, in standard deviations of a state column.
+/// Single-precision rounding of the features and the decoder's residual error of a step add up to about
+/// this over tens of rows.
 const RESOLUTION: f64 = 1e-3;
 
-/// The physics of a trained net, step by step, with the net's corrections.
+/// The steps of the physics engine with the corrections of a trained net.
 #[derive(Debug)]
 pub struct NetLaw<'m> {
     net: &'m Stepwise,
     params: &'m Params<f32>,
     engine: &'m Engine,
     scales: &'m Scales,
-    law: &'m LatentLaw,
-    /// One for each number of lanes that was asked for: particles, their sigma points, draws of a forecast.
+    prior: &'m LatentLaw,
+    /// One runner per number of lanes: particles, their cubature points, and forecast samples differ.
     runners: Vec<StepRunner>,
-    white: Vec<f64>,
-    next: Vec<f64>,
+    whitened: Vec<f64>,
+    engine_next: Vec<f64>,
     reading: StepReading,
     features: Vec<f32>,
 }
 
 impl<'m> NetLaw<'m> {
-    /// The law of a trained net that corrects single steps.
+    /// The transition model of a trained net that corrects single steps.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the net is of another kind, or its training has not ended.
@@ -43,7 +44,7 @@ impl<'m> NetLaw<'m> {
         let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {
             return Err(Difference::NotFiltered.into());
         };
-        let Some(law) = &state.latent else {
+        let Some(prior) = &state.latent else {
             return Err(Difference::Unfinished.into());
         };
         Ok(NetLaw {
@@ -51,17 +52,17 @@ impl<'m> NetLaw<'m> {
             params: model.params(),
             engine: &state.settings.engine,
             scales: &state.scales,
-            law,
+            prior,
             runners: Vec::new(),
-            white: vec![0.0; net.sizes().latent],
-            next: vec![0.0; net.sizes().state],
+            whitened: vec![0.0; net.sizes().latent],
+            engine_next: vec![0.0; net.sizes().state],
             reading: StepReading::default(),
             features: vec![0.0; net.sizes().condition],
         })
     }
 }
 
-impl StepLaw for NetLaw<'_> {
+impl TransitionModel for NetLaw<'_> {
     fn latent_dim(&self) -> usize {
         self.net.sizes().latent
     }
@@ -75,13 +76,13 @@ impl StepLaw for NetLaw<'_> {
         let mut latents = Vec::with_capacity(count * l);
         for _ in 0..count {
             let draws: Vec<f64> = (0..l).map(|_| StandardNormal.sample(rng)).collect();
-            latents.extend(self.law.place(&draws));
+            latents.extend(self.prior.place(&draws));
         }
         latents
     }
 
     fn log_density(&mut self, latent: &[f64]) -> f64 {
-        self.law.log_density(latent, &mut self.white)
+        self.prior.log_density(latent, &mut self.whitened)
     }
 
     fn resolution(&self, j: usize) -> f64 {
@@ -98,29 +99,35 @@ impl StepLaw for NetLaw<'_> {
         let sizes = self.net.sizes();
         let (s, l) = (sizes.state, sizes.latent);
         let lanes = states.len() / s;
-        let place = self.runners.iter().position(|r| r.lanes() == lanes).unwrap_or_else(|| {
+        let index = self.runners.iter().position(|r| r.lanes() == lanes).unwrap_or_else(|| {
             self.runners.push(StepRunner::new(self.net, self.params, lanes));
             self.runners.len() - 1
         });
-        let runner = &mut self.runners[place];
+        let runner = &mut self.runners[index];
         let (features, w) = runner.input();
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];
-            self.engine.step(now, from, to, &mut self.next);
-            self.reading.write((self.engine, self.scales), [now, &self.next], [from, to], &mut self.features);
+            self.engine.step(now, from, to, &mut self.engine_next);
+            self.reading.write(
+                (self.engine, self.scales),
+                [now, &self.engine_next],
+                [from, to],
+                &mut self.features,
+            );
             for (slot, v) in features[lane..].iter_mut().step_by(lanes).zip(&self.features) {
                 *slot = *v;
             }
             for (slot, v) in w[lane..].iter_mut().step_by(lanes).zip(&latents[lane * l..(lane + 1) * l]) {
                 *slot = *v as f32;
             }
-            next.mean[lane * s..(lane + 1) * s].copy_from_slice(&self.next);
+            next.mean[lane * s..(lane + 1) * s].copy_from_slice(&self.engine_next);
         }
         let (mean, sd) = runner.run();
         for lane in 0..lanes {
             let now = &states[lane * s..(lane + 1) * s];
             for j in 0..s {
-                // The physics' state of this column is read before it is corrected; the unit needs no other column.
+                // The unit of a correction depends on the engine's step in this column alone, so the column
+                // can be overwritten right away.
                 let moved = next.mean[lane * s + j];
                 let unit = self.scales.unit_of(j, moved - now[j]);
                 next.mean[lane * s + j] = moved + unit * f64::from(mean[j * lanes + lane]);

@@ -1,53 +1,54 @@
-//! PyBullet's ball with a restitution that differs from drop to drop, as a law of steps: the data's own law, or what a discovery
-//! found.
+//! PyBullet's ball with a random restitution per drop as a transition model.
 
-use super::{FittedDrop, Freedom, Moments, Sensor, StepLaw};
+use super::{FittedDrop, Freedom, Moments, Sensor, TransitionModel};
 use crate::{Sequence, Sequences, TrainerError};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-/// Rows of a training drop that are fitted: behind the second rebound the cost of a restitution has many minima, because
-/// the depth of an impact on the grid of steps decides the next.
+/// Number of rows of a training drop that are fitted.
+/// After the second rebound the cost of a restitution has many minima, because how deep an impact falls
+/// within a step decides the next one.
 const FITTED_ROWS: usize = 80;
-/// Deviation at which training drops are fitted, m and m/s: files carry six digits.
-const FITTED_TO: f64 = 1e-5;
+/// Assumed measurement noise when training drops are fitted, m and m/s: files carry six digits.
+const FIT_SD: f64 = 1e-5;
 
-/// The ball, with N(mean, sd) for its restitution; a negative one acts as 0.
+/// A ball whose restitution is drawn from N(mean, sd) for each trajectory; negative values act as 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestitutionLaw {
-    /// Everything but the restitution.
+    /// All parameters but the restitution.
     pub ball: BulletBall,
-    /// Mean.
+    /// Mean of the restitution.
     pub mean: f64,
-    /// Standard deviation.
+    /// Standard deviation of the restitution.
     pub sd: f64,
 }
 
 impl RestitutionLaw {
-    /// The law of a set of drops: the damping that most of them have (the median), and mean and deviation of the restitution
-    /// that each has with it. Everything else is declared.
+    /// Fits the distribution of the restitution to a set of drops.
+    /// The damping is the median over drops; mean and standard deviation are those of the restitutions
+    /// fitted with it. All other parameters stay as declared.
     pub fn fitted(ball: BulletBall, train: &Sequences) -> Self {
-        let sensor = Sensor::known([FITTED_TO; 2]);
+        let sensor = Sensor::with_sd([FIT_SD; 2]);
         let fit = |ball: BulletBall, freedom: Freedom| -> Vec<BulletBall> {
             let drop = FittedDrop { ball, freedom };
-            let rows = |q: &Sequence| drop.fitted(&q.states[..2 * FITTED_ROWS.min(q.time)], &sensor);
-            train.items.par_iter().map(rows).collect()
+            let fit_drop = |q: &Sequence| drop.fitted(&q.states[..2 * FITTED_ROWS.min(q.time)], &sensor);
+            train.items.par_iter().map(fit_drop).collect()
         };
         let mut dampings: Vec<f64> = fit(ball, Freedom::Calibrated).iter().map(|b| b.damping).collect();
         dampings.sort_by(f64::total_cmp);
         let damping = dampings.get(dampings.len() / 2).copied().unwrap_or(ball.damping);
         let ball = BulletBall { damping, ..ball };
-        let found: Vec<f64> = fit(ball, Freedom::Restitution).iter().map(|b| b.restitution).collect();
-        let n = found.len().max(1) as f64;
-        let mean = found.iter().sum::<f64>() / n;
-        let variance = found.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let restitutions: Vec<f64> = fit(ball, Freedom::Restitution).iter().map(|b| b.restitution).collect();
+        let n = restitutions.len().max(1) as f64;
+        let mean = restitutions.iter().sum::<f64>() / n;
+        let variance = restitutions.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         RestitutionLaw { ball, mean, sd: variance.sqrt() }
     }
 }
 
-impl StepLaw for RestitutionLaw {
+impl TransitionModel for RestitutionLaw {
     fn latent_dim(&self) -> usize {
         1
     }

@@ -1,190 +1,188 @@
-//! Errors of what is forecast behind a prefix.
+//! Scores of forecasts after an observed prefix.
 //!
-//! Two definitions, never mixed: *whole* divides by all samples of the trajectory, of which the seen ones count as no error
-//! (comparable with forecasts from the first state), *rest* by the samples that are forecast. Per cent of the rest is a ratio of
-//! sums over the set: an object at rest would make a mean of ratios meaningless.
+//! There are two definitions. *whole* divides by all samples of the trajectory, of which the observed
+//! ones count as no error (comparable with forecasts from the first state). *rest* divides by the forecast
+//! samples alone. Percentages of the rest are ratios of sums over the set, because a mean of ratios would
+//! be dominated by objects at rest.
 
 use crate::Samples;
-use crate::score::{PAPER_SAMPLES, Scoring, crps_of, length, quantile};
+use crate::score::{Scoring, crps_of, length, quantile};
 use augsim_physics::statistics::median;
 use std::ops::Range;
 
-/// Narrowest 90 % band whose samples count for the coverage, in the column's unit: a resting object flatters it.
-const WIDE: f64 = 1e-3;
+/// Minimum width of a 90 % band that counts for the coverage, in the column's unit.
+/// The narrow bands of a resting object would raise the coverage.
+const MIN_BAND_WIDTH: f64 = 1e-3;
 
-/// Sums over the trajectories of a set.
+/// Scores over the trajectories of a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilteredScore {
-    /// Trajectories.
+    /// Number of trajectories.
     pub trajectories: usize,
-    /// Columns of each measure.
+    /// State columns of each measure.
     pub columns: Vec<Range<usize>>,
-    /// Mean over trajectories of the error of the median, sum over the rest divided by all samples; one entry per measure.
+    /// Error of the median summed over forecast rows and divided by all rows; mean over trajectories.
+    /// One entry per measure.
     pub whole: Vec<f64>,
     /// Standard error of [`whole`](Self::whole) over trajectories.
     pub whole_se: Vec<f64>,
-    /// Mean over trajectories of the sum of errors over the rest by the sum of distances from zero over all samples, of the
-    /// first measure, per cent.
+    /// Errors summed over forecast rows relative to distances from zero over all rows, per cent.
+    /// Of the first measure; mean over trajectories.
     pub whole_percent: f64,
-    /// Mean error of the median over the rest.
+    /// Mean error of the median over the forecast rows.
     pub rest: Vec<f64>,
-    /// Median over trajectories of the mean error of the median over the rest: a few that end otherwise do not decide it.
+    /// Median over trajectories of the mean error of the median over the forecast rows.
+    /// Robust to a few trajectories with very large errors.
     pub rest_of_most: Vec<f64>,
-    /// Sum of errors over sum of distances from zero, over the rest of all trajectories, of the first measure, per cent.
+    /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
+    /// Of the first measure.
     pub rest_percent: f64,
-    /// Mean error over the rest of the mean of ten samples.
-    pub rest_mean_of_10: Vec<f64>,
-    /// Mean error of the median in the last seven tenths of the samples: the same rows whatever the prefix.
+    /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
     pub common: Vec<f64>,
-    /// Fair continuous ranked probability score over the rest.
+    /// Fair continuous ranked probability score over the forecast rows.
     pub crps: Vec<f64>,
-    /// Median over trajectories of its mean over the rest.
+    /// Median over trajectories of the mean continuous ranked probability score over the forecast rows.
     pub crps_of_most: Vec<f64>,
-    /// Share of true values in the central 50 % band, over samples whose 90 % band is wide; absent for a point forecast.
+    /// Share of true values in the central 50 % band where the 90 % band is wide enough.
+    /// `None` for a point forecast.
     pub coverage50: Option<f64>,
-    /// Share in the central 90 % band.
+    /// Share of true values in the central 90 % band.
     pub coverage90: Option<f64>,
 }
 
-/// Sums of one trajectory.
+/// Sums over the rows of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tally {
     columns: Vec<Range<usize>>,
     errors: Vec<f64>,
-    of_ten: Vec<f64>,
     common: Vec<f64>,
     common_rows: f64,
     crps: Vec<f64>,
     rows: f64,
     all_rows: f64,
-    size_rest: f64,
-    size_all: f64,
-    wide: f64,
-    inside: [f64; 2],
-    points: bool,
+    distance_rest: f64,
+    distance_all: f64,
+    wide_bands: f64,
+    in_bands: [f64; 2],
+    is_point_forecast: bool,
 }
 
-/// Scores `samples [rest, S, sample]` of the rows `n..` of `truth [time, S]`; rows in which something was not measured do not
-/// count.
-pub(super) fn tally(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
+/// Scores `samples [horizon, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Rows with a missing measurement do not count.
+pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
     let s = measures.last().map_or(1, |last| last.end);
     let (count, time) = (samples.count, truth.len() / s);
-    let zero = vec![0.0; measures.len()];
+    let zeros = vec![0.0; measures.len()];
     let mut out = Tally {
         columns: measures.clone(),
-        errors: zero.clone(),
-        of_ten: zero.clone(),
-        common: zero.clone(),
-        crps: zero,
-        points: count == 1,
+        errors: zeros.clone(),
+        common: zeros.clone(),
+        crps: zeros,
+        is_point_forecast: count == 1,
         ..Tally::default()
     };
     let mut sorted = vec![0.0_f32; count];
-    let (mut median, mut ten) = (vec![0.0; s], vec![0.0; s]);
+    let mut medians = vec![0.0; s];
     for t in 0..time {
-        let y = &truth[t * s..(t + 1) * s];
-        if y.iter().any(|v| v.is_nan()) {
+        let truth_row = &truth[t * s..(t + 1) * s];
+        if truth_row.iter().any(|v| v.is_nan()) {
             continue;
         }
-        let size = length(measures[0].clone().map(|j| y[j]));
-        out.size_all += size;
+        let distance = length(measures[0].clone().map(|j| truth_row[j]));
+        out.distance_all += distance;
         out.all_rows += 1.0;
         if t < n {
             continue;
         }
         out.rows += 1.0;
-        out.size_rest += size;
-        let common = 10 * t >= 3 * time;
-        out.common_rows += f64::from(u8::from(common));
+        out.distance_rest += distance;
+        let is_common = 10 * t >= 3 * time;
+        out.common_rows += f64::from(u8::from(is_common));
         for (k, columns) in measures.iter().enumerate() {
             for j in columns.clone() {
                 let row = &samples.values[((t - n) * s + j) * count..][..count];
                 sorted.copy_from_slice(row);
                 sorted.sort_unstable_by(f32::total_cmp);
-                median[j] = quantile(&sorted, 0.5);
-                let first = &row[..count.min(PAPER_SAMPLES)];
-                ten[j] = first.iter().map(|v| f64::from(*v)).sum::<f64>() / first.len() as f64;
-                out.crps[k] += crps_of(&sorted, y[j]) / columns.len() as f64;
+                medians[j] = quantile(&sorted, 0.5);
+                out.crps[k] += crps_of(&sorted, truth_row[j]) / columns.len() as f64;
                 let band = |level: f64| [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
                 let bands = [band(0.5), band(0.9)];
-                if bands[1][1] - bands[1][0] > WIDE {
-                    out.wide += 1.0;
-                    for (inside, [low, high]) in out.inside.iter_mut().zip(bands) {
-                        *inside += f64::from(u8::from((low..=high).contains(&y[j])));
+                if bands[1][1] - bands[1][0] > MIN_BAND_WIDTH {
+                    out.wide_bands += 1.0;
+                    for (in_bands, [low, high]) in out.in_bands.iter_mut().zip(bands) {
+                        *in_bands += f64::from(u8::from((low..=high).contains(&truth_row[j])));
                     }
                 }
             }
-            let error = |estimate: &[f64]| length(columns.clone().map(|j| estimate[j] - y[j]));
-            out.errors[k] += error(&median);
-            out.of_ten[k] += error(&ten);
-            if common {
-                out.common[k] += error(&median);
+            let error = |estimate: &[f64]| length(columns.clone().map(|j| estimate[j] - truth_row[j]));
+            out.errors[k] += error(&medians);
+            if is_common {
+                out.common[k] += error(&medians);
             }
         }
     }
     out
 }
 
-/// Median of the values that are numbers.
-fn middle(values: impl Iterator<Item = f64>) -> f64 {
+/// Median of the finite values.
+fn finite_median(values: impl Iterator<Item = f64>) -> f64 {
     let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     if finite.is_empty() { f64::NAN } else { median(&mut finite) }
 }
 
 impl FilteredScore {
-    /// Over all trajectories of a set.
-    pub(super) fn of(tallies: &[Tally]) -> Self {
+    /// Averages over all trajectories of a set.
+    pub(super) fn from_tallies(tallies: &[Tally]) -> Self {
         let n = tallies.len() as f64;
         let measures = 0..tallies.first().map_or(0, |t| t.errors.len());
         let sum = |f: &dyn Fn(&Tally) -> f64| tallies.iter().map(f).sum::<f64>();
-        let each = |f: &dyn Fn(&Tally, usize) -> f64| {
+        let sums = |f: &dyn Fn(&Tally, usize) -> f64| {
             measures.clone().map(|k| sum(&|t| f(t, k))).collect::<Vec<_>>()
         };
         let (rows, common) = (sum(&|t| t.rows), sum(&|t| t.common_rows));
-        let over = |total: Vec<f64>, by: f64| total.into_iter().map(|v| v / by).collect::<Vec<_>>();
-        let middles = |f: &dyn Fn(&Tally, usize) -> f64| -> Vec<f64> {
-            measures.clone().map(|k| middle(tallies.iter().map(|t| f(t, k) / t.rows))).collect()
+        let divided = |total: Vec<f64>, by: f64| total.into_iter().map(|v| v / by).collect::<Vec<_>>();
+        let medians = |f: &dyn Fn(&Tally, usize) -> f64| -> Vec<f64> {
+            measures.clone().map(|k| finite_median(tallies.iter().map(|t| f(t, k) / t.rows))).collect()
         };
-        let whole = over(each(&|t, k| t.errors[k] / t.all_rows), n);
-        let spread = each(&|t, k| (t.errors[k] / t.all_rows - whole[k]).powi(2));
-        let share = |level: usize| {
-            let wide = sum(&|t| t.wide);
-            let bands = tallies.iter().any(|t| !t.points) && wide > 0.0;
-            bands.then(|| sum(&|t| t.inside[level]) / wide)
+        let whole = divided(sums(&|t, k| t.errors[k] / t.all_rows), n);
+        let squares = sums(&|t, k| (t.errors[k] / t.all_rows - whole[k]).powi(2));
+        let coverage = |level: usize| {
+            let wide_bands = sum(&|t| t.wide_bands);
+            let has_bands = tallies.iter().any(|t| !t.is_point_forecast) && wide_bands > 0.0;
+            has_bands.then(|| sum(&|t| t.in_bands[level]) / wide_bands)
         };
         FilteredScore {
             trajectories: tallies.len(),
             columns: tallies.first().map_or_else(Vec::new, |t| t.columns.clone()),
-            whole_se: spread.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
+            whole_se: squares.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
             whole,
-            whole_percent: 100.0 * sum(&|t| t.errors[0] / t.size_all) / n,
-            rest: over(each(&|t, k| t.errors[k]), rows),
-            rest_of_most: middles(&|t, k| t.errors[k]),
-            crps_of_most: middles(&|t, k| t.crps[k]),
-            rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.size_rest),
-            rest_mean_of_10: over(each(&|t, k| t.of_ten[k]), rows),
-            common: over(each(&|t, k| t.common[k]), common),
-            crps: over(each(&|t, k| t.crps[k]), rows),
-            coverage50: share(0),
-            coverage90: share(1),
+            whole_percent: 100.0 * sum(&|t| t.errors[0] / t.distance_all) / n,
+            rest: divided(sums(&|t, k| t.errors[k]), rows),
+            rest_of_most: medians(&|t, k| t.errors[k]),
+            crps_of_most: medians(&|t, k| t.crps[k]),
+            rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
+            common: divided(sums(&|t, k| t.common[k]), common),
+            crps: divided(sums(&|t, k| t.crps[k]), rows),
+            coverage50: coverage(0),
+            coverage90: coverage(1),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: both definitions by hand.
+    //! Contract: both definitions agree with values computed by hand.
     use super::*;
     use crate::Sequences;
 
     #[test]
-    fn seen_rows_count_as_no_error_in_the_whole_and_not_at_all_in_the_rest() {
+    fn observed_rows_count_as_zero_error_in_whole_and_not_in_rest() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let truth = [4.0, 3.0, 2.0, 1.0];
         let forecast = Samples { count: 1, values: vec![2.5, 2.0] };
-        let score = FilteredScore::of(&[tally(&forecast, &truth, 2, &scoring)]);
+        let score = FilteredScore::from_tallies(&[tally_forecast(&forecast, &truth, 2, &scoring)]);
         assert_eq!(score.whole, [1.5 / 4.0]);
         assert_eq!(score.whole_percent, 100.0 * 1.5 / 10.0);
         assert_eq!((score.rest, score.rest_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
@@ -193,23 +191,29 @@ mod tests {
     }
 
     #[test]
-    fn a_row_that_was_not_measured_does_not_count() {
+    fn unmeasured_rows_are_ignored() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let forecast = Samples { count: 1, values: vec![9.0, 2.0] };
-        let score = FilteredScore::of(&[tally(&forecast, &[4.0, 3.0, f64::NAN, 1.0], 2, &scoring)]);
+        let score = FilteredScore::from_tallies(&[tally_forecast(
+            &forecast,
+            &[4.0, 3.0, f64::NAN, 1.0],
+            2,
+            &scoring,
+        )]);
         assert_eq!((score.whole, score.rest), (vec![1.0 / 3.0], vec![1.0]));
     }
 
     #[test]
-    fn narrow_bands_do_not_count() {
+    fn narrow_bands_are_left_out_of_the_coverage() {
         let columns = vec!["height_m".to_owned()];
         let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
-        // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that misses the truth.
+        // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that
+        // misses the true value.
         let narrow = (0..11).map(|i| 1e-5 * i as f32);
         let wide = (0..11).map(|i| 1.0 + 0.1 * i as f32);
         let forecast = Samples { count: 11, values: narrow.chain(wide).collect() };
-        let score = FilteredScore::of(&[tally(&forecast, &[0.0, 0.0, 0.5], 1, &scoring)]);
+        let score = FilteredScore::from_tallies(&[tally_forecast(&forecast, &[0.0, 0.0, 0.5], 1, &scoring)]);
         assert_eq!(score.coverage90, Some(0.0));
     }
 }

@@ -1,65 +1,66 @@
-//! The sensor that sees a state, and the law of first states before anything is seen.
+//! The sensor that measures a state, and the prior of the initial state.
 
 use crate::{Sequences, TrainerError};
 
-/// Smallest deviation of a measurement, in the column's unit: files carry six digits.
-const DIGITS: f64 = 1e-6;
+/// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
+const MIN_SD: f64 = 1e-6;
 
-/// The sensor: which state columns are seen, and how well.
+/// A sensor: which state columns it observes, and with what noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     sd: Vec<Option<f64>>,
 }
 
 impl Sensor {
-    /// The standard deviation of each state column in its unit; none where a column is not seen, 0 where it is exact.
+    /// A sensor from the standard deviation of each state column, in its unit.
+    /// `None` marks a column that is not observed, 0 one that is exact.
     ///
     /// # Errors
-    /// [`TrainerError::Setting`] if no column is seen, or a deviation is negative or not finite.
+    /// [`TrainerError::Setting`] if no column is observed, or a deviation is negative or not finite.
     pub fn new(sd: Vec<Option<f64>>) -> Result<Self, TrainerError> {
         let refuse = |value: String, rule| Err(TrainerError::Setting { key: "sensor", value, rule });
         if sd.iter().all(Option::is_none) {
-            return refuse("no column".to_owned(), "at least one state column must be seen");
+            return refuse("no column".to_owned(), "at least one state column must be observed");
         }
-        if let Some(bad) = sd.iter().flatten().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
-            return refuse(bad.to_string(), "a standard deviation must be 0 or more");
+        if let Some(invalid) = sd.iter().flatten().find(|sd| !(sd.is_finite() && **sd >= 0.0)) {
+            return refuse(invalid.to_string(), "a standard deviation must be 0 or more");
         }
         Ok(Sensor { sd })
     }
 
-    /// Every column, with these standard deviations of at least 0.
-    pub(super) fn known<const N: usize>(sd: [f64; N]) -> Self {
+    /// A sensor that observes every column with these standard deviations, each 0 or more.
+    pub(super) fn with_sd<const N: usize>(sd: [f64; N]) -> Self {
         Sensor { sd: sd.map(Some).to_vec() }
     }
 
-    /// Every column exactly.
+    /// A sensor that observes every column exactly.
     pub fn exact(columns: usize) -> Self {
         Sensor { sd: vec![Some(0.0); columns] }
     }
 
-    /// Whether every column is seen exactly.
+    /// Whether every column is observed exactly.
     pub fn is_exact(&self) -> bool {
         self.sd.iter().all(|sd| *sd == Some(0.0))
     }
 
-    /// State columns that are seen, with the variance of their measurement.
-    pub fn seen(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(DIGITS).powi(2))))
+    /// Observed state columns with the variance of their measurement.
+    pub fn observed_columns(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(MIN_SD).powi(2))))
     }
 
-    /// The same sensor for a law that follows column `j` no closer than `resolution(j)`.
-    pub(super) fn no_better_than(&self, resolution: impl Fn(usize) -> f64) -> Self {
+    /// Raises the noise of column `j` to at least `resolution(j)`.
+    pub(super) fn with_min_sd(&self, resolution: impl Fn(usize) -> f64) -> Self {
         let sd = self.sd.iter().enumerate().map(|(j, sd)| sd.map(|sd| sd.max(resolution(j)))).collect();
         Sensor { sd }
     }
 
-    /// The standard deviation of each column; none where it is not seen.
+    /// Standard deviation of each column; `None` where it is not observed.
     pub fn sd(&self) -> &[Option<f64>] {
         &self.sd
     }
 }
 
-/// Law of a first state before it is seen: that of the first states of the training set.
+/// Prior of the initial state: mean and standard deviation over the training set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartLaw {
     /// Mean, `[S]`.
@@ -69,12 +70,12 @@ pub struct StartLaw {
 }
 
 impl StartLaw {
-    /// Mean and deviation of the first states of a set, column by column.
+    /// Mean and standard deviation of the initial states of a set, column by column.
     pub fn of(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
-        let firsts = || train.items.iter().map(|q| q.state(0));
-        let mean: Vec<f64> = (0..s).map(|j| firsts().map(|x| x[j]).sum::<f64>() / n).collect();
-        let variance = |j: usize| firsts().map(|x| (x[j] - mean[j]).powi(2)).sum::<f64>() / n;
+        let initial_states = || train.items.iter().map(|q| q.state(0));
+        let mean: Vec<f64> = (0..s).map(|j| initial_states().map(|x| x[j]).sum::<f64>() / n).collect();
+        let variance = |j: usize| initial_states().map(|x| (x[j] - mean[j]).powi(2)).sum::<f64>() / n;
         StartLaw { sd: (0..s).map(|j| variance(j).sqrt()).collect(), mean }
     }
 }

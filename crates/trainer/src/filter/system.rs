@@ -1,60 +1,63 @@
-//! Any system behind a prefix: its start, the parameters of its own and the offsets of its events, inferred from the rows seen.
+//! Forecasts of any simulated system after a prefix: its unknowns are estimated from the observed rows.
+//!
+//! Unknown are the initial state, the parameters of the single trajectory, and the offsets of its events.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster, read_by_sensor};
-use super::case::{Case, Unknown};
+use super::inference_problem::{InferenceProblem, Unknown};
 use super::mode::Mode;
 use super::posterior::posterior;
-use super::weights::systematic;
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster, add_measurement_noise};
+use super::weights::resample;
 use crate::{Samples, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::model::{Parameter, Per};
 use augsim_physics::system::{Begin, Record, Scatter, ScatterPer, Seed, Simulated, System};
 use std::sync::Arc;
 
-/// Events of one trajectory that have an offset of their own; later ones have none.
-const MOST_EVENTS: usize = 16;
-/// Smallest deviation of a reading, in the column's unit: files carry six digits.
-const DIGITS: f64 = 1e-6;
-/// Measured values beyond the unknowns that an estimate of the noise takes at least.
-const SPARE: usize = 8;
+/// Number of events of a trajectory with an offset of their own; later events have none.
+const MAX_EVENT_OFFSETS: usize = 16;
+/// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
+const MIN_SD: f64 = 1e-6;
+/// Number of measurements beyond the unknowns that an estimate of the noise needs.
+const MIN_SPARE_READINGS: usize = 8;
 
-/// Forecasts of a [`System`] behind a prefix.
+/// A forecaster after observed prefixes that samples the posterior of a [`System`]'s unknowns.
 #[derive(Debug, Clone)]
 pub struct SystemFilter {
     system: Arc<dyn System>,
-    /// `[trajectory][parameter]`
-    values: Vec<Vec<f64>>,
+    /// Parameter values, `[trajectory][parameter]`.
+    parameters: Vec<Vec<f64>>,
     unknowns: Vec<Unknown>,
-    shared: bool,
+    has_shared_offset: bool,
     records: Vec<Record>,
-    /// Noise of each channel, where it was learned.
+    /// Learned measurement noise of each channel.
     noise: Option<Vec<f64>>,
 }
 
 impl SystemFilter {
-    /// The system with the values of its model file. Unknown of each trajectory are its start, the parameters that are its own
-    /// (drawn towards the value in the file, as far as their bounds let them differ), those with a 95 % interval, and the offsets
-    /// of events where the model scatters them. Of `records`, one for each trajectory, times, inputs and covariates are used;
-    /// `groups` has the name of the group of each, where it has one.
+    /// A filter of the system with the values of its model file.
+    /// Estimated for each trajectory are its initial state, its per-trajectory parameters (with a prior at
+    /// the declared value and the spread of their bounds), parameters with a 95 % interval, and event
+    /// offsets where the model declares them random. Of `records`, one per trajectory, times, inputs and
+    /// covariates are used; `groups` names the group of each trajectory, if it has one.
     pub fn new(system: Arc<dyn System>, records: &[Record], groups: &[Option<&str>]) -> Self {
         let value = |p: &Parameter, group: Option<&str>| {
-            let own = p.groups.iter().find(|(name, _)| Some(name.as_str()) == group);
-            own.map_or(p.nominal, |(_, value)| *value)
+            let group_value = p.groups.iter().find(|(name, _)| Some(name.as_str()) == group);
+            group_value.map_or(p.nominal, |(_, value)| *value)
         };
         let values = |group: &Option<&str>| system.parameters().iter().map(|p| value(p, *group)).collect();
         let mut filter = SystemFilter {
-            values: groups.iter().map(values).collect(),
+            parameters: groups.iter().map(values).collect(),
             unknowns: Vec::new(),
-            shared: false,
-            records: records.iter().map(unmeasured).collect(),
+            has_shared_offset: false,
+            records: records.iter().map(without_measurements).collect(),
             system,
             noise: None,
         };
-        filter.collect();
+        filter.collect_unknowns();
         filter
     }
 
-    /// The same whose parameter `index` differs from trajectory to trajectory with this standard deviation.
+    /// Makes parameter `index` differ from trajectory to trajectory with this standard deviation.
     #[must_use]
     pub fn with_own(mut self, index: usize, sd: f64) -> Self {
         let seed = Seed::Parameter(index);
@@ -62,161 +65,174 @@ impl SystemFilter {
         let bounds = [f64::NEG_INFINITY, f64::INFINITY];
         self.unknowns.push(Unknown {
             seed,
-            law: Some((self.system.parameters()[index].nominal, sd)),
+            prior: Some((self.system.parameters()[index].nominal, sd)),
             bounds,
         });
         self
     }
 
-    /// The same with laws that were learned, each a mean and a standard deviation ([`super::OwnLaws::laws`]), and noise of each
-    /// channel for a sensor that states none ([`super::OwnLaws::noise`]).
+    /// Sets learned priors, each a mean and a standard deviation ([`super::OwnLaws::laws`]).
+    /// `noise` of each channel ([`super::OwnLaws::noise`]) is used where neither the sensor nor the model file
+    /// states it.
     #[must_use]
     pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
         for (seed, mean, sd) in laws {
-            if let Some(place) = self.unknowns.iter().position(|u| u.seed == *seed) {
-                self.set_law(place, (*mean, *sd));
+            if let Some(index) = self.unknowns.iter().position(|u| u.seed == *seed) {
+                self.set_prior(index, (*mean, *sd));
             }
         }
         self.noise = Some(noise.to_vec());
         self
     }
 
-    /// Places of the unknowns that are parameters with a law.
-    pub(super) fn own_places(&self) -> Vec<usize> {
-        let is_own = |u: &Unknown| matches!(u.seed, Seed::Parameter(_)) && u.law.is_some();
-        (0..self.unknowns.len()).filter(|&i| is_own(&self.unknowns[i])).collect()
+    /// Indices of the unknowns that are parameters with a prior.
+    pub(super) fn prior_indices(&self) -> Vec<usize> {
+        let has_prior = |u: &Unknown| matches!(u.seed, Seed::Parameter(_)) && u.prior.is_some();
+        (0..self.unknowns.len()).filter(|&i| has_prior(&self.unknowns[i])).collect()
     }
 
-    /// Seed of the unknown at a place.
-    pub(super) fn seed(&self, place: usize) -> Seed {
-        self.unknowns[place].seed
+    /// Place in the simulation of the unknown with an index.
+    pub(super) fn seed(&self, index: usize) -> Seed {
+        self.unknowns[index].seed
     }
 
-    /// Mean and standard deviation of an unknown; those of nothing where it has no law.
-    pub(super) fn law(&self, place: usize) -> (f64, f64) {
-        self.unknowns[place].law.unwrap_or((0.0, f64::INFINITY))
+    /// Mean and standard deviation of an unknown's prior; (0, infinity) for a flat prior.
+    pub(super) fn prior(&self, index: usize) -> (f64, f64) {
+        self.unknowns[index].prior.unwrap_or((0.0, f64::INFINITY))
     }
 
-    /// Gives an unknown another law.
-    pub(super) fn set_law(&mut self, place: usize, law: (f64, f64)) {
-        self.unknowns[place].law = Some(law);
+    /// Replaces the prior of an unknown.
+    pub(super) fn set_prior(&mut self, index: usize, prior: (f64, f64)) {
+        self.unknowns[index].prior = Some(prior);
     }
 
-    /// Mode and variance of the unknowns at `places` behind a whole prefix, and the noise of each channel.
-    pub(super) fn own_fit(
+    /// Mode and variance of the unknowns at `indices` after a whole prefix, and the noise of each channel.
+    pub(super) fn fit_unknowns(
         &self,
         prefix: &Prefix<'_>,
-        places: &[usize],
+        indices: &[usize],
     ) -> Result<(Vec<[f64; 2]>, Vec<f64>), TrainerError> {
-        let (case, mode) = self.mode(prefix, prefix.rows)?;
-        let width = mode.at.len();
-        let own = places.iter().map(|&i| [mode.at[i], mode.covariance[i * width + i]]);
-        Ok((own.collect(), case.sd))
+        let (problem, mode) = self.find_mode(prefix, prefix.rows)?;
+        let width = mode.values.len();
+        let estimates = indices.iter().map(|&i| [mode.values[i], mode.covariance[i * width + i]]);
+        Ok((estimates.collect(), problem.sd))
     }
 
-    fn collect(&mut self) {
+    fn collect_unknowns(&mut self) {
         let schema = self.system.schema();
         let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
         for (i, state) in schema.states.iter().enumerate() {
-            let law = match state.begin {
+            let prior = match state.begin {
                 Begin::Fixed(_) => continue,
                 Begin::Prior(mean, sd) => Some((mean, sd)),
                 Begin::Free | Begin::Measured(_) => None,
             };
-            self.unknowns.push(Unknown { seed: Seed::Start(i), law, bounds: unbounded });
+            self.unknowns.push(Unknown { seed: Seed::Start(i), prior, bounds: unbounded });
         }
         for (i, p) in self.system.parameters().iter().enumerate() {
-            // The standard deviation of a uniform law between the bounds.
-            let own = (p.per == Per::Trajectory).then_some((p.max - p.min) / 12_f64.sqrt());
-            let Some(sd) = own.or(p.standard_deviation()).filter(|sd| sd.is_finite() && *sd > 0.0) else {
+            // Standard deviation of a uniform distribution between the bounds.
+            let per_trajectory_sd = (p.per == Per::Trajectory).then_some((p.max - p.min) / 12_f64.sqrt());
+            let Some(sd) =
+                per_trajectory_sd.or(p.standard_deviation()).filter(|sd| sd.is_finite() && *sd > 0.0)
+            else {
                 continue;
             };
             let bounds = [p.min.min(p.nominal), p.max.max(p.nominal)];
-            self.unknowns.push(Unknown { seed: Seed::Parameter(i), law: Some((p.nominal, sd)), bounds });
+            self.unknowns.push(Unknown { seed: Seed::Parameter(i), prior: Some((p.nominal, sd)), bounds });
         }
         if let Some(Scatter { per, sd, .. }) = schema.event.as_ref().and_then(|e| e.declared) {
-            self.shared = per == ScatterPer::Record;
-            let law = Some((0.0, sd));
-            let many = if self.shared { 1 } else { MOST_EVENTS };
-            let offsets = (0..many).map(|k| Unknown { seed: Seed::Offset(k), law, bounds: unbounded });
+            self.has_shared_offset = per == ScatterPer::Record;
+            let prior = Some((0.0, sd));
+            let offset_count = if self.has_shared_offset { 1 } else { MAX_EVENT_OFFSETS };
+            let offsets =
+                (0..offset_count).map(|k| Unknown { seed: Seed::Offset(k), prior, bounds: unbounded });
             self.unknowns.extend(offsets);
         }
     }
 }
 
-/// A record without what was measured.
-fn unmeasured(record: &Record) -> Record {
+/// Copies a record without its measured values.
+fn without_measurements(record: &Record) -> Record {
     let mut bare = record.clone();
     bare.values.iter_mut().for_each(|v| v.fill(f64::NAN));
     bare
 }
 
 impl SystemFilter {
-    /// The most probable unknowns behind the first rows. Noise that is not known is estimated from what they leave.
-    fn mode<'a>(&'a self, prefix: &Prefix<'a>, rows: &'a [f64]) -> Result<(Case<'a>, Mode), TrainerError> {
+    /// Finds the maximum a posteriori unknowns given `rows`.
+    /// Unknown noise levels are estimated from the residuals.
+    fn find_mode<'a>(
+        &'a self,
+        prefix: &Prefix<'a>,
+        rows: &'a [f64],
+    ) -> Result<(InferenceProblem<'a>, Mode), TrainerError> {
         let schema = self.system.schema();
         let channels = schema.channels.len();
-        let refuse = |needed: usize| TrainerError::ShortPrefix {
+        let too_short = |needed: usize| TrainerError::ShortPrefix {
             id: prefix.id.to_owned(),
             rows: rows.len() / channels,
             needed,
         };
-        let known = |c: usize| {
+        let noise_sd = |c: usize| {
             let stated = prefix.sensor.sd()[c].filter(|sd| *sd > 0.0);
             let learned = self.noise.as_ref().map(|noise| noise[c]);
             stated.or(schema.channels[c].sd.filter(|sd| *sd > 0.0)).or(learned)
         };
-        let known: Vec<Option<f64>> = (0..channels).map(known).collect();
+        let noise_sd: Vec<Option<f64>> = (0..channels).map(noise_sd).collect();
         let record = &self.records[prefix.index as usize];
-        let (start, rough) = self.rough(record, rows);
-        let sd = known.iter().zip(&rough).map(|(known, rough)| known.unwrap_or(*rough)).collect();
-        let mut case = Case {
+        let (start, rough_noise) = self.rough_start(record, rows);
+        let sd = noise_sd
+            .iter()
+            .zip(&rough_noise)
+            .map(|(noise_sd, rough_noise)| noise_sd.unwrap_or(*rough_noise))
+            .collect();
+        let mut problem = InferenceProblem {
             system: &*self.system,
             unknowns: &self.unknowns,
-            values: &self.values[prefix.index as usize],
-            shared: self.shared,
+            parameters: &self.parameters[prefix.index as usize],
+            has_shared_offset: self.has_shared_offset,
             record,
             rows,
             sd,
             start,
         };
-        let open = self.unknowns.iter().filter(|u| u.law.is_none()).count();
-        let spare = if known.iter().all(Option::is_some) { 0 } else { SPARE };
-        let readings = case.readings(case.seen());
-        if readings < open + spare {
-            return Err(refuse(open + spare));
+        let flat_unknowns = self.unknowns.iter().filter(|u| u.prior.is_none()).count();
+        let spare = if noise_sd.iter().all(Option::is_some) { 0 } else { MIN_SPARE_READINGS };
+        let readings = problem.measured_values(problem.observed_rows());
+        if readings < flat_unknowns + spare {
+            return Err(too_short(flat_unknowns + spare));
         }
-        let mut mode = Mode::of(&case).ok_or_else(|| refuse(open + spare))?;
+        let mut mode = Mode::find(&problem).ok_or_else(|| too_short(flat_unknowns + spare))?;
         if spare > 0 {
-            // Twice: what is an unlikely value of an unknown depends on how good the readings are.
+            // The fit is repeated twice, because the estimated noise decides how strongly the priors pull.
             for _ in 0..2 {
-                let freedom = readings as f64 / (readings - open) as f64;
-                let rms = mode.rms(&case);
-                for ((sd, known), rms) in case.sd.iter_mut().zip(&known).zip(rms) {
-                    *sd = known.unwrap_or(rms * freedom.sqrt()).max(DIGITS);
+                let freedom = readings as f64 / (readings - flat_unknowns) as f64;
+                let rms = mode.rms(&problem);
+                for ((sd, noise_sd), rms) in problem.sd.iter_mut().zip(&noise_sd).zip(rms) {
+                    *sd = noise_sd.unwrap_or(rms * freedom.sqrt()).max(MIN_SD);
                 }
-                mode = Mode::of(&case).ok_or_else(|| refuse(open + spare))?;
+                mode = Mode::find(&problem).ok_or_else(|| too_short(flat_unknowns + spare))?;
             }
         }
-        Ok((case, mode))
+        Ok((problem, mode))
     }
 
-    /// A start to fit from and a rough noise of each channel, from the rows seen alone.
-    fn rough(&self, record: &Record, rows: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    /// Rough initial state to fit from and rough noise of each channel, from the observed rows alone.
+    fn rough_start(&self, record: &Record, rows: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let schema = self.system.schema();
         let channels = schema.channels.len();
-        let mut early = record.clone();
+        let mut observed = record.clone();
         for (i, v) in rows.iter().enumerate() {
-            early.values[i % channels][i / channels] = *v;
+            observed.values[i % channels][i / channels] = *v;
         }
-        let noise: Vec<f64> = early.values.iter().map(|v| rough_noise(v)).collect();
-        let mut whole = early.clone();
-        whole.whole(schema);
+        let noise: Vec<f64> = observed.values.iter().map(|v| rough_noise(v)).collect();
+        let mut uncut = observed.clone();
+        uncut.whole(schema);
         let is_start = |r: &Record| {
             r.windows.first().is_some_and(|w| w.samples.start == 0 && w.start.len() == schema.states.len())
         };
-        let made = self.system.prepare(&mut early, &noise).is_ok() && is_start(&early);
-        let record = if made { early } else { whole };
+        let is_prepared = self.system.prepare(&mut observed, &noise).is_ok() && is_start(&observed);
+        let record = if is_prepared { observed } else { uncut };
         let mut start = record.windows.into_iter().next().map_or_else(Vec::new, |w| w.start);
         start.resize(schema.states.len(), 0.0);
         start.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
@@ -224,15 +240,17 @@ impl SystemFilter {
     }
 }
 
-/// Noise of readings from their third differences, whose deviation is the root of 20 times that of white noise; at least six
-/// digits.
+/// Noise of readings from the median absolute third difference, at least [`MIN_SD`].
+/// For white noise of standard deviation s the third differences have standard deviation sqrt(20) s, and
+/// the median of the absolute value of a normal variable is 0.674 standard deviations. With fewer than four
+/// readings a third difference of 1e-3 is assumed.
 fn rough_noise(values: &[f64]) -> f64 {
     let measured: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let mut third: Vec<f64> =
         measured.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     third.sort_by(f64::total_cmp);
     let median = third.get(third.len() / 2).copied().unwrap_or(1e-3);
-    (median / (0.674_489_75 * 20_f64.sqrt())).max(DIGITS)
+    (median / (0.674_489_75 * 20_f64.sqrt())).max(MIN_SD)
 }
 
 impl PrefixForecaster for SystemFilter {
@@ -243,39 +261,40 @@ impl PrefixForecaster for SystemFilter {
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
         let channels = self.system.schema().channels.len();
-        let one = |&n: &usize| {
-            let (case, mode) = self.mode(&prefix, &prefix.rows[..n * channels])?;
+        let forecast_after = |&n: &usize| {
+            let (problem, mode) = self.find_mode(&prefix, &prefix.rows[..n * channels])?;
             let mut rng = random_stream(settings.seed ^ n as u64, "filtered-system", prefix.index);
-            let (particles, weights) = posterior(&case, &mode, settings.particles, &mut rng);
-            let chosen = systematic(&weights, settings.samples, &mut rng);
-            let (rest, count) = (prefix.time - n, settings.samples);
-            let mut values = vec![0.0; rest * channels * count];
-            let (mut out, mut of) = (Simulated::default(), None);
+            let (particles, weights) = posterior(&problem, &mode, settings.particles, &mut rng);
+            let chosen = resample(&weights, settings.samples, &mut rng);
+            let (rows_ahead, count) = (prefix.time - n, settings.samples);
+            let mut values = vec![0.0; rows_ahead * channels * count];
+            let (mut simulated, mut simulated_particle) = (Simulated::default(), None);
             let width = self.unknowns.len();
             for (sample, &i) in chosen.iter().enumerate() {
-                // Systematic resampling names the same particle several times in a row.
-                if of != Some(i) {
-                    let at = &particles[i * width..(i + 1) * width];
-                    if !case.simulate(at, prefix.time, &[], &mut out)
-                        && !case.simulate(&mode.at, prefix.time, &[], &mut out)
+                // Systematic resampling repeats a particle in consecutive samples, so its simulation is
+                // reused.
+                if simulated_particle != Some(i) {
+                    let unknown_values = &particles[i * width..(i + 1) * width];
+                    if !problem.simulate(unknown_values, prefix.time, &[], &mut simulated)
+                        && !problem.simulate(&mode.values, prefix.time, &[], &mut simulated)
                     {
                         return Err(TrainerError::NotSimulated { id: prefix.id.to_owned() });
                     }
-                    of = Some(i);
+                    simulated_particle = Some(i);
                 }
-                for k in 0..rest {
+                for k in 0..rows_ahead {
                     for c in 0..channels {
-                        values[(k * channels + c) * count + sample] = out.value(n + k, c) as f32;
+                        values[(k * channels + c) * count + sample] = simulated.value(n + k, c) as f32;
                     }
                 }
             }
             let mut samples = Samples { count, values };
             if settings.is_measured {
-                let sd: Vec<Option<f64>> = case.sd.iter().copied().map(Some).collect();
-                read_by_sensor(&mut samples, &sd, (settings.seed, prefix.index, n));
+                let sd: Vec<Option<f64>> = problem.sd.iter().copied().map(Some).collect();
+                add_measurement_noise(&mut samples, &sd, (settings.seed, prefix.index, n));
             }
             Ok(samples)
         };
-        lengths.iter().map(one).collect()
+        lengths.iter().map(forecast_after).collect()
     }
 }

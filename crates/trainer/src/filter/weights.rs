@@ -1,23 +1,24 @@
-//! Log weights of particles: shares, effective number, resampling. Nothing is allocated where the places have room.
+//! Normalisation and resampling of particle weights, and the effective sample size.
 
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Particles in proportion to their weights (systematic resampling), written to `chosen`; `shares` is scratch.
-pub(super) fn systematic_into(
+/// Draws `count` particles in proportion to their weights by systematic resampling, into `chosen`.
+/// `log` are log weights; `shares` is scratch.
+pub(super) fn resample_into(
     log: &[f64],
     count: usize,
     rng: &mut Xoshiro256PlusPlus,
     shares: &mut Vec<f64>,
     chosen: &mut Vec<usize>,
 ) {
-    shares_into(log.iter().copied(), shares);
+    normalise_into(log.iter().copied(), shares);
     let shift: f64 = rng.random();
     let (mut sum, mut i) = (shares[0], 0);
     chosen.clear();
     for k in 0..count {
-        let at = (k as f64 + shift) / count as f64;
-        while sum < at && i + 1 < shares.len() {
+        let position = (k as f64 + shift) / count as f64;
+        while sum < position && i + 1 < shares.len() {
             i += 1;
             sum += shares[i];
         }
@@ -25,37 +26,55 @@ pub(super) fn systematic_into(
     }
 }
 
-/// Particles in proportion to their weights.
-pub(super) fn systematic(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<usize> {
+/// Draws `count` particles in proportion to their weights by systematic resampling.
+pub(super) fn resample(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<usize> {
     let (mut shares, mut chosen) = (Vec::new(), Vec::with_capacity(count));
-    systematic_into(log, count, rng, &mut shares, &mut chosen);
+    resample_into(log, count, rng, &mut shares, &mut chosen);
     chosen
 }
 
-/// Weights of a sum of 1 from their logarithms.
-pub(super) fn shares_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) {
+/// Normalises log weights to weights with a sum of 1, into `shares`.
+pub(super) fn normalise_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) {
     shares.clear();
     shares.extend(log);
-    let top = shares.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    shares.iter_mut().for_each(|w| *w = (*w - top).exp());
+    let max = shares.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    shares.iter_mut().for_each(|w| *w = (*w - max).exp());
     let total: f64 = shares.iter().sum();
     shares.iter_mut().for_each(|w| *w /= total);
 }
 
-/// Weights of a sum of 1 from their logarithms.
+/// Normalises log weights to weights with a sum of 1.
 pub(super) fn shares(log: &[f64]) -> Vec<f64> {
     let mut shares = Vec::with_capacity(log.len());
-    shares_into(log.iter().copied(), &mut shares);
+    normalise_into(log.iter().copied(), &mut shares);
     shares
 }
 
-/// Effective number of particles (Kong, Liu, Wong 1994); `shares` is scratch.
-pub(super) fn effective_of(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) -> f64 {
-    shares_into(log, shares);
+/// Effective sample size of log weights (Kong, Liu, Wong 1994); `shares` is scratch.
+pub(super) fn effective_size_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) -> f64 {
+    normalise_into(log, shares);
     1.0 / shares.iter().map(|w| w * w).sum::<f64>()
 }
 
-/// Effective number of particles.
-pub(super) fn effective(log: &[f64]) -> f64 {
-    effective_of(log.iter().copied(), &mut Vec::with_capacity(log.len()))
+/// The largest tempering increment, at most `remaining`, that leaves `enough` effective particles.
+/// `effective_size_after` gives their number after an increment; the increment is found by bisection.
+pub(super) fn largest_increment(
+    mut effective_size_after: impl FnMut(f64) -> f64,
+    remaining: f64,
+    enough: f64,
+) -> f64 {
+    if effective_size_after(remaining) >= enough {
+        return remaining;
+    }
+    let (mut low, mut high) = (0.0, remaining);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if effective_size_after(middle) >= enough { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Effective sample size of log weights.
+pub(super) fn effective_size(log: &[f64]) -> f64 {
+    effective_size_into(log.iter().copied(), &mut Vec::with_capacity(log.len()))
 }

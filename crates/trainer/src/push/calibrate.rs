@@ -1,8 +1,9 @@
-//! Calibration of the declared pushing model on measured pushes: least squares through the simulator.
+//! Least-squares calibration of the declared pushing model on measured pushes.
 //!
-//! Unknowns are the logarithms of c, contact friction and rod radius; residuals are position errors and c-weighted angle
-//! errors of open-loop roll-outs. A push whose error is far beyond the others' (a knock by hand) is weighted down. Intervals come from the sandwich estimator with one cluster a recording
-//! (White 1980; Liang and Zeger 1986), since windows of one recording are not independent.
+//! Unknowns are the logarithms of c, contact friction and rod radius. Residuals are the position errors and
+//! the angle errors times c of open-loop roll-outs. A push with an error far above the others' (a knock by
+//! hand) is weighted down. Intervals come from the sandwich estimator with one cluster per recording (White
+//! 1980; Liang and Zeger 1986), because windows of one recording are not independent.
 
 use crate::engine::ModelPush;
 use crate::least_squares::{Block, Descent, Normal};
@@ -13,10 +14,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Parameters that are fitted, in this order: places among those of the model.
-const FITTED: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
-/// The fit, on logarithms.
-const DESCENT: Descent = Descent { nudge: 1e-3, reach: 0.3, iterations: 20 };
+/// Indices of the fitted parameters in the model.
+const FITTED_INDICES: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
+/// Settings of the fit, in logarithms of the parameters.
+const FIT: Descent = Descent { nudge: 1e-3, reach: 0.3, iterations: 20 };
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,22 +28,22 @@ pub struct Estimate {
     pub nominal: f64,
     /// Fitted value.
     pub value: f64,
-    /// 95 % interval.
+    /// 95 % confidence interval.
     pub ci95: [f64; 2],
 }
 
-/// The fitted model.
+/// The result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The model with fitted parameters.
     pub model: PushModel,
-    /// The parameters.
+    /// The fitted parameters.
     pub estimates: Vec<Estimate>,
 }
 
 fn with(model: &PushModel, logs: &[f64]) -> PushModel {
     let mut model = model.clone();
-    FITTED.iter().zip(logs).for_each(|(place, log)| model.parameters[*place].nominal = log.exp());
+    FITTED_INDICES.iter().zip(logs).for_each(|(index, log)| model.parameters[*index].nominal = log.exp());
     model
 }
 
@@ -52,26 +53,26 @@ fn residuals(engine: &ModelPush, weight_m: f64, q: &Sequence) -> Block {
     rows.flat_map(|(p, s)| [p[0] - s[0], p[1] - s[1], weight_m * (p[2] - s[2])]).collect()
 }
 
-/// Fits c, contact friction and rod radius to measured pushes. A sequence's recording is what its name says before
-/// an `@`.
+/// Fits c, contact friction and rod radius to measured pushes.
+/// The part of a sequence's identifier before an `@` names its recording.
 ///
 /// # Errors
-/// No push to fit to.
+/// [`TrainerError::NoTrajectories`] if there are no pushes.
 pub fn calibrate(model: &PushModel, pushes: &Sequences) -> Result<Calibration, TrainerError> {
     if pushes.items.is_empty() {
-        return Err(TrainerError::NoTrajectories { what: "the set to calibrate on" });
+        return Err(TrainerError::NoTrajectories { what: "the calibration set" });
     }
-    let nominal = FITTED.map(|place| model.parameters[place].nominal);
+    let nominal = FITTED_INDICES.map(|index| model.parameters[index].nominal);
     let weight_m = nominal[0];
-    let all = |logs: &[f64]| -> Vec<Block> {
+    let all_residuals = |logs: &[f64]| -> Vec<Block> {
         let engine = ModelPush::new(&with(model, logs));
         pushes.items.par_iter().map(|q| residuals(&engine, weight_m, q)).collect()
     };
-    let found = DESCENT.run(nominal.map(f64::ln).to_vec(), &all);
-    let logs = [found.values[0], found.values[1], found.values[2]];
-    let sd = sandwich(&found.normal, pushes).unwrap_or([f64::INFINITY; 3]);
+    let fit = FIT.run(nominal.map(f64::ln).to_vec(), &all_residuals);
+    let logs = [fit.values[0], fit.values[1], fit.values[2]];
+    let sd = sandwich(&fit.normal, pushes).unwrap_or([f64::INFINITY; 3]);
     let estimates = (0..3).map(|k| Estimate {
-        name: model.parameters[FITTED[k]].name.clone(),
+        name: model.parameters[FITTED_INDICES[k]].name.clone(),
         nominal: nominal[k],
         value: logs[k].exp(),
         ci95: [-1.96, 1.96].map(|z| (logs[k] + z * sd[k]).exp()),
@@ -79,7 +80,8 @@ pub fn calibrate(model: &PushModel, pushes: &Sequences) -> Result<Calibration, T
     Ok(Calibration { model: with(model, &logs), estimates: estimates.collect() })
 }
 
-/// Standard deviations of the logarithms, with one cluster a recording.
+/// Standard deviations of the log parameters, by the sandwich estimator with one cluster per recording.
+/// `None` with fewer than two recordings or a singular normal matrix.
 fn sandwich(normal: &Normal, pushes: &Sequences) -> Option<[f64; 3]> {
     let inverse = normal.inverse()?;
     let mut clusters: BTreeMap<&str, [f64; 3]> = BTreeMap::new();
@@ -90,8 +92,8 @@ fn sandwich(normal: &Normal, pushes: &Sequences) -> Option<[f64; 3]> {
     let count = clusters.len() as f64;
     let correction = if count > 1.0 { count / (count - 1.0) } else { return None };
     let variance = |k: usize| {
-        let along = |g: &[f64; 3]| (0..3).map(|b| inverse[k][b] * g[b]).sum::<f64>().powi(2);
-        clusters.values().map(along).sum::<f64>() * correction
+        let projected = |g: &[f64; 3]| (0..3).map(|b| inverse[k][b] * g[b]).sum::<f64>().powi(2);
+        clusters.values().map(projected).sum::<f64>() * correction
     };
     Some([0, 1, 2].map(|k| variance(k).sqrt()))
 }

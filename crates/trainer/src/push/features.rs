@@ -1,11 +1,13 @@
-//! Features of a push that the nets read, and the units of what they give.
+//! Features of a push for the nets, and the units of their targets.
 //!
-//! - Neural: the rod in the frame of the start pose, the time since the sample before; gives the object's displacement.
-//!   Neural+ reads and gives the same, with the net of Hybrid+.
-//! - Hybrid: the same as Neural and the displacement that the physics predicts; gives the displacement.
-//! - Hybrid+: dimensionless features of the physics' roll-out, in the frame of the first contact's normal; gives
-//!   the deviation from the roll-out, in units of c. Lengths are divided by c and times by sqrt(c / (mu g)), so that
-//!   another support or object of the same shape is, by dimensional analysis, the same problem.
+//! - Neural: the rod in the frame of the initial pose and the time since the last sample; predicts the
+//!   object's displacement. Neural+ has the same inputs and targets, with the net of Hybrid+.
+//! - Hybrid: the features of Neural plus the displacement predicted by the physics; predicts the
+//!   displacement.
+//! - Hybrid+: dimensionless features of the physics' roll-out, in the frame of the first contact's normal;
+//!   predicts the deviation from the roll-out in units of c. Lengths are divided by c and times by sqrt(c /
+//!   (mu g)), so that by dimensional analysis another support, or another object of the same shape, is the
+//!   same problem.
 
 use super::frame::StartFrame;
 use crate::engine::ModelPush;
@@ -17,69 +19,69 @@ use augsim_physics::push::planar::Rotation;
 use augsim_physics::push::{GRAVITY_M_S2, Instant, Mode, Pose};
 use rayon::prelude::*;
 
-/// Standard units beyond which a condition is cut: what lies further was never trained on.
-const CUT: f64 = 6.0;
-/// Size of a deviation where nothing has moved, in units of c: that of the sensor's noise.
-const QUIET: f64 = 0.03;
-/// Least scale that is not rounding.
-const LEAST: f64 = 1e-9;
-/// Deviation for the way slid.
-const SLIDE: f64 = 0.05;
+/// Bound of the standardised features: values beyond it were never trained on.
+const FEATURE_BOUND: f64 = 6.0;
+/// Expected deviation before anything has moved, in units of c: that of the measurement noise.
+const NOISE_DEVIATION: f64 = 0.03;
+/// Minimum scale; smaller ones are rounding errors.
+const MIN_SCALE: f64 = 1e-9;
+/// Expected deviation per distance moved, both in units of c.
+const DEVIATION_PER_DISTANCE: f64 = 0.05;
 
-/// Everything about a push that a forecast may use.
+/// Features of one push and the transformation of its targets.
 #[derive(Debug, Clone)]
 pub(crate) struct Condition {
-    /// Rows.
+    /// Number of rows.
     pub time: usize,
-    /// Width of a row of `u`.
+    /// Number of features of a row of `u`.
     pub width: usize,
-    /// Conditions `[time, width]`, in their own units.
+    /// Features `[time, width]`, not standardised.
     pub u: Vec<f64>,
     frame: StartFrame,
-    /// Poses that the targets count from `[time, 3]`, in `frame`.
+    /// Reference poses that are subtracted from the targets `[time, 3]`, in `frame`.
     base: Vec<[f64; 3]>,
     /// Unit of length of the targets, m.
     length_m: f64,
-    /// Size of a likely deviation, relative to the others' `[time]`.
+    /// Expected size of a deviation at each row, by which targets are divided `[time]`.
     size: Vec<f64>,
 }
 
-/// Widths of the conditions by recipe.
+/// Number of features by recipe.
 pub(crate) fn width(recipe: Recipe) -> usize {
     match recipe {
         Recipe::Neural | Recipe::NeuralPlus => 3,
         Recipe::Hybrid | Recipe::HybridStandardised => 6,
-        // Classes of the league have widths of their own.
+        // Baselines of the league define their own features.
         _ => 20,
     }
 }
 
 impl Condition {
-    /// Makes the condition from the first pose and the rod's path alone.
+    /// Computes the features from the first pose and the rod's path alone.
     pub fn new(recipe: Recipe, engine: &ModelPush, start: &[f64], actions: &[f64]) -> Self {
         let time = actions.len() / 3;
         let action = |t: usize| &actions[3 * t..3 * t + 3];
-        let lapse = |t: usize| if t == 0 { 0.0 } else { action(t)[2] - action(t - 1)[2] };
+        let interval = |t: usize| if t == 0 { 0.0 } else { action(t)[2] - action(t - 1)[2] };
         let frame = StartFrame::new(start, 0.0);
         let physics = || engine.follow(start, actions);
         let mut u = Vec::with_capacity(time * width(recipe));
         let (frame, base, length_m, size) = match recipe {
             Recipe::HybridPlus => {
                 let path = physics();
-                let turn = normal_angle(&path, start[2]);
+                let turn = first_normal_angle(&path, start[2]);
                 let frame = StartFrame::new(start, turn);
                 let pose = |p: &Pose<f64>| frame.pose(&[p.position[0], p.position[1], p.angle]);
                 let base: Vec<[f64; 3]> = path.iter().map(|(p, _)| pose(p)).collect();
                 features(engine, &frame, turn, &path, &base, actions, &mut u);
-                let size = sizes(engine, &base, actions);
+                let size = expected_deviations(engine, &base, actions);
                 (frame, base, engine.c_m(), size)
             }
             _ => {
-                let blind = matches!(recipe, Recipe::Neural | Recipe::NeuralPlus);
-                let path = if blind { Vec::new() } else { physics() };
+                let is_without_physics = matches!(recipe, Recipe::Neural | Recipe::NeuralPlus);
+                let path = if is_without_physics { Vec::new() } else { physics() };
                 for t in 0..time {
                     u.extend(frame.point([action(t)[0], action(t)[1]]));
-                    u.push(lapse(t));
+                    u.push(interval(t));
                     if let Some((p, _)) = path.get(t) {
                         u.extend(frame.pose(&[p.position[0], p.position[1], p.angle]));
                     }
@@ -101,7 +103,7 @@ impl Condition {
         .collect()
     }
 
-    /// The pose at sample `t` of a target in its own unit, in the frame of the data.
+    /// Converts a target at sample `t` back to a pose in the frame of the data.
     pub fn restore(&self, t: usize, target: [f64; 3]) -> [f64; 3] {
         let (b, size) = (self.base[t], self.size[t]);
         let unit = self.length_m * size;
@@ -124,23 +126,23 @@ pub(crate) fn fit(recipe: Recipe, engine: &ModelPush, train: &Sequences) -> Scal
         rows.iter().flat_map(|(c, _)| c.u.iter().skip(j).step_by(width)).map(|v| f(*v)).sum::<f64>() / n
     };
     let mean: Vec<f64> = (0..width).map(|j| mean_of(&|v| v, j)).collect();
-    let sd = (0..width).map(|j| positive(mean_of(&|v| (v - mean[j]).powi(2), j).sqrt(), LEAST)).collect();
+    let sd = (0..width).map(|j| positive(mean_of(&|v| (v - mean[j]).powi(2), j).sqrt(), MIN_SCALE)).collect();
     let square =
         |j: usize| rows.iter().flat_map(|(_, x)| x.iter().skip(j).step_by(3)).map(|v| v * v).sum::<f64>() / n;
-    let correction = (0..3).map(|j| positive(square(j).sqrt(), LEAST)).collect();
+    let correction = (0..3).map(|j| positive(square(j).sqrt(), MIN_SCALE)).collect();
     Scales { mean, sd, step: Vec::new(), correction }
 }
 
-/// Conditions in standard units, `[time, width]`.
+/// Standardised features, `[time, width]`.
 pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     let scaled = |(i, v): (usize, &f64)| {
         let j = i % condition.width;
-        ((v - scales.mean[j]) / scales.sd[j]).clamp(-CUT, CUT) as f32
+        ((v - scales.mean[j]) / scales.sd[j]).clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32
     };
     condition.u.iter().enumerate().map(scaled).collect()
 }
 
-/// Targets and conditions of a whole push.
+/// Targets and features of a whole push.
 pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &Sequence) -> Prepared {
     let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
     let targets = condition.targets(&q.states);
@@ -149,7 +151,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &S
     Prepared { time: q.time, x_width: 3, u_width: condition.width, x, u }
 }
 
-/// Nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
+/// Converts nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
 pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32], lanes: usize) {
     for (t, row) in values.chunks_exact_mut(3 * lanes).enumerate() {
         for lane in 0..lanes {
@@ -160,9 +162,9 @@ pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32]
     }
 }
 
-/// Angle of the inward normal of the first contact in the frame of the start pose; of the nearest point, if the
-/// rod never touches.
-fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
+/// Angle of the first contact's inward normal in the frame of the initial pose.
+/// If the rod never touches, the normal at the point nearest to the first rod position is used.
+fn first_normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
     let touches = |m: Mode| matches!(m, Mode::Stick | Mode::Left | Mode::Right);
     let contact = path.iter().find(|(_, i)| touches(i.mode)).or(path.first());
     contact.map_or(0.0, |(pose, instant)| {
@@ -171,31 +173,32 @@ fn normal_angle(path: &[(Pose<f64>, Instant<f64>)], start_angle: f64) -> f64 {
     })
 }
 
-/// How large a deviation from the roll-out is likely, sample by sample: it grows with how far the object has moved and
-/// with how far it would coast at the fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a
-/// fast one by centimetres; in these units both are of order one.
-fn sizes(engine: &ModelPush, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
+/// Expected size of the deviation from the roll-out at each sample, in units of c.
+/// It grows with the distance that the object has moved and with the distance that it would coast from the
+/// fastest speed of the rod so far. A slow push deviates by tenths of a millimetre, a fast one by
+/// centimetres; in these units both are of order one.
+fn expected_deviations(engine: &ModelPush, base: &[[f64; 3]], actions: &[f64]) -> Vec<f64> {
     let deceleration = engine.support_friction() * GRAVITY_M_S2;
-    let (mut moved, mut coast) = (0.0, 0.0_f64);
-    let mut out = Vec::with_capacity(base.len());
+    let (mut distance, mut coast) = (0.0, 0.0_f64);
+    let mut deviations = Vec::with_capacity(base.len());
     for (t, pose) in base.iter().enumerate() {
         if t > 0 {
             let before = base[t - 1];
             let step = (pose[0] - before[0]).hypot(pose[1] - before[1]) / engine.c_m();
-            let turn = (pose[2] - before[2]).abs();
-            moved += step + turn;
-            if step + turn > 0.0 {
+            let rotation = (pose[2] - before[2]).abs();
+            distance += step + rotation;
+            if step + rotation > 0.0 {
                 let (a, b) = (&actions[3 * (t - 1)..3 * t], &actions[3 * t..3 * t + 3]);
                 let speed = (b[0] - a[0]).hypot(b[1] - a[1]) / (b[2] - a[2]).max(1e-6);
                 coast = coast.max(speed * speed / (2.0 * deceleration * engine.c_m()));
             }
         }
-        out.push(QUIET + SLIDE * moved + coast);
+        deviations.push(NOISE_DEVIATION + DEVIATION_PER_DISTANCE * distance + coast);
     }
-    out
+    deviations
 }
 
-/// Dimensionless features of the roll-out, [`width`] a row.
+/// Appends the dimensionless features of the roll-out to `u`, [`width`] per row.
 fn features(
     engine: &ModelPush,
     frame: &StartFrame,
@@ -212,44 +215,44 @@ fn features(
         let row = &actions[3 * t..3 * t + 3];
         let before = if t == 0 { row } else { &actions[3 * (t - 1)..3 * t] };
         let previous = if t == 0 { base[0] } else { base[t - 1] };
-        let lapse = (row[2] - before[2]).max(0.0);
-        // The object's axes in the frame of the first normal.
+        let interval = (row[2] - before[2]).max(0.0);
+        // Rotation from the object's axes to the frame of the first normal.
         let body = Rotation::new(base[t][2] - turn);
-        let unturned = |v: [f64; 2]| Rotation::new(base[t][2]).to_body(v);
+        let to_body_axes = |v: [f64; 2]| Rotation::new(base[t][2]).to_body(v);
         let rod = frame.point([row[0], row[1]]);
         let travel = frame.vector([row[0] - before[0], row[1] - before[1]]);
-        let arm = unturned([rod[0] - base[t][0], rod[1] - base[t][1]]);
-        let stride = unturned(travel);
-        let moved = unturned([base[t][0] - previous[0], base[t][1] - previous[1]]);
-        let turned = base[t][2] - previous[2];
+        let arm = to_body_axes([rod[0] - base[t][0], rod[1] - base[t][1]]);
+        let rod_step = to_body_axes(travel);
+        let moved = to_body_axes([base[t][0] - previous[0], base[t][1] - previous[1]]);
+        let rotation = base[t][2] - previous[2];
         let inward = body.to_world(instant.outward.map(|n| -n));
-        let inward = unturned(inward);
-        let rate = if lapse > 0.0 { 1.0 / lapse } else { 0.0 };
-        // Distance over which an object at this velocity would coast, in units of c.
+        let inward = to_body_axes(inward);
+        let rate = if interval > 0.0 { 1.0 / interval } else { 0.0 };
+        // Coasting distance of an object with this displacement per sample, in units of c.
         let coast = |v: [f64; 2]| {
             let speed = v[0].hypot(v[1]) * rate;
             v.map(|x| x * rate * speed / (2.0 * deceleration * c))
         };
-        let spin = turned * rate * c;
+        let spin = rotation * rate * c;
         u.extend([
             base[t][0] / c,
             base[t][1] / c,
             base[t][2],
             arm[0] / c,
             arm[1] / c,
-            stride[0] / c,
-            stride[1] / c,
+            rod_step[0] / c,
+            rod_step[1] / c,
             moved[0] / c,
             moved[1] / c,
-            turned,
+            rotation,
             inward[0],
             inward[1],
             (instant.gap / (0.03 * c)).clamp(-3.0, 3.0).tanh(),
-            (lapse / time_unit).sqrt(),
+            (interval / time_unit).sqrt(),
         ]);
         u.extend(coast(moved));
         u.push(spin * spin.abs() / (2.0 * deceleration * c));
-        u.extend(coast(stride));
+        u.extend(coast(rod_step));
         u.push((travel[0].hypot(travel[1]) * rate / (deceleration * c).sqrt()).asinh());
     }
 }

@@ -1,5 +1,6 @@
-//! The frame in which the nets see a push: that of the object's first pose, so that forecasts do not depend on
-//! where on the table, or how turned, the push happens.
+//! The frame in which the nets see a push: that of the object's initial pose.
+//!
+//! Forecasts therefore do not depend on where on the table, or at which angle, the push happens.
 
 /// Position and angle of a frame in that of the data.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,35 +12,35 @@ pub struct StartFrame {
 }
 
 impl StartFrame {
-    /// The frame of the pose `start`, its axes turned by a further `turn`, rad. Angles count from the pose's
-    /// own, whatever `turn` is.
+    /// The frame of the pose `start` with its axes turned by a further `turn`, rad.
+    /// Angles are counted from that of the pose, whatever `turn` is.
     pub fn new(start: &[f64], turn: f64) -> Self {
         let (sin, cos) = (start[2] + turn).sin_cos();
         StartFrame { origin: [start[0], start[1]], start_angle: start[2], cos, sin }
     }
 
-    /// A point of the data's frame, m.
+    /// Transforms a point from the data's frame, m.
     pub fn point(&self, p: [f64; 2]) -> [f64; 2] {
         self.vector([p[0] - self.origin[0], p[1] - self.origin[1]])
     }
 
-    /// A vector of the data's frame.
+    /// Transforms a vector from the data's frame.
     pub fn vector(&self, v: [f64; 2]) -> [f64; 2] {
         [self.cos * v[0] + self.sin * v[1], self.cos * v[1] - self.sin * v[0]]
     }
 
-    /// A vector of this frame, in that of the data.
+    /// Transforms a vector back to the data's frame.
     pub fn vector_back(&self, v: [f64; 2]) -> [f64; 2] {
         [self.cos * v[0] - self.sin * v[1], self.sin * v[0] + self.cos * v[1]]
     }
 
-    /// A pose of the data's frame: position, m, and angle from the start, rad.
+    /// Transforms a pose from the data's frame: position in m and angle from the initial one in rad.
     pub fn pose(&self, pose: &[f64]) -> [f64; 3] {
         let [x, y] = self.point([pose[0], pose[1]]);
         [x, y, pose[2] - self.start_angle]
     }
 
-    /// A pose of this frame, in that of the data.
+    /// Transforms a pose back to the data's frame.
     pub fn pose_back(&self, pose: [f64; 3]) -> [f64; 3] {
         let [x, y] = self.vector_back([pose[0], pose[1]]);
         [self.origin[0] + x, self.origin[1] + y, self.start_angle + pose[2]]
@@ -48,11 +49,11 @@ impl StartFrame {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: there and back is the identity, and the start pose is the origin.
+    //! Contract: the transformation and its inverse cancel, and the initial pose is the origin.
     use super::*;
 
     #[test]
-    fn there_and_back() {
+    fn transform_and_inverse_cancel() {
         let start = [0.35, -0.03, 0.7];
         for turn in [0.0, 1.3] {
             let frame = StartFrame::new(&start, turn);

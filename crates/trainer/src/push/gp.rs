@@ -1,25 +1,36 @@
-//! Gaussian-process regression with noise that depends on the input.
+//! Gaussian-process regression with input-dependent noise.
 //!
-//! One latent function f with a squared-exponential kernel, one length scale an input (ARD), and a second process g
-//! for the logarithm of the noise, fitted to the squared leave-one-out residuals of the first ("most likely" noise,
-//! Kersting et al. 2007; the leave-one-out formulas are those of Rasmussen and Williams 2006, section 5.4.2). The
-//! variational bound of Lázaro-Gredilla and Titsias (2011) is what GP-SUM's authors used; this one is cheaper.
+//! The function f has a squared-exponential kernel with one length scale per input (ARD):
+//!
+//! ```text
+//! (1)  k(a, b) = s^2 exp(-1/2 sum_d ((a_d - b_d) / l_d)^2).
+//! ```
+//!
+//! A second process g models the logarithm of the noise variance. It is fitted to the squared leave-one-out
+//! residuals of f ("most likely" noise, Kersting et al. 2007),
+//!
+//! ```text
+//! (2)  e_i = w_i / C_ii,    C = (K + R)^-1,    w = C (y - mean),
+//! ```
+//!
+//! with variances 1 / C_ii (Rasmussen and Williams 2006, section 5.4.2). The variational bound of
+//! Lázaro-Gredilla and Titsias (2011), used by GP-SUM's authors, is more expensive.
 
 use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
-/// Steps of the optimiser for the first fit, and for the later ones, which start from it.
-const STEPS: [usize; 2] = [60, 25];
-/// Rounds of noise and refit.
-const ROUNDS: usize = 2;
-/// - E ln chi^2_1, by which the logarithm of a squared residual lies below that of the variance.
+/// Optimiser steps of the first fit, and of the later ones, which are warm-started from it.
+const OPTIMISER_STEPS: [usize; 2] = [60, 25];
+/// Number of rounds that fit the noise and refit the function.
+const NOISE_ROUNDS: usize = 2;
+/// Difference between a log variance and the mean of ln e^2 of a squared residual: -E ln chi^2_1.
 const LOG_CHI_SQUARE: f64 = 1.270_36;
-/// Added to the diagonal, relative to the signal's variance.
-const JITTER: f64 = 1e-8;
+/// Added to the diagonal, relative to the signal's variance, for positive definiteness.
+const RELATIVE_JITTER: f64 = 1e-8;
 
-/// Inputs of a process, `D` numbers each, in standard units.
+/// Inputs of a process, `D` standardised numbers each.
 pub type Inputs<const D: usize> = [[f64; D]];
 
-/// Logarithms of the kernel's parameters: signal, noise (standard deviations), length scales.
+/// Logarithms of the kernel's parameters: standard deviations of signal and noise, length scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kernel<const D: usize> {
     signal: f64,
@@ -40,27 +51,28 @@ struct Process<const D: usize> {
     kernel: Kernel<D>,
     inputs: Vec<[f64; D]>,
     mean: f64,
-    /// (K + R)^-1 (y - mean).
+    /// The weights w of (2).
     weights: Vec<f64>,
-    /// (K + R)^-1.
+    /// The inverse C of (2).
     inverse: Mat<f64>,
     log_likelihood: f64,
 }
 
 impl<const D: usize> Process<D> {
-    /// Conditions on `y` with noise variances `noise`, beside the kernel's own; `None` if the matrix is not
-    /// positive definite in floating point.
+    /// Conditions on `y` with noise variances `noise` in addition to the kernel's own.
+    /// `None` if the matrix is not positive definite in floating point.
     fn new(kernel: Kernel<D>, inputs: &Inputs<D>, y: &[f64], mean: f64, noise: &[f64]) -> Option<Self> {
         let n = inputs.len();
-        let own = (2.0 * kernel.noise).exp() + JITTER * (2.0 * kernel.signal).exp();
+        let own_variance = (2.0 * kernel.noise).exp() + RELATIVE_JITTER * (2.0 * kernel.signal).exp();
         let matrix = Mat::from_fn(n, n, |i, j| {
             let k = if i >= j { kernel.covariance(&inputs[i], &inputs[j]) } else { 0.0 };
-            if i == j { k + own + noise[i] } else { k }
+            if i == j { k + own_variance + noise[i] } else { k }
         });
         let PositiveInverse { inverse, half_log_determinant } = invert_positive_definite(matrix)?;
-        let rest: Vec<f64> = y.iter().map(|v| v - mean).collect();
-        let weights: Vec<f64> = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * rest[j]).sum()).collect();
-        let fit: f64 = weights.iter().zip(&rest).map(|(w, r)| w * r).sum();
+        let residuals: Vec<f64> = y.iter().map(|v| v - mean).collect();
+        let weights: Vec<f64> =
+            (0..n).map(|i| (0..n).map(|j| inverse[(i, j)] * residuals[j]).sum()).collect();
+        let fit: f64 = weights.iter().zip(&residuals).map(|(w, r)| w * r).sum();
         let log_likelihood = -0.5 * fit - half_log_determinant;
         log_likelihood.is_finite().then_some(Process {
             kernel,
@@ -72,7 +84,7 @@ impl<const D: usize> Process<D> {
         })
     }
 
-    /// Gradient of the log likelihood by the kernel's parameters.
+    /// Gradient of the log likelihood with respect to the kernel's log parameters.
     fn gradient(&self) -> Kernel<D> {
         let n = self.inputs.len();
         let mut g = Kernel { signal: 0.0, noise: 0.0, lengths: [0.0; D] };
@@ -95,10 +107,11 @@ impl<const D: usize> Process<D> {
         g
     }
 
-    /// Residual and variance of each datum, predicted from all others.
+    /// Residual and variance of each datum when predicted from all others, by (2).
     fn leave_one_out(&self) -> Vec<(f64, f64)> {
-        let one = |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
-        self.weights.iter().enumerate().map(one).collect()
+        let residual_and_variance =
+            |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
+        self.weights.iter().enumerate().map(residual_and_variance).collect()
     }
 
     fn covariances(&self, x: &[f64; D]) -> Vec<f64> {
@@ -110,7 +123,7 @@ impl<const D: usize> Process<D> {
     }
 
     /// Mean and variance of the function (without noise) at `x`.
-    fn at(&self, x: &[f64; D]) -> (f64, f64) {
+    fn predict_function(&self, x: &[f64; D]) -> (f64, f64) {
         let k = self.covariances(x);
         let mean = self.mean + k.iter().zip(&self.weights).map(|(k, w)| k * w).sum::<f64>();
         let n = k.len();
@@ -120,53 +133,56 @@ impl<const D: usize> Process<D> {
     }
 }
 
-/// How the likelihood is climbed.
+/// Settings of the likelihood maximisation.
 #[derive(Debug, Clone, Copy)]
-struct Climb {
+struct FitOptions {
     /// Whether the kernel's own noise is fitted.
-    own_noise: bool,
-    /// Shortest and longest length scale.
+    is_noise_fitted: bool,
+    /// Minimum and maximum length scale.
     lengths: [f64; 2],
     steps: usize,
 }
 
-/// Climbs the likelihood by Adam on the logarithms.
+/// Maximises the likelihood by Adam on the log parameters and returns the best process visited.
 fn optimise<const D: usize>(
     start: Kernel<D>,
     inputs: &Inputs<D>,
     y: &[f64],
     mean: f64,
     noise: &[f64],
-    climb: Climb,
+    options: FitOptions,
 ) -> Option<Process<D>> {
-    let Climb { own_noise, lengths: [low, high], steps } = climb;
+    let FitOptions { is_noise_fitted, lengths: [low, high], steps } = options;
     let mut best = Process::new(start, inputs, y, mean, noise)?;
-    let mut now = best.clone();
+    let mut current = best.clone();
     let mut moments = vec![[0.0; 2]; D + 2];
     for step in 1..=steps {
-        let g = now.gradient();
-        let slopes = [&[g.signal, if own_noise { g.noise } else { 0.0 }][..], &g.lengths].concat();
+        let g = current.gradient();
+        let slopes = [&[g.signal, if is_noise_fitted { g.noise } else { 0.0 }][..], &g.lengths].concat();
         let bias = [1.0 - 0.9_f64.powi(step as i32), 1.0 - 0.99_f64.powi(step as i32)];
-        let mut moved = now.kernel;
+        let mut next_kernel = current.kernel;
         for (i, (slope, m)) in slopes.iter().zip(&mut moments).enumerate() {
             *m = [0.9 * m[0] + 0.1 * slope, 0.99 * m[1] + 0.01 * slope * slope];
             let change = 0.1 * (m[0] / bias[0]) / ((m[1] / bias[1]).sqrt() + 1e-12);
             match i {
-                0 => moved.signal = (moved.signal + change).clamp(-6.0, 6.0),
-                1 => moved.noise = (moved.noise + change).clamp(-7.0, 3.0),
-                _ => moved.lengths[i - 2] = (moved.lengths[i - 2] + change).clamp(low.ln(), high.ln()),
+                0 => next_kernel.signal = (next_kernel.signal + change).clamp(-6.0, 6.0),
+                1 => next_kernel.noise = (next_kernel.noise + change).clamp(-7.0, 3.0),
+                _ => {
+                    next_kernel.lengths[i - 2] =
+                        (next_kernel.lengths[i - 2] + change).clamp(low.ln(), high.ln())
+                }
             }
         }
-        let Some(next) = Process::new(moved, inputs, y, mean, noise) else { break };
-        now = next;
-        if now.log_likelihood > best.log_likelihood {
-            best = now.clone();
+        let Some(next) = Process::new(next_kernel, inputs, y, mean, noise) else { break };
+        current = next;
+        if current.log_likelihood > best.log_likelihood {
+            best = current.clone();
         }
     }
     Some(best)
 }
 
-/// A function with noise that depends on the input.
+/// A regression with input-dependent noise.
 #[derive(Debug, Clone)]
 pub struct Heteroscedastic<const D: usize> {
     function: Process<D>,
@@ -175,22 +191,22 @@ pub struct Heteroscedastic<const D: usize> {
 }
 
 impl<const D: usize> Heteroscedastic<D> {
-    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their
-    /// covariance is singular.
+    /// Fits to standardised `inputs` and `y`.
+    /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let n = y.len();
         if n < 5 {
             return None;
         }
         let none = vec![0.0; n];
-        let first = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
-        let again = Climb { own_noise: false, steps: STEPS[1], ..first };
-        // The logarithms of squared residuals are noisy: no short length scales.
-        let smooth = Climb { own_noise: true, lengths: [0.7, 20.0], steps: STEPS[1] };
+        let first = FitOptions { is_noise_fitted: true, lengths: [0.05, 20.0], steps: OPTIMISER_STEPS[0] };
+        let refit = FitOptions { is_noise_fitted: false, steps: OPTIMISER_STEPS[1], ..first };
+        // The logarithms of squared residuals are noisy, so short length scales would overfit them.
+        let smooth = FitOptions { is_noise_fitted: true, lengths: [0.7, 20.0], steps: OPTIMISER_STEPS[1] };
         let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
         let mut function = optimise(start, inputs, y, 0.0, &none, first)?;
         let mut fitted = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..NOISE_ROUNDS {
             let logs: Vec<f64> = (function.leave_one_out().iter())
                 .map(|(e, _)| (e * e).max(1e-12).ln() + LOG_CHI_SQUARE)
                 .collect();
@@ -200,8 +216,9 @@ impl<const D: usize> Heteroscedastic<D> {
             let log_noise = optimise(start, inputs, &logs, mean, &none, smooth)?;
             let noise: Vec<f64> = inputs.iter().map(|x| log_noise.mean_at(x).exp()).collect();
             let start = Kernel { noise: -7.0, ..function.kernel };
-            function = optimise(start, inputs, y, 0.0, &noise, again)?;
-            // Leave-one-out residuals must have the variance that is claimed.
+            function = optimise(start, inputs, y, 0.0, &noise, refit)?;
+            // Calibrates the noise level: squared leave-one-out residuals must match their predicted
+            // variance.
             let ratios = function.leave_one_out().iter().map(|(e, v)| e * e / v).sum::<f64>() / n as f64;
             fitted = Some((log_noise, ratios.max(1e-6).ln()));
         }
@@ -211,24 +228,25 @@ impl<const D: usize> Heteroscedastic<D> {
 
     /// Mean and variance of a new datum at `x`, noise included.
     pub fn predict(&self, x: &[f64; D]) -> (f64, f64) {
-        let (mean, variance) = self.function.at(x);
+        let (mean, variance) = self.function.predict_function(x);
         (mean, variance + (self.log_noise.mean_at(x) + self.noise_shift).exp())
     }
 }
 
-/// A function with constant noise, in standard units.
+/// A regression with constant noise, in standard units.
 #[derive(Debug, Clone)]
 pub struct Homoscedastic<const D: usize>(Process<D>);
 
 impl<const D: usize> Homoscedastic<D> {
-    /// Fits to `y` at `inputs`, both in standard units. `None` if there are fewer than five data or their covariance is singular.
+    /// Fits to standardised `inputs` and `y`.
+    /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         if y.len() < 5 {
             return None;
         }
-        let climb = Climb { own_noise: true, lengths: [0.05, 20.0], steps: STEPS[0] };
+        let options = FitOptions { is_noise_fitted: true, lengths: [0.05, 20.0], steps: OPTIMISER_STEPS[0] };
         let start = Kernel { signal: 0.0, noise: (0.3_f64).ln(), lengths: [0.0; D] };
-        optimise(start, inputs, y, 0.0, &vec![0.0; y.len()], climb).map(Homoscedastic)
+        optimise(start, inputs, y, 0.0, &vec![0.0; y.len()], options).map(Homoscedastic)
     }
 
     /// Logarithms of signal, noise and length scales.
@@ -237,7 +255,8 @@ impl<const D: usize> Homoscedastic<D> {
         [&[k.signal, k.noise][..], &k.lengths].concat()
     }
 
-    /// The process of given [`logarithms`](Self::logarithms) on its data. `None` if their covariance is singular.
+    /// Rebuilds the process from its [`logarithms`](Self::logarithms) and data.
+    /// `None` if the covariance is singular.
     pub fn restore(logarithms: &[f64], inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let [signal, noise, lengths @ ..] = logarithms else { return None };
         let kernel = Kernel { signal: *signal, noise: *noise, lengths: lengths.try_into().ok()? };
@@ -251,13 +270,13 @@ impl<const D: usize> Homoscedastic<D> {
 
     /// Variance of a new datum at `x`, noise included.
     pub fn variance(&self, x: &[f64; D]) -> f64 {
-        self.0.at(x).1 + (2.0 * self.0.kernel.noise).exp()
+        self.0.predict_function(x).1 + (2.0 * self.0.kernel.noise).exp()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the gradient is that of the likelihood, and a function with growing noise is found with it.
+    //! Contract: the gradient is that of the likelihood, and noise that grows with the input is recovered.
     use super::*;
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
@@ -271,12 +290,12 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_the_likelihood() {
+    fn gradient_agrees_with_central_differences() {
         let (x, y) = data(30);
-        let none = vec![0.0; 30];
+        let no_noise = vec![0.0; 30];
         let kernel = Kernel { signal: 0.1, noise: -1.0, lengths: [-0.3] };
-        let value = |k: Kernel<1>| Process::new(k, &x, &y, 0.0, &none).expect("definite").log_likelihood;
-        let g = Process::new(kernel, &x, &y, 0.0, &none).expect("definite").gradient();
+        let value = |k: Kernel<1>| Process::new(k, &x, &y, 0.0, &no_noise).expect("definite").log_likelihood;
+        let g = Process::new(kernel, &x, &y, 0.0, &no_noise).expect("definite").gradient();
         let h = 1e-5;
         let slopes = [
             (
@@ -300,14 +319,14 @@ mod tests {
     }
 
     #[test]
-    fn growing_noise_is_found() {
+    fn input_dependent_noise_is_recovered() {
         let (x, y) = data(200);
         let gp = Heteroscedastic::fit(&x, &y).expect("fits");
         for x in [-1.5, 0.0, 1.5] {
             let (mean, variance) = gp.predict(&[x]);
             let sd = 0.05 + 0.1 * (x + 2.0);
             assert!((mean - (2.0 * x).sin()).abs() < sd, "at {x}: {mean}");
-            // About 50 data speak for the noise at one place: a tenth of its size, and the kernel smooths.
+            // About 50 data determine the noise at one place, to 10 % of its size, and the kernel smooths.
             assert!((0.6..1.6).contains(&(variance.sqrt() / sd)), "at {x}: {} for {sd}", variance.sqrt());
         }
     }

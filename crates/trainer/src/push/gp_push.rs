@@ -1,14 +1,15 @@
-//! The data-driven baseline of pushing: Gaussian processes for one short step, rolled out (Bauza and Rodriguez 2017),
-//! and the prediction half of GP-SUM (2018).
+//! Gaussian-process baseline of pushing: predicts one short step, and is rolled out.
 //!
-//! Inputs, in the frame of the contact's normal: where the rod is along the face, the direction of its motion, the
-//! logarithm of its speed. Outputs: the object's displacement while the rod travels [`SEGMENT_M`], three independent
-//! processes with noise that depends on the input. The fit is tabulated on a grid and interpolated, as the authors'
-//! code does; other step lengths scale linearly.
+//! The step model follows Bauza and Rodriguez (2017), the roll-out the prediction half of GP-SUM (2018).
+//! Inputs, in the frame of the contact's normal: the rod's position along the face, its direction of
+//! motion, and the logarithm of its speed. Outputs: the object's displacement while the rod travels
+//! [`SEGMENT_M`], by three independent processes with input-dependent noise. The fit is tabulated on a grid
+//! and interpolated, as in the authors' code; other step lengths scale linearly.
 //!
-//! A roll-out draws from the predicted Gaussian once a segment and holds the draw within it, since deviations persist.
-//! That is GP-SUM without observations: each of M components is carried to the mean at a sample of the belief before,
-//! with the predicted covariance, at equal weights; one draw from each component is one trajectory here.
+//! A roll-out draws from the predicted Gaussian once per segment and keeps the draw within it, because
+//! deviations persist. This is GP-SUM without observations: each of M components is moved to the mean at a
+//! sample of the previous belief, with the predicted covariance, at equal weights; one draw from each
+//! component is one trajectory here.
 
 use super::gp::Heteroscedastic;
 use crate::{Engine, Forecaster, Samples, Sequence, Sequences, Task, TrainerError};
@@ -21,19 +22,19 @@ use rayon::prelude::*;
 
 /// Travel of the rod in a training step, m.
 const SEGMENT_M: f64 = 5e-3;
-/// Longest travel of the rod in a step of a roll-out, m.
+/// Maximum travel of the rod in a step of a roll-out, m.
 const STEP_M: f64 = 2.5e-3;
-/// Gap up to which rod and object count as touching, m: twice the sensor's noise or so.
+/// Gap up to which rod and object count as touching, m: about twice the measurement noise.
 const TOUCH_M: f64 = 7e-4;
-/// Points of the grid along each input.
+/// Grid points along each input.
 const GRID: [usize; 3] = [25, 25, 9];
 
-/// How the processes are fitted.
+/// Settings of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GpOptions {
-    /// Most training steps, drawn at random.
+    /// Maximum number of training steps, drawn at random.
     pub steps: usize,
-    /// Seed of all draws.
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
@@ -46,29 +47,29 @@ pub struct GpPush {
     /// Mean and standard deviation of each input.
     inputs: [[f64; 2]; 3],
     /// Ends of the grid in standard units.
-    ends: [[f64; 2]; 3],
+    bounds: [[f64; 2]; 3],
     /// Mean and standard deviation of the displacement (normal, tangent, angle) at each grid point.
     table: Vec<[[f64; 2]; 3]>,
 }
 
 /// A training step: input and displacement.
-type Step = ([f64; 3], [f64; 3]);
+type TrainingStep = ([f64; 3], [f64; 3]);
 
-/// Where the rod touches and how it moves.
+/// The contact between rod and object, and the inputs of the processes there.
 struct Contact {
     input: [f64; 3],
     normal: Vector<f64>,
     gap_m: f64,
-    closing: bool,
+    is_closing: bool,
 }
 
 impl GpPush {
-    /// Fits the processes on steps of `train`. Of `engine` only outline and rod are used.
+    /// Fits the processes to steps of `train`; only outline and rod of `engine` are used.
     ///
     /// # Errors
-    /// An engine without a rod, or fewer than 20 steps with contact.
+    /// [`TrainerError::Setting`] if the engine has no rod, or there are fewer than 20 steps with contact.
     pub fn fit(engine: &Engine, train: &Sequences, options: GpOptions) -> Result<Self, TrainerError> {
-        let few = TrainerError::Setting {
+        let too_few = TrainerError::Setting {
             key: "train",
             value: format!("{} pushes", train.items.len()),
             rule: "must hold at least 20 steps of 5 mm with contact for a Gaussian process",
@@ -79,27 +80,27 @@ impl GpPush {
             rod_radius_m: push.rod_radius_m(),
             seed: options.seed,
             inputs: [[0.0, 1.0]; 3],
-            ends: [[0.0; 2]; 3],
+            bounds: [[0.0; 2]; 3],
             table: Vec::new(),
         };
-        let mut steps: Vec<Step> = train.items.iter().flat_map(|q| model.steps(q)).collect();
+        let mut steps: Vec<TrainingStep> = train.items.iter().flat_map(|q| model.steps(q)).collect();
         steps.shuffle(&mut random_stream(options.seed, "gp-steps", 0));
         steps.truncate(options.steps);
         if steps.len() < 20 {
-            return Err(few);
+            return Err(too_few);
         }
         let n = steps.len() as f64;
-        let moments = |of: &dyn Fn(&Step) -> f64| {
-            let mean = steps.iter().map(of).sum::<f64>() / n;
-            let square = steps.iter().map(|s| (of(s) - mean).powi(2)).sum::<f64>() / n;
+        let moments = |component: &dyn Fn(&TrainingStep) -> f64| {
+            let mean = steps.iter().map(component).sum::<f64>() / n;
+            let square = steps.iter().map(|s| (component(s) - mean).powi(2)).sum::<f64>() / n;
             [mean, square.sqrt().max(1e-9)]
         };
         model.inputs = [0, 1, 2].map(|j| moments(&|s| s.0[j]));
         let outputs = [0, 1, 2].map(|j| moments(&|s| s.1[j]));
         let x: Vec<[f64; 3]> = steps.iter().map(|s| model.standard(s.0)).collect();
-        model.ends = [0, 1, 2].map(|j| {
-            let all = || x.iter().map(|x| x[j]);
-            [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
+        model.bounds = [0, 1, 2].map(|j| {
+            let values = || x.iter().map(|x| x[j]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
         });
         let fits: Vec<Option<Heteroscedastic<3>>> = (0..3_usize)
             .into_par_iter()
@@ -108,14 +109,14 @@ impl GpPush {
                 Heteroscedastic::fit(&x, &y)
             })
             .collect();
-        let fits: Vec<Heteroscedastic<3>> = fits.into_iter().collect::<Option<_>>().ok_or(few)?;
+        let fits: Vec<Heteroscedastic<3>> = fits.into_iter().collect::<Option<_>>().ok_or(too_few)?;
         let points = GRID.iter().product::<usize>();
         model.table = (0..points)
             .into_par_iter()
-            .map(|at| {
-                let index = [at / (GRID[1] * GRID[2]), at / GRID[2] % GRID[1], at % GRID[2]];
+            .map(|point| {
+                let index = [point / (GRID[1] * GRID[2]), point / GRID[2] % GRID[1], point % GRID[2]];
                 let x = [0, 1, 2].map(|j| {
-                    let [low, high] = model.ends[j];
+                    let [low, high] = model.bounds[j];
                     low + (high - low) * index[j] as f64 / (GRID[j] - 1) as f64
                 });
                 [0, 1, 2].map(|j| {
@@ -127,10 +128,10 @@ impl GpPush {
         Ok(model)
     }
 
-    /// Copies the processes for another object: its outline decides where the rod touches.
+    /// Copies the processes for another object, whose outline decides where the rod touches.
     ///
     /// # Errors
-    /// An engine without a rod.
+    /// [`TrainerError::Setting`] if the engine has no rod.
     pub fn with_engine(&self, engine: &Engine) -> Result<Self, TrainerError> {
         let push = engine.pushing().ok_or_else(no_rod)?;
         Ok(GpPush { world: push.world().clone(), rod_radius_m: push.rod_radius_m(), ..self.clone() })
@@ -141,38 +142,39 @@ impl GpPush {
     }
 
     /// The contact of a rod at `rod` that moves by `travel` in `lapse` seconds.
-    fn contact(&self, pose: &[f64; 3], rod: Vector<f64>, travel: Vector<f64>, lapse: f64) -> Contact {
+    fn contact(&self, pose: &[f64; 3], rod: Vector<f64>, travel: Vector<f64>, interval: f64) -> Contact {
         let object = Pose::new(pose[0], pose[1], pose[2]);
         let local = object.to_body(rod);
         let nearest = self.world.object().outline.nearest(local);
         let normal = Rotation::new(pose[2]).to_world(nearest.outward.map(|n| -n));
         let along = dot(sub(rod, object.position), rot90(normal));
         let (u_n, u_t) = (dot(travel, normal), dot(travel, rot90(normal)));
-        let speed = norm(travel) / lapse.max(1e-6);
+        let speed = norm(travel) / interval.max(1e-6);
         Contact {
             input: [along, u_t.atan2(u_n), speed.max(1e-4).ln()],
             normal,
             gap_m: nearest.distance - self.rod_radius_m,
-            closing: u_n > 0.0,
+            is_closing: u_n > 0.0,
         }
     }
 
-    /// Steps of about [`SEGMENT_M`] with contact at their beginning, scaled to that travel: input, displacement.
-    fn steps(&self, q: &Sequence) -> Vec<Step> {
+    /// Input and displacement of steps of about [`SEGMENT_M`] that begin in contact.
+    /// Displacements are scaled to that travel.
+    fn steps(&self, q: &Sequence) -> Vec<TrainingStep> {
         let rod = |t: usize| [q.action(t)[0], q.action(t)[1]];
         let mut out = Vec::new();
-        let mut first = 0;
+        let mut start = 0;
         for t in 1..q.time {
-            let travel = sub(rod(t), rod(first));
+            let travel = sub(rod(t), rod(start));
             let length = norm(travel);
             if length < SEGMENT_M * 0.8 {
                 continue;
             }
-            let (a, b) = (q.state(first), q.state(t));
-            let lapse = q.action(t)[2] - q.action(first)[2];
-            let contact = self.contact(&[a[0], a[1], a[2]], rod(first), travel, lapse);
-            first = t;
-            if contact.gap_m > TOUCH_M || !contact.closing {
+            let (a, b) = (q.state(start), q.state(t));
+            let interval = q.action(t)[2] - q.action(start)[2];
+            let contact = self.contact(&[a[0], a[1], a[2]], rod(start), travel, interval);
+            start = t;
+            if contact.gap_m > TOUCH_M || !contact.is_closing {
                 continue;
             }
             let moved = [b[0] - a[0], b[1] - a[1]];
@@ -184,23 +186,23 @@ impl GpPush {
         out
     }
 
-    /// Mean and standard deviation of the displacement at an input, from the table.
+    /// Mean and standard deviation of the displacement at an input, by trilinear interpolation.
     fn look_up(&self, input: [f64; 3]) -> [[f64; 2]; 3] {
         let x = self.standard(input);
         let mut cell = [(0, 0.0); 3];
         for j in 0..3 {
-            let [low, high] = self.ends[j];
-            let at = ((x[j] - low) / (high - low).max(1e-12)).clamp(0.0, 1.0) * (GRID[j] - 1) as f64;
-            let floor = (at.floor() as usize).min(GRID[j] - 2);
-            cell[j] = (floor, at - floor as f64);
+            let [low, high] = self.bounds[j];
+            let position = ((x[j] - low) / (high - low).max(1e-12)).clamp(0.0, 1.0) * (GRID[j] - 1) as f64;
+            let lower = (position.floor() as usize).min(GRID[j] - 2);
+            cell[j] = (lower, position - lower as f64);
         }
         let mut out = [[0.0; 2]; 3];
         for corner in 0..8_usize {
             let (mut weight, mut index) = (1.0, 0);
-            for (j, (floor, share)) in cell.iter().enumerate() {
+            for (j, (lower, share)) in cell.iter().enumerate() {
                 let up = corner >> j & 1;
                 weight *= if up == 1 { *share } else { 1.0 - share };
-                index = index * GRID[j] + floor + up;
+                index = index * GRID[j] + lower + up;
             }
             for (o, v) in out.iter_mut().zip(&self.table[index]) {
                 (0..2).for_each(|k| o[k] += weight * v[k]);
@@ -214,31 +216,32 @@ impl GpPush {
         let mut draw = || [0, 1, 2].map(|_| -> f64 { StandardNormal.sample(&mut rng) });
         let mut pose = [task.start[0], task.start[1], task.start[2]];
         visit(0, pose);
-        let (mut noise, mut covered) = (draw(), 0.0);
+        let (mut noise, mut travelled) = (draw(), 0.0);
         for t in 1..task.time {
             let [a, b] = [t - 1, t].map(|t| &task.actions[3 * t..3 * t + 3]);
-            let (lapse, travel) = (b[2] - a[2], [b[0] - a[0], b[1] - a[1]]);
-            // A whole number of steps up to rounding is that number.
+            let (interval, travel) = (b[2] - a[2], [b[0] - a[0], b[1] - a[1]]);
+            // A travel of a whole number of steps up to rounding counts as that number.
             let count = (norm(travel) / STEP_M - 1e-6).ceil().max(0.0);
             for i in 0..count as usize {
-                let (part, at) = (1.0 / count, i as f64 / count);
-                let (step, rod) = (scale(travel, part), [a[0] + at * travel[0], a[1] + at * travel[1]]);
-                let contact = self.contact(&pose, rod, step, lapse * part);
-                if contact.gap_m > TOUCH_M || !contact.closing {
+                let (share, offset) = (1.0 / count, i as f64 / count);
+                let (step, rod) =
+                    (scale(travel, share), [a[0] + offset * travel[0], a[1] + offset * travel[1]]);
+                let contact = self.contact(&pose, rod, step, interval * share);
+                if contact.gap_m > TOUCH_M || !contact.is_closing {
                     continue;
                 }
                 let length = norm(step);
-                covered += length;
-                if covered > SEGMENT_M * (1.0 + 1e-6) {
-                    (covered, noise) = (length, draw());
+                travelled += length;
+                if travelled > SEGMENT_M * (1.0 + 1e-6) {
+                    (travelled, noise) = (length, draw());
                 }
                 let moved = self.look_up(contact.input);
                 let k = length / SEGMENT_M;
-                let d = [0, 1, 2].map(|j| k * (moved[j][0] + moved[j][1] * noise[j]));
+                let displacement = [0, 1, 2].map(|j| k * (moved[j][0] + moved[j][1] * noise[j]));
                 let (n, side) = (contact.normal, rot90(contact.normal));
-                pose[0] += d[0] * n[0] + d[1] * side[0];
-                pose[1] += d[0] * n[1] + d[1] * side[1];
-                pose[2] += d[2];
+                pose[0] += displacement[0] * n[0] + displacement[1] * side[0];
+                pose[1] += displacement[0] * n[1] + displacement[1] * side[1];
+                pose[2] += displacement[2];
             }
             visit(t, pose);
         }
@@ -246,7 +249,7 @@ impl GpPush {
 }
 
 fn no_rod() -> TrainerError {
-    let rule = "must push an object for a Gaussian process of pushes";
+    let rule = "must be the model of a rod that pushes an object";
     TrainerError::Setting { key: "engine", value: "an engine without a rod".to_owned(), rule }
 }
 

@@ -1,9 +1,8 @@
-//! Planar pushing: frames and features, the Gaussian-process baseline,
-//! calibration, and distances between clouds of points.
+//! Planar pushing: frames, features, Gaussian-process baseline, calibration, distances of point sets.
 //!
 //! A push is a [`crate::Sequence`] whose states are the object's pose and whose actions are the rod's
-//! positions with their times, in any fixed frame. Every model sees the first pose and the actions only, works in
-//! the frame of the first pose, and gives poses in the frame of the data.
+//! positions with their times, in any fixed frame. Every model has access to the first pose and the actions
+//! only, computes in the frame of the first pose, and returns poses in the frame of the data.
 
 pub mod calibrate;
 pub mod cloud;

@@ -1,17 +1,17 @@
-//! Pushes as sequences: thinned in time, or cut into windows.
+//! Pushes as sequences: subsampled in time, or cut into windows.
 
 use super::{ACTIONS, STATES};
 use crate::{Sequence, Sequences, TrainerError};
 use augsim_data::Dataset;
 use serde::{Deserialize, Serialize};
 
-/// How pushes are thinned: every k-th sample is kept, with the smallest k that does both. Fast pushes stay
-/// shorter than slow ones; nothing is interpolated.
+/// Limits for subsampling pushes: every k-th sample is kept, with the smallest k that meets both.
+/// Fast pushes stay shorter than slow ones; nothing is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Thinning {
-    /// Most samples of a push.
+    /// Maximum number of samples of a push.
     pub samples: usize,
-    /// Most samples a second.
+    /// Maximum number of samples per second.
     pub rate_hz: f64,
 }
 
@@ -32,13 +32,14 @@ impl Thinning {
     }
 }
 
-/// The pushes of a data set, thinned. Values must be on one clock (`augsim_data::push::resample`).
+/// The pushes of a data set, subsampled.
+/// All values must be on one time base (`augsim_data::push::resample`).
 ///
 /// # Errors
-/// A column of push data is missing, a value is missing, or a push is too short.
+/// [`TrainerError`] if a column of push data or a value is missing, or a push is too short.
 pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, TrainerError> {
-    let mut all = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
-    for q in &mut all.items {
+    let mut sequences = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
+    for q in &mut sequences.items {
         let duration = q.action(q.time - 1)[2] - q.action(0)[2];
         let stride = thinning.stride(q.time, duration);
         *q = part(q, 0, (q.time - 1) / stride + 1, stride, q.id.clone());
@@ -46,18 +47,18 @@ pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, Traine
             return Err(TrainerError::TooShort { id: q.id.clone(), samples: q.time });
         }
     }
-    Ok(all)
+    Ok(sequences)
 }
 
-/// Windows of `samples` samples that begin every `every` samples, of each trajectory that is long enough; named
-/// `trajectory@sample`.
-pub fn windows(all: &Sequences, samples: usize, every: usize) -> Sequences {
+/// Windows of `samples` samples that begin every `every` samples, of each long enough trajectory.
+/// They are named `trajectory@sample`.
+pub fn windows(sequences: &Sequences, samples: usize, every: usize) -> Sequences {
     let cut = |q: &Sequence| -> Vec<Sequence> {
         let last = (q.time + 1).saturating_sub(samples);
         (0..last).step_by(every.max(1)).map(|t| part(q, t, samples, 1, format!("{}@{t}", q.id))).collect()
     };
-    let items = all.items.iter().flat_map(cut).collect();
-    Sequences { columns: all.columns.clone(), action_columns: all.action_columns.clone(), items }
+    let items = sequences.items.iter().flat_map(cut).collect();
+    Sequences { columns: sequences.columns.clone(), action_columns: sequences.action_columns.clone(), items }
 }
 
 fn part(q: &Sequence, first: usize, time: usize, stride: usize, id: String) -> Sequence {

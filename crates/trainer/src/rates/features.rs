@@ -1,4 +1,4 @@
-//! Features, targets and scales of corrected rates.
+//! Features, targets and scales of nets that correct rates.
 
 use crate::engine::WrittenMotion;
 use crate::prepared::Prepared;
@@ -7,20 +7,22 @@ use crate::sequences::{Sequence, Sequences};
 use crate::steps::asinh;
 use std::f64::consts::TAU;
 
-/// Standard units beyond which a feature is cut: a free run that has left what was trained on gets no wild correction.
-const CUT: f64 = 6.0;
-/// Growth of the compressed feature of a state: a twentieth of its spread stays visible around 0, where friction turns.
-const FINE: f64 = 20.0;
-/// Features of a state, and of an input.
-const OF_STATE: usize = 3;
-const OF_INPUT: usize = 2;
+/// Bound of the standardised features.
+/// A free run that has left the training range then gets no extreme correction.
+const FEATURE_BOUND: f64 = 6.0;
+/// Magnification of small values in the compressed feature of a state.
+/// A twentieth of its spread stays visible around 0, where friction changes sign.
+const ZERO_MAGNIFICATION: f64 = 20.0;
+/// Number of features per state, and per input.
+const FEATURES_PER_STATE: usize = 3;
+const FEATURES_PER_INPUT: usize = 2;
 
-/// Width of a row of features.
+/// Number of features of an interval.
 pub(crate) fn width(motion: &WrittenMotion) -> usize {
-    OF_STATE * motion.periods().len() + OF_INPUT * motion.inputs()
+    FEATURES_PER_STATE * motion.periods().len() + FEATURES_PER_INPUT * motion.inputs()
 }
 
-/// Sizes of the scales: means and deviations of states and inputs, steps of states, corrections as [`Units`] reads them.
+/// Sizes of the scales: means, standard deviations, steps of states, and [`Units`].
 pub(crate) fn scale_sizes(motion: &WrittenMotion) -> [usize; 4] {
     let (states, d) = (motion.periods().len(), motion.corrected());
     let read = states + motion.inputs();
@@ -30,43 +32,43 @@ pub(crate) fn scale_sizes(motion: &WrittenMotion) -> [usize; 4] {
 /// Units of the corrected rates, per second.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Units<'a> {
-    /// Root mean square of what the physics lacks in training: the unit of the targets.
+    /// Root mean square error of the physics' rates in training: the unit of the targets.
     pub target: &'a [f64],
-    /// Worth of one unit of a predicted mean in a forecast.
+    /// Unit of predicted means in a forecast: the target unit times the shrinkage factor.
     pub mean: &'a [f64],
-    /// Worth of one unit of a predicted deviation in a forecast.
+    /// Unit of predicted standard deviations in a forecast.
     pub deviation: &'a [f64],
-    /// Intervals over which deviations wander in a forecast.
+    /// Correlation time of the random corrections in a forecast, in intervals.
     pub memory: f64,
 }
 
 impl<'a> Units<'a> {
-    /// The units in the scales of a run.
+    /// Reads the units from the scales of a run.
     pub fn of(scales: &'a Scales) -> Self {
         let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
-        let (target, rest) = units.split_at(units.len() / 3);
-        let (mean, deviation) = rest.split_at(target.len());
+        let (target, prediction_units) = units.split_at(units.len() / 3);
+        let (mean, deviation) = prediction_units.split_at(target.len());
         Units { target, mean, deviation, memory: *memory }
     }
 }
 
-/// Trust in a net: what its mean corrections, and its deviations, are multiplied by.
+/// How much of a net's corrections is applied: factors of their means and of their random part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
-    /// Share of the mean corrections; 0 leaves the physics alone.
+    /// Shrinkage factor of the mean corrections; 0 leaves the physics alone.
     pub gain: f64,
-    /// Factor of the deviations.
+    /// Factor of the standard deviations.
     pub spread: f64,
-    /// Intervals over which deviations wander, so that errors of neighbouring intervals are alike; 0: each for itself.
+    /// Correlation time of the random corrections, in intervals; 0 makes them independent.
     pub memory: f64,
 }
 
 impl Trust {
-    /// The net as it was trained.
+    /// The corrections as the net was trained: no shrinkage, independent noise.
     pub const FULL: Trust = Trust { gain: 1.0, spread: 1.0, memory: 0.0 };
 }
 
-/// Sets the trust in the units.
+/// Stores the shrinkage factors in the scales.
 pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
     let d = scales.correction.len() / 3;
     for k in 0..d {
@@ -76,14 +78,16 @@ pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
     scales.correction[3 * d] = trust.memory;
 }
 
-/// The trust in the units.
+/// Reads the shrinkage factors from the scales.
 pub(crate) fn trusted(scales: &Scales) -> Trust {
     let units = Units::of(scales);
-    let share = |of: &[f64]| of.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit);
-    Trust { gain: share(units.mean), spread: share(units.deviation), memory: units.memory }
+    let factor_of = |prediction_units: &[f64]| {
+        prediction_units.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit)
+    };
+    Trust { gain: factor_of(units.mean), spread: factor_of(units.deviation), memory: units.memory }
 }
 
-/// One interval after the other of a record: states at its beginning, where the physics goes from there.
+/// States that the physics predicts at the end of each interval of a record, `[time - 1, S]`.
 fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
     let (s, a) = (q.states.len() / q.time, q.actions.len() / q.time);
     let rows = q.time - 1;
@@ -92,17 +96,17 @@ fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
     next
 }
 
-/// Fits all scales on the pieces to learn from.
+/// Fits all scales on the training segments.
 pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
     let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected());
-    let mut sum = vec![[0.0; 2]; s + inputs];
+    let mut sums = vec![[0.0; 2]; s + inputs];
     let (mut samples, mut rows) = (0.0, 0.0);
-    let (mut step, mut lacking) = (vec![0.0; s], vec![0.0; d]);
+    let (mut step_squares, mut correction_squares) = (vec![0.0; s], vec![0.0; d]);
     let mut rates = vec![0.0; d];
     for q in &train.items {
         for t in 0..q.time {
-            let read = q.state(t).iter().chain(&q.action(t)[..inputs]);
-            sum.iter_mut().zip(read).for_each(|(sum, v)| {
+            let values = q.state(t).iter().chain(&q.action(t)[..inputs]);
+            sums.iter_mut().zip(values).for_each(|(sum, v)| {
                 sum[0] += v;
                 sum[1] += v * v;
             });
@@ -110,26 +114,28 @@ pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
         samples += q.time as f64;
         for (t, next) in predicted(motion, q).chunks_exact(s).enumerate() {
             motion.lacking(next, q.state(t + 1), &mut rates);
-            // An interval that cannot be simulated says nothing of sizes.
+            // An interval where the simulation failed is left out of the scales.
             if next.iter().all(|x| x.is_finite()) {
                 rows += 1.0;
-                step.iter_mut()
+                step_squares
+                    .iter_mut()
                     .zip(next.iter().zip(q.state(t)))
                     .for_each(|(to, (b, a))| *to += (b - a).powi(2));
-                lacking.iter_mut().zip(&rates).for_each(|(to, rate)| *to += rate * rate);
+                correction_squares.iter_mut().zip(&rates).for_each(|(to, rate)| *to += rate * rate);
             }
         }
     }
-    let mean: Vec<f64> = sum.iter().map(|s| s[0] / samples).collect();
-    let sd = sum.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
+    let mean: Vec<f64> = sums.iter().map(|s| s[0] / samples).collect();
+    let sd = sums.iter().zip(&mean).map(|(s, m)| positive((s[1] / samples - m * m).max(0.0).sqrt(), 0.0));
     let rms = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| positive((v / rows).sqrt(), 0.0)).collect() };
-    let mut scales = Scales { sd: sd.collect(), mean, step: rms(step), correction: vec![0.0; 3 * d + 1] };
-    scales.correction[..d].copy_from_slice(&rms(lacking));
+    let mut scales =
+        Scales { sd: sd.collect(), mean, step: rms(step_squares), correction: vec![0.0; 3 * d + 1] };
+    scales.correction[..d].copy_from_slice(&rms(correction_squares));
     trust(&mut scales, Trust::FULL);
     scales
 }
 
-/// Targets and features of a piece, a row an interval.
+/// Targets and features of a segment, one row per interval.
 pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> Prepared {
     let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
     let (mut x, mut u) = (Vec::with_capacity((q.time - 1) * d), vec![0.0; (q.time - 1) * u_width]);
@@ -137,7 +143,7 @@ pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> 
     let next = predicted(motion, q);
     for (t, (next, row)) in next.chunks_exact(s).zip(u.chunks_exact_mut(u_width)).enumerate() {
         if !next.iter().all(|x| x.is_finite()) {
-            // An interval that cannot be simulated teaches nothing.
+            // An interval where the simulation failed has target and features 0.
             x.extend(std::iter::repeat_n(0.0, d));
             continue;
         }
@@ -148,8 +154,9 @@ pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> 
     Prepared { time: q.time - 1, x_width: d, u_width, x, u }
 }
 
-/// Writes the features of an interval: states at its beginning (what wraps as sine and cosine) and how far the physics goes, inputs at
-/// its beginning and at its end.
+/// Writes the features of an interval.
+/// They are the states at its beginning (sine and cosine of periodic ones), the changes predicted by the
+/// physics, and the inputs at its beginning and its end.
 pub(crate) fn write(
     motion: &WrittenMotion,
     scales: &Scales,
@@ -159,22 +166,23 @@ pub(crate) fn write(
     out: &mut [f32],
 ) {
     let s = now.len();
-    let standard = |j: usize, v: f64| ((v - scales.mean[j]) / scales.sd[j]).clamp(-CUT, CUT) as f32;
-    for (j, out) in out[..OF_STATE * s].chunks_exact_mut(OF_STATE).enumerate() {
-        let shown = match motion.periods()[j] {
+    let standard =
+        |j: usize, v: f64| ((v - scales.mean[j]) / scales.sd[j]).clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32;
+    for (j, out) in out[..FEATURES_PER_STATE * s].chunks_exact_mut(FEATURES_PER_STATE).enumerate() {
+        let pair = match motion.periods()[j] {
             Some(period) => {
                 let (sin, cos) = (TAU * now[j] / period).sin_cos();
                 [sin as f32, cos as f32]
             }
             None => {
-                let fine = asinh(FINE * now[j] / scales.sd[j]) / 4.0;
-                [standard(j, now[j]), fine.clamp(-CUT, CUT) as f32]
+                let magnified = asinh(ZERO_MAGNIFICATION * now[j] / scales.sd[j]) / 4.0;
+                [standard(j, now[j]), magnified.clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32]
             }
         };
-        let moved = ((next[j] - now[j]) / scales.step[j]).clamp(-CUT, CUT) as f32;
-        out.copy_from_slice(&[shown[0], shown[1], moved]);
+        let change = ((next[j] - now[j]) / scales.step[j]).clamp(-FEATURE_BOUND, FEATURE_BOUND) as f32;
+        out.copy_from_slice(&[pair[0], pair[1], change]);
     }
-    for (k, out) in out[OF_STATE * s..].chunks_exact_mut(OF_INPUT).enumerate() {
+    for (k, out) in out[FEATURES_PER_STATE * s..].chunks_exact_mut(FEATURES_PER_INPUT).enumerate() {
         out.copy_from_slice(&actions.map(|action| standard(s + k, action[k])));
     }
 }

@@ -13,8 +13,8 @@ use augsim_data::random_stream;
 use augsim_nn::Params;
 use rayon::prelude::*;
 
-/// Samples that are rolled out side by side.
-const LANES: usize = 32;
+/// Samples that are simulated in one batch.
+const BATCH_SAMPLES: usize = 32;
 
 /// A trained Hybrid+.
 #[derive(Clone, Copy)]
@@ -26,23 +26,28 @@ pub(crate) struct Hybrid<'a> {
     pub law: &'a LatentLaw,
 }
 
-/// Draws trajectories. The start of the task is one state `[S]` for all of them, or one for each `[samples, S]`.
+/// Draws trajectories `[time, S, sample]`.
+/// The start of the task is one state `[S]` for all samples, or one for each, `[samples, S]`.
+///
+/// # Errors
+/// [`TrainerError::Foreign`] if the engine has no equations.
 pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
     let Hybrid { settings, scales, params, net, law } = hybrid;
     let Some(motion) = settings.engine.rates() else { return Err(Difference::OtherSystem.into()) };
     let s = motion.periods().len();
     let starts = starts_of(task.start, s, samples);
     let latent = net.sizes().latent;
-    let w = law.draw(&standard(settings.seed, "forecast", task.index, latent * samples), samples);
-    let parts: Vec<Samples> = (0..samples.div_ceil(LANES))
+    let latents = law.draw(&standard(settings.seed, "forecast", task.index, latent * samples), samples);
+    let batches: Vec<Samples> = (0..samples.div_ceil(BATCH_SAMPLES))
         .into_par_iter()
-        .map(|part| {
-            let (first, end) = (part * LANES, samples.min((part + 1) * LANES));
-            let own = w.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
+        .map(|batch| {
+            let (first, end) = (batch * BATCH_SAMPLES, samples.min((batch + 1) * BATCH_SAMPLES));
+            let lane_latents =
+                latents.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
             let memory = Units::of(scales).memory;
             let trust = vec![Trust { memory, ..Trust::FULL }; end - first];
-            let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + part as u64);
-            let mut corrector = Corrector::new((net, params), own, trust, Units::of(scales), rng);
+            let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
+            let mut corrector = Corrector::new((net, params), lane_latents, trust, Units::of(scales), rng);
             let motions =
                 Motions { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
             roll(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))
@@ -50,7 +55,7 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
         .collect();
     let mut values = Vec::with_capacity(task.time * s * samples);
     for row in 0..task.time * s {
-        parts.iter().for_each(|p| values.extend_from_slice(&p.values[row * p.count..(row + 1) * p.count]));
+        batches.iter().for_each(|p| values.extend_from_slice(&p.values[row * p.count..(row + 1) * p.count]));
     }
     Ok(Samples { count: samples, values })
 }

@@ -1,8 +1,9 @@
-//! Corrected rates: nets on what the equations of a written system leave.
+//! Nets that correct the rates of an equation model.
 //!
-//! The physics advances a state over one sample interval, events included. The net says by how much the rates of force and flow
-//! equations were off meanwhile. It is trained on pieces of the estimated states of the training records, a part of which is
-//! held out to decide how far its corrections are trusted.
+//! The physics advances a state over one sample interval, events included. The net predicts the mean error
+//! of the force and flow equations' rates over that interval. It is trained on segments of the estimated
+//! states of the training records; a part of the records is held out to choose how much of the corrections
+//! to apply.
 
 pub(crate) mod accept;
 mod corrector;

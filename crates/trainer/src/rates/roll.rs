@@ -1,22 +1,24 @@
-//! Roll-outs of the physics with corrected rates, many side by side.
+//! Roll-outs of the physics with corrected rates, several at once.
 
 use super::features::{width, write};
 use crate::Samples;
 use crate::engine::WrittenMotion;
 use crate::scales::Scales;
 
-/// States to begin at, actions of all of them, and the number of samples.
+/// Initial states of a batch of roll-outs, their common actions, and their length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motions<'a> {
-    /// First states `[lane, S]`.
+    /// Initial states `[lane, S]`.
     pub starts: &'a [f64],
     /// Actions `[time, A]`.
     pub actions: &'a [f64],
-    /// Samples, the first of which are the starts.
+    /// Number of samples, including the initial states.
     pub time: usize,
 }
 
-/// Rolls out. Of features `[U, lane]` of an interval, `correct` writes the changes of the corrected rates `[D, lane]`, per second.
+/// Simulates all lanes and returns their states.
+/// For the features `[U, lane]` of an interval, `correct` writes the corrections of the rates `[D, lane]`,
+/// per second.
 pub(crate) fn roll(
     motion: &WrittenMotion,
     scales: &Scales,
@@ -29,7 +31,7 @@ pub(crate) fn roll(
     let mut values = vec![0.0_f32; time * s * lanes];
     let (mut now, mut next) = (starts.to_vec(), vec![0.0; lanes * s]);
     let (mut row, mut u) = (vec![0.0; u_width], vec![0.0; u_width * lanes]);
-    let (mut rates, mut own) = (vec![0.0; d * lanes], vec![0.0; d]);
+    let (mut rates, mut lane_rates) = (vec![0.0; d * lanes], vec![0.0; d]);
     for (t, values) in values.chunks_exact_mut(s * lanes).enumerate() {
         for (lane, state) in now.chunks_exact(s).enumerate() {
             state.iter().enumerate().for_each(|(j, x)| values[j * lanes + lane] = *x as f32);
@@ -46,14 +48,14 @@ pub(crate) fn roll(
         }
         correct(&u, &mut rates);
         for (lane, now) in now.chunks_exact_mut(s).enumerate() {
-            own.iter_mut().enumerate().for_each(|(k, own)| *own = rates[k * lanes + lane]);
-            motion.correct(&next[lane * s..][..s], to, &own, now);
+            lane_rates.iter_mut().enumerate().for_each(|(k, rate)| *rate = rates[k * lanes + lane]);
+            motion.correct(&next[lane * s..][..s], to, &lane_rates, now);
         }
     }
     Samples { count: lanes, values }
 }
 
-/// A start `[S]` of all samples, or one of each, as one of each.
+/// One initial state per sample, from one state `[S]` for all of them or one for each.
 pub(crate) fn starts_of(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
     if start.len() == states { start.repeat(samples) } else { start.to_vec() }
 }

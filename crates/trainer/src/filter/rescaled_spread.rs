@@ -1,23 +1,24 @@
-//! Bands made as wide as they have to be: samples moved away from their median.
+//! Forecasts whose prediction bands are widened by a factor about their median.
 //!
-//! Errors that a model leaves of a trajectory are not independent from row to row, so that its posterior is too narrow. To believe the
-//! sensor less widens it as well, but forgets what the prefix told; a factor of the spread, learned on training trajectories, does not.
+//! A model's errors along a trajectory are correlated from row to row, so its posterior is too narrow.
+//! Assuming a larger measurement noise would widen it too, but would also discard information in the
+//! prefix. A factor of the spread that was learned on training trajectories keeps it.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use crate::score::median_of;
 use crate::{Samples, TrainerError};
 
-/// Forecasts of another model with another spread.
+/// A forecaster with the spread of its samples rescaled.
 #[derive(Clone, Copy)]
 pub struct Widened<'a> {
     model: &'a dyn PrefixForecaster,
-    /// Factor of the spread behind the first prefix, the second and so on.
+    /// Factor of the spread for each prefix length, in their order.
     factors: &'a [f64],
 }
 
 impl<'a> Widened<'a> {
-    /// The forecasts of `model`; those behind the i-th prefix have `factors[i]` times their distance from the median of the samples,
-    /// 1 beyond the end of the list.
+    /// Multiplies the samples' distances from their median by `factors[i]` after the i-th prefix.
+    /// The factor is 1 for prefixes beyond the end of the list.
     pub fn new(model: &'a dyn PrefixForecaster, factors: &'a [f64]) -> Self {
         Widened { model, factors }
     }
@@ -30,28 +31,28 @@ impl PrefixForecaster for Widened<'_> {
         lengths: &[usize],
         settings: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let mut all = self.model.forecasts(prefix, lengths, settings)?;
-        for (samples, factor) in all.iter_mut().zip(self.factors) {
+        let mut forecasts = self.model.forecasts(prefix, lengths, settings)?;
+        for (samples, factor) in forecasts.iter_mut().zip(self.factors) {
             let mut sorted = vec![0.0; samples.count];
             for values in samples.values.chunks_exact_mut(samples.count) {
-                let middle = median_of(values, &mut sorted) as f32;
-                values.iter_mut().for_each(|v| *v = middle + *factor as f32 * (*v - middle));
+                let median = median_of(values, &mut sorted) as f32;
+                values.iter_mut().for_each(|v| *v = median + *factor as f32 * (*v - median));
             }
         }
-        Ok(all)
+        Ok(forecasts)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the median stays, distances from it grow by the factor, and a prefix without a factor is as it was.
+    //! Contract: the median stays and distances from it grow by the factor, which is 1 if there is none.
     use super::*;
     use crate::filter::{Sensor, StartLaw};
 
-    /// Samples 0, 1, 3, 4 of one row behind every prefix.
-    struct Four;
+    /// A forecaster with samples 0, 1, 3, 4 of one row after every prefix.
+    struct FourSamples;
 
-    impl PrefixForecaster for Four {
+    impl PrefixForecaster for FourSamples {
         fn forecasts(
             &self,
             _: Prefix<'_>,
@@ -64,7 +65,7 @@ mod tests {
 
     #[test]
     fn samples_move_away_from_their_median() {
-        let (sensor, start) = (Sensor::known([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let (sensor, start) = (Sensor::with_sd([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
         let prefix = Prefix {
             id: "1",
             rows: &[0.0; 3],
@@ -75,7 +76,8 @@ mod tests {
             index: 0,
         };
         let settings = FilterSettings::new(1, 1);
-        let forecasts = Widened::new(&Four, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
+        let forecasts =
+            Widened::new(&FourSamples, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
         let values: Vec<&[f32]> = forecasts.iter().map(|s| &s.values[..]).collect();
         assert_eq!(values, [[-1.0, 0.5, 3.5, 5.0], [1.0, 1.5, 2.5, 3.0], [0.0, 1.0, 3.0, 4.0]]);
     }

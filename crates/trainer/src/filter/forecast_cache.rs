@@ -1,19 +1,20 @@
-//! Forecasts that were made once, to be looked at in several ways.
+//! A cache of forecasts that were computed once, for several evaluations.
 
-use super::behind::{FilterSettings, Prefix, PrefixForecaster};
-use super::evaluate::each_forecast;
+use super::evaluate::map_forecasts;
+use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::{Sensor, StartLaw};
 use crate::{Samples, Sequences, TrainerError};
 
-/// The forecasts of a model behind prefixes of a set. It forecasts these and no others.
+/// The forecasts of a model after the prefixes of one set; other forecasts are refused.
 #[derive(Debug, Clone)]
 pub struct Kept {
-    /// Rows seen and forecast, `[trajectory][prefix]`.
-    behind: Vec<Vec<(usize, Samples)>>,
+    /// Number of observed rows and forecast, `[trajectory][prefix]`.
+    forecasts_by_prefix: Vec<Vec<(usize, Samples)>>,
 }
 
 impl Kept {
-    /// Forecasts `set` behind prefixes of `lengths [trajectory][prefix]` rows (ascending), as [`super::evaluate_filtered`] does.
+    /// Computes the forecasts for `set` as [`super::evaluate_filtered`] does.
+    /// `lengths [trajectory][prefix]` are the ascending numbers of observed rows.
     ///
     /// # Errors
     /// [`TrainerError`] if the model cannot be run.
@@ -25,7 +26,7 @@ impl Kept {
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
         let keep = |_: usize, n: usize, samples: Samples| (n, samples);
-        Ok(Kept { behind: each_forecast(model, set, known, (lengths, settings), &keep)? })
+        Ok(Kept { forecasts_by_prefix: map_forecasts(model, set, known, (lengths, settings), &keep)? })
     }
 }
 
@@ -36,32 +37,32 @@ impl PrefixForecaster for Kept {
         lengths: &[usize],
         _: FilterSettings,
     ) -> Result<Vec<Samples>, TrainerError> {
-        let own = self.behind.get(prefix.index as usize);
-        let one = |n: &usize| {
-            let kept = own.and_then(|own| own.iter().find(|(seen, _)| seen == n));
-            let rule = "no forecast behind so many rows was kept";
-            kept.map(|(_, samples)| samples.clone()).ok_or(TrainerError::Setting {
+        let cached = self.forecasts_by_prefix.get(prefix.index as usize);
+        let lookup = |n: &usize| {
+            let forecast = cached.and_then(|cached| cached.iter().find(|(rows, _)| rows == n));
+            let rule = "no forecast after this number of rows is in the cache";
+            forecast.map(|(_, samples)| samples.clone()).ok_or(TrainerError::Setting {
                 key: "seen",
                 value: n.to_string(),
                 rule,
             })
         };
-        lengths.iter().map(one).collect()
+        lengths.iter().map(lookup).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: kept forecasts are those of the model, each made once; others are refused.
+    //! Contract: cached forecasts equal those of the model, each is computed once, and others are refused.
     use super::*;
     use crate::Sequence;
     use crate::filter::{Widened, evaluate_filtered};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Two samples a row: the last row seen, and 1 above it.
-    struct Counted(AtomicUsize);
+    /// A forecaster that counts its calls. It draws two samples: the last observed row, and 1 above it.
+    struct CallCounter(AtomicUsize);
 
-    impl PrefixForecaster for Counted {
+    impl PrefixForecaster for CallCounter {
         fn forecasts(
             &self,
             prefix: Prefix<'_>,
@@ -69,16 +70,16 @@ mod tests {
             _: FilterSettings,
         ) -> Result<Vec<Samples>, TrainerError> {
             self.0.fetch_add(1, Ordering::Relaxed);
-            let one = |&n: &usize| {
+            let forecast_after = |&n: &usize| {
                 let last = prefix.rows[n - 1] as f32;
                 Samples { count: 2, values: [last, last + 1.0].repeat(prefix.time - n) }
             };
-            Ok(lengths.iter().map(one).collect())
+            Ok(lengths.iter().map(forecast_after).collect())
         }
     }
 
     #[test]
-    fn forecasts_are_made_once_and_no_others_are_known() {
+    fn cached_forecasts_equal_the_model_and_others_are_refused() {
         let item = |id: usize| Sequence {
             id: id.to_string(),
             time: 5,
@@ -89,17 +90,17 @@ mod tests {
         let set = Sequences { columns: vec!["x_m".to_owned()], action_columns: Vec::new(), items };
         let known = (&Sensor::exact(1), &StartLaw { mean: vec![0.0], sd: vec![1.0] });
         let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
-        let (model, lengths) = (Counted(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
+        let (model, lengths) = (CallCounter(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
         let kept = Kept::of(&model, &set, known, &lengths, settings).unwrap();
-        let made = model.0.load(Ordering::Relaxed);
+        let calls = model.0.load(Ordering::Relaxed);
         for factors in [[1.0, 1.0], [2.0, 3.0]] {
-            let of = |model: &dyn PrefixForecaster| {
+            let score = |model: &dyn PrefixForecaster| {
                 evaluate_filtered(&Widened::new(model, &factors), &set, known, &lengths, settings).unwrap()
             };
-            let found = of(&kept);
-            assert_eq!(model.0.swap(made, Ordering::Relaxed), made, "the model was asked again");
-            assert_eq!(found, of(&model));
-            model.0.store(made, Ordering::Relaxed);
+            let cached_scores = score(&kept);
+            assert_eq!(model.0.swap(calls, Ordering::Relaxed), calls, "the model was asked again");
+            assert_eq!(cached_scores, score(&model));
+            model.0.store(calls, Ordering::Relaxed);
         }
         let others = evaluate_filtered(&kept, &set, known, &vec![vec![4]; 3], settings);
         assert!(matches!(others, Err(TrainerError::Setting { key: "seen", .. })));
