@@ -1,4 +1,4 @@
-//! Evaluation on a test set under one of three protocols; scores of different protocols are never compared.
+//! Evaluation on a test set under one of three protocols, whose scores are never compared.
 
 use crate::in_order;
 use crate::score::{Score, Scoring, average, score};

@@ -1,4 +1,4 @@
-//! The trait that every model class implements: forecast trajectories from an initial state and actions.
+//! The trait of all model classes: forecast trajectories from an initial state and actions.
 
 use crate::TrainerError;
 

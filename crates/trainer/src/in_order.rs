@@ -16,7 +16,7 @@ pub fn in_order<T: Send, E: Send>(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: results keep their order, and the first error is returned although a later one occurs sooner.
+    //! Contract: results keep their order, and the first error in that order is returned.
     use super::*;
     use std::time::Duration;
 

@@ -1,5 +1,7 @@
-//! Gaussian distribution of the trajectory latent, fitted to the encoder's posteriors on the training set
-//! (ex-post density estimation, Ghosh et al. 2020). Forecasts draw their latents from it.
+//! Gaussian distribution of the trajectory latent, from which forecasts draw.
+//!
+//! It is fitted to the encoder's posteriors on the training set (ex-post density estimation, Ghosh et al.
+//! 2020).
 
 use crate::TrainerError;
 use crate::in_order;
@@ -53,7 +55,9 @@ impl LatentLaw {
         (0..l).map(|i| self.mean[i] + shift(i)).collect()
     }
 
-    /// Log-density of a latent up to a constant, ignoring directions without variance. `white [L]` is scratch.
+    /// Log-density of a latent up to a constant; directions without variance do not count.
+    ///
+    /// `white [L]` is scratch.
     pub(crate) fn log_density(&self, latent: &[f64], white: &mut [f64]) -> f64 {
         whiten_into(latent, &self.mean, &self.factor, white);
         -0.5 * white.iter().map(|v| v * v).sum::<f64>()
@@ -90,8 +94,9 @@ pub(crate) fn encode(
     Ok((to_f64(g.mean), to_f64(g.sd)))
 }
 
-/// Solves factor * white = latent - mean for a lower-triangular factor `[L, L]`; 0 along directions without
-/// variance.
+/// Solves factor * white = latent - mean for a lower-triangular factor `[L, L]`.
+///
+/// Entries along directions without variance are 0.
 pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
     let mut white = vec![0.0; latent.len()];
     whiten_into(latent, mean, factor, &mut white);
@@ -137,8 +142,7 @@ pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the factor reproduces the covariance, also if one direction has no variance; draws are mean
-    //! plus factor times noise.
+    //! Contract: the factor reproduces the covariance, and draws are mean plus factor times noise.
     use super::*;
 
     #[test]

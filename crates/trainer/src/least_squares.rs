@@ -1,5 +1,7 @@
-//! Robust nonlinear least squares by the Levenberg-Marquardt method (Levenberg 1944, Marquardt 1963) with a
-//! finite-difference Jacobian. Outlying blocks of residuals are down-weighted by Huber's rule.
+//! Robust nonlinear least squares by the Levenberg-Marquardt method.
+//!
+//! Levenberg 1944, Marquardt 1963; with a finite-difference Jacobian. Outlying blocks of residuals are
+//! down-weighted by Huber's rule.
 //!
 //! With e_i the root mean square of block i (n_i residuals r_i with Jacobian J_i) and Huber's threshold k:
 //! 1. loss = mean over i of rho(e_i), rho(e) = e^2 / 2 for e <= k, else k (e - k / 2)
@@ -12,7 +14,7 @@ use augsim_linear::{Mat, solve_positive_definite};
 /// Residuals that share one robust weight, such as those of one push.
 pub(crate) type Block = Vec<f64>;
 
-/// Huber's threshold, as a multiple of the median of the blocks' root mean square residuals at the start.
+/// Huber's threshold, as a multiple of the median root mean square residual at the start.
 const HUBER_THRESHOLD: f64 = 2.0;
 /// Relative decrease of the loss below which the fit has converged.
 const MIN_RELATIVE_DECREASE: f64 = 1e-9;
@@ -154,8 +156,7 @@ fn rms(r: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the fit finds the generating parameters from a distant start, and an outlying block hardly
-    //! shifts them.
+    //! Contract: the fit finds the generating parameters, and an outlying block hardly shifts them.
     use super::*;
 
     /// Residuals of `a exp(-k t)` against a = 2, k = 0.7, in blocks of five samples.
@@ -187,8 +188,8 @@ mod tests {
         };
         let descent = Descent { nudge: 1e-6, reach: 1.0, iterations: 80 };
         let found = descent.run(vec![1.9, 0.75], &with_outlier);
-        // Huber's rule weights the outlier as if its error were a hundredth; plain least squares would be off by
-        // more than 1.
+        // Huber's rule weights the outlier as if its error were a hundredth; plain least squares would be off
+        // by more than 1.
         assert!((found.values[0] - 2.0).abs() < 0.1 && (found.values[1] - 0.7).abs() < 0.1, "{found:?}");
     }
 }

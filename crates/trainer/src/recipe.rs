@@ -14,7 +14,7 @@ pub enum Recipe {
     HybridStandardised,
     /// Ours: physics step by step, one latent per trajectory, learned deviations.
     HybridPlus,
-    /// The net of Hybrid+ without physics (pushing only), an ablation that shows the benefit of the physics.
+    /// The net of Hybrid+ without physics, for pushes: an ablation that shows the benefit of the physics.
     NeuralPlus,
     /// Physics fitted by least squares, with a noise variance that grows with the distance travelled.
     PhysicsCalibrated,
@@ -42,7 +42,7 @@ pub enum Recipe {
     GpResidual,
     /// Gaussian processes for the residual of the contact model, mean prediction only; for pushes.
     GpResidualMean,
-    /// The contact model with a convex quartic limit surface of the support friction (Zhou et al. 2016), for pushes.
+    /// The contact model with a convex quartic limit surface (Zhou et al. 2016), for pushes.
     ConvexQuartic,
     /// The convex quartic with a random limit surface per roll-out (Zhou et al. 2017), for pushes.
     ConvexQuarticDrawn,

@@ -11,11 +11,13 @@ pub struct Scales {
     pub sd: Vec<f64>,
     /// Root mean square of one physics step, f_p(s) - s, per state column; empty for roll-out correction.
     pub step: Vec<f64>,
-    /// Root mean square of the correction of each state column, relative to the physics step (see `steps.rs`).
+    /// Root mean square correction of each state column, relative to the physics step (`steps.rs`).
     pub correction: Vec<f64>,
 }
 
-/// Returns `scale` if it exceeds `least` and is finite, else 1, so that constant columns can be divided by it.
+/// Returns `scale`, or 1 if it is not finite or not above `least`.
+///
+/// So constant columns can be divided by their scale.
 pub(crate) fn positive(scale: f64, least: f64) -> f64 {
     if scale > least && scale.is_finite() { scale } else { 1.0 }
 }

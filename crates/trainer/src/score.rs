@@ -1,14 +1,14 @@
 //! Scores of sampled forecasts against measured trajectories, one value per measure.
 //!
-//! A measure is a run of neighbouring state columns with the same unit, such as x and y of a position. Its error is
-//! the Euclidean norm over its columns; for a single column, the absolute error.
+//! A measure is a run of neighbouring state columns with the same unit, such as x and y of a position. Its
+//! error is the Euclidean norm over its columns; for a single column, the absolute error.
 //! 1. Paper's metrics: mean error of a point estimate, absolute and as a percentage of the first measure.
-//! 2. CRPS (continuous ranked probability score, fair estimator; Gneiting and Raftery 2007):
-//!    mean_i |x_i - y| - sum_{i<j} |x_i - x_j| / (m (m - 1)) for m samples x_i and the measured value y.
+//! 2. CRPS (continuous ranked probability score, fair estimator; Gneiting and Raftery 2007): mean_i |x_i - y|
+//!    - sum_{i<j} |x_i - x_j| / (m (m - 1)) for m samples x_i and the measured value y.
 //! 3. Coverage: how often the measured value is in the central 50 and 90 % bands of the samples.
 //!
-//! States are compared in the frame of the data. Lengths and angles do not depend on the frame; percentages of the
-//! distance from the origin do.
+//! States are compared in the frame of the data. Lengths and angles do not depend on the frame; percentages
+//! of the distance from the origin do.
 
 use crate::{Samples, Sequences};
 use augsim_data::Column;
@@ -30,7 +30,9 @@ const RESOLUTION: f64 = 2e-5;
 pub struct Scoring {
     /// State columns of each measure.
     pub(crate) measures: Vec<Range<usize>>,
-    /// First sample that is scored. As in the paper, the given initial state counts for a drop but not for a push.
+    /// First sample that is scored.
+    ///
+    /// As in the paper, the given initial state counts for a drop but not for a push.
     first: usize,
     /// Tolerance of the coverage bands, in the column's unit.
     resolution: f64,
@@ -53,7 +55,7 @@ impl Scoring {
     }
 }
 
-/// Errors of one point estimate, averaged over the scored samples of a trajectory, then over trajectories.
+/// Errors of one point estimate: means over scored samples, then over trajectories.
 ///
 /// One entry per measure, in the unit of its columns.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -83,13 +85,14 @@ pub struct Score {
     pub median: PointError,
     /// CRPS of each measure, mean over its columns, in their unit; the absolute error for one sample.
     pub crps: Vec<f64>,
-    /// Share of measured values in the central 50 % band, over all state columns; `None` for a single sample.
+    /// Share of measured values in the central 50 % band, over all columns; `None` for one sample.
     pub coverage50: Option<f64>,
     /// Share of measured values in the central 90 % band.
     pub coverage90: Option<f64>,
     /// Error of the paper's estimate at each scored sample: `[time][measure]`.
     pub over_time: Vec<Vec<f64>>,
-    /// Error of the mean of all samples in the first measure, per part of the duration ([`PARTS`] equal parts);
+    /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration.
+    ///
     /// NaN for a part without samples.
     pub over_parts: Vec<f64>,
     /// Sum of distances from the start of the first measure, in its unit.
@@ -180,7 +183,8 @@ pub fn average(scores: &[Score]) -> Score {
     let share = |f: &dyn Fn(&Score) -> Option<f64>| -> Option<f64> {
         scores.iter().map(f).sum::<Option<f64>>().map(|total| total / n)
     };
-    // Averages run over the trajectories that have a value: shorter ones end earlier, and a part may have no sample.
+    // Averages run over the trajectories that have a value: shorter ones end earlier, and a part may have no
+    // sample.
     let mean_present = |values: &mut dyn Iterator<Item = f64>| {
         let (sum, count) = values.filter(|v| !v.is_nan()).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
         sum / count
@@ -203,7 +207,7 @@ pub fn average(scores: &[Score]) -> Score {
     }
 }
 
-/// Computes quantile `q` of sorted values, linear between order statistics (Hyndman and Fan 1996, type 7).
+/// Computes quantile `q` of sorted values by linear interpolation (Hyndman and Fan 1996, type 7).
 pub fn quantile(sorted: &[f32], q: f64) -> f64 {
     let position = q * (sorted.len() - 1) as f64;
     let low = position.floor() as usize;
@@ -219,11 +223,12 @@ pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
     quantile(sorted, 0.5)
 }
 
-/// Estimates the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct pairs.
+/// Estimates the CRPS from sorted samples (formula 2).
 pub fn crps_of(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
-    // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because x_i is added
-    // once per smaller value and subtracted once per larger one. So no loop over pairs is needed.
+    // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because
+    // x_i is added once per smaller value and subtracted once per larger one. So no loop over pairs is
+    // needed.
     let (mut error, mut spread) = (0.0, 0.0);
     for (i, x) in sorted.iter().enumerate() {
         let x = f64::from(*x);
@@ -248,7 +253,8 @@ mod tests {
 
     #[test]
     fn fair_crps_does_not_depend_on_the_number_of_samples() {
-        // Samples and truth from the same uniform distribution: the expected CRPS is 1/6 for any number of samples.
+        // Samples and truth from the same uniform distribution: the expected CRPS is 1/6 for any number of
+        // samples.
         for m in [2_usize, 5, 50] {
             let mut rng = augsim_data::random_stream(1, "crps", m as u64);
             let mut uniform = || (rand::Rng::next_u64(&mut rng) >> 40) as f32 / (1 << 24) as f32;

@@ -1,4 +1,4 @@
-//! Trajectories prepared for the nets: same columns, no gaps, row-major in time, with or without actions.
+//! Trajectories prepared for the nets: equal columns, no gaps, row-major in time.
 
 use crate::TrainerError;
 use augsim_data::Dataset;
@@ -56,8 +56,8 @@ impl Sequences {
     /// Extracts the named state and action columns of a data set.
     ///
     /// # Errors
-    /// [`TrainerError`] if a column or a value is missing, a trajectory has fewer than two samples, or there is
-    /// no trajectory.
+    /// [`TrainerError`] if a column or a value is missing, a trajectory has fewer than two samples, or there
+    /// is no trajectory.
     pub fn with_actions(dataset: &Dataset, columns: &[&str], actions: &[&str]) -> Result<Self, TrainerError> {
         // The time is stored apart from the columns, hence `None`.
         let index = |name: &&str| (*name != TIME_COLUMN).then(|| dataset.column_index(name)).transpose();

@@ -78,10 +78,11 @@ impl Settings {
     ///
     /// Roll-outs are corrected for pushing, rates for systems of equations, single steps otherwise.
     ///
-    /// The bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of the 10,000 iterations, batch 100, two
-    /// GRU layers of 16 units, latent 4. Planar pushing (section IV-B): halved every tenth of the 50,000 iterations, feature
-    /// extractors of 32 and 16, latent 16, learned deviations. Hybrid+ (not in the paper): rate 3e-3, 32 units, one
-    /// latent of 2 per trajectory, or of 4 per push together with a GRU over the features of the roll-out.
+    /// The bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of the 10,000 iterations,
+    /// batch 100, two GRU layers of 16 units, latent 4. Planar pushing (section IV-B): halved every tenth of
+    /// the 50,000 iterations, feature extractors of 32 and 16, latent 16, learned deviations. Hybrid+ (not in
+    /// the paper): rate 3e-3, 32 units, one latent of 2 per trajectory, or of 4 per push together with a GRU
+    /// over the features of the roll-out.
     pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Self {
         let pushing = engine.pushing().is_some();
         if let Some(class) = recipe.class() {
@@ -119,9 +120,9 @@ impl Settings {
 
     /// Upper bound of the net's number of parameters, in floating point because integers could overflow.
     ///
-    /// Let w = units + latent + 64, the 64 for all other inputs of a layer (states, conditions, extractors of at
-    /// most 32). Three recurrent nets of three gates have fewer than 9 w^2 parameters per layer; the remaining 7 w^2
-    /// cover heads, extractors and biases.
+    /// Let w = units + latent + 64, the 64 for all other inputs of a layer (states, conditions, extractors of
+    /// at most 32). Three recurrent nets of three gates have fewer than 9 w^2 parameters per layer; the
+    /// remaining 7 w^2 cover heads, extractors and biases.
     fn max_parameters(&self) -> f64 {
         let NetSettings { hidden, layers, latent, .. } = self.net;
         let width = hidden as f64 + latent as f64 + 64.0;
@@ -216,7 +217,7 @@ impl Settings {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: oversized nets are rejected before they are built, by an upper bound of the number of parameters.
+    //! Contract: oversized nets are rejected before they are built.
     use super::*;
     use crate::nets::Net;
     use augsim_data::random_stream;

@@ -1,4 +1,4 @@
-//! A trained net for control loops: predicts one step at a time, without allocation after the first step.
+//! A trained net for control loops: predicts one step at a time, without allocation.
 
 use crate::engine::Engine;
 use crate::models::NetModel;
@@ -13,7 +13,7 @@ use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use augsim_tensor::kernels::normal::NormalLanes;
 
-/// Steps a trained net along one trajectory; for nets that correct single steps of an engine without actions.
+/// Steps a net along one trajectory; for nets that correct single steps without actions.
 #[derive(Debug)]
 pub struct Stepper {
     seed: u64,
@@ -69,10 +69,11 @@ pub struct Next<'a> {
 }
 
 impl Stepper {
-    /// Creates a stepper for a trained model, at trajectory 0 with the initial state 0; see [`begin`](Self::begin).
+    /// Creates a stepper for a trained model, at trajectory 0 with the initial state 0.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] for nets that do not correct single steps, need actions, or are not fully trained.
+    /// [`TrainerError::Foreign`] for nets that do not correct single steps, need actions, or are not fully
+    /// trained.
     pub fn new(model: &NetModel) -> Result<Self, TrainerError> {
         let settings = &model.state().settings;
         if settings.correction != Correction::Step || !settings.engine.action_columns().is_empty() {
@@ -139,7 +140,8 @@ impl Stepper {
                 r.noise = normals(self.seed, "forecast", index << 32, 1);
                 r.initial_state.copy_from_slice(start);
                 self.physics.copy_from_slice(start);
-                // The first sample is the given start, so the prediction for it is dropped; only the recurrent state matters.
+                // The first sample is the given start, so the prediction for it is dropped; only the
+                // recurrent state matters.
                 r.advance(&self.physics, &self.scales, &mut self.mean);
             }
             Kind::Stepwise(s) => {
@@ -150,7 +152,9 @@ impl Stepper {
         Ok(())
     }
 
-    /// Predicts the distribution of the state one step after `state [S]`, by default after the last given state.
+    /// Predicts the distribution of the state one step after `state [S]`.
+    ///
+    /// `None` stands for the current state.
     ///
     /// The paper's nets ignore `state`: they continue the roll-out from the start of the trajectory. Unlike a
     /// forecast of Hybrid+, the distribution is not restricted by the ground and energy limits of the ball.

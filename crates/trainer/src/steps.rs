@@ -1,8 +1,8 @@
-//! Targets and conditions for nets that correct single physics steps, and for the paper's nets, which predict states.
+//! Targets and conditions for Hybrid+ (corrections of single physics steps) and the paper's nets.
 //!
 //! With s_t the state, f_p the physics step and j a state column:
-//! 1. unit k_j = correction_j (|f_p(s_t)_j - s_tj| / step_j + 0.05), with step_j and correction_j root mean squares
-//!    over the training set (of physics steps, and of corrections in units of the bracket)
+//! 1. unit k_j = correction_j (|f_p(s_t)_j - s_tj| / step_j + 0.05), with step_j and correction_j root mean
+//!    squares over the training set (of physics steps, and of corrections in units of the bracket)
 //! 2. target x_tj = (s_{t+1,j} - f_p(s_t)_j) / k_j
 
 use crate::engine::Engine;
@@ -11,7 +11,9 @@ use crate::recipe::Recipe;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 
-/// Gain of the asinh-compressed features: resolves about a thousandth of a column's standard deviation near 0.
+/// Gain of the asinh-compressed features.
+///
+/// Resolves about a thousandth of a column's standard deviation near 0.
 const ASINH_GAIN: f64 = 500.0;
 
 /// Number of features per state column.
@@ -73,10 +75,10 @@ pub(crate) fn fit_with(step_of: &Step<'_>, train: &Sequences) -> Scales {
 }
 
 impl Scales {
-    /// Unit of the correction of column `j` for a physics step from `now` to `next` (formula 1 of this file).
+    /// Unit of the correction of column `j` for a physics step from `now` to `next` (formula 1).
     ///
-    /// It grows with the physics step, so that errors of restitution (rare large steps) and of drag (many small
-    /// steps) have similar size in the loss.
+    /// It grows with the physics step, so that errors of restitution (rare large steps) and of drag (many
+    /// small steps) have similar size in the loss.
     pub(crate) fn unit(&self, j: usize, now: &[f64], next: &[f64]) -> f64 {
         self.unit_of(j, next[j] - now[j])
     }
@@ -94,8 +96,8 @@ impl Scales {
 
     /// Writes the features of a physics step from `now` to `next` to `out [5 S]`.
     ///
-    /// Per column: both states in standard units, both compressed by asinh, which resolves small values near 0
-    /// (a ball about to come to rest), and the step relative to its root mean square.
+    /// Per column: both states in standard units, both compressed by asinh, which resolves small values near
+    /// 0 (a ball about to come to rest), and the step relative to its root mean square.
     pub(crate) fn write_features(&self, now: &[f64], next: &[f64], out: &mut [f32]) {
         for j in 0..now.len() {
             let ([now_standard, now_asinh], [next_standard, next_asinh]) =
@@ -114,7 +116,7 @@ pub(crate) struct StepReading {
 }
 
 impl StepReading {
-    /// Writes the features of the step from `now` to `next` to `row`, followed by its sensitivities `[P, S]`.
+    /// Writes the features of a physics step to `row`, followed by its sensitivities `[P, S]`.
     ///
     /// The sensitivities are the changes of the step by trajectory-specific physics parameters
     /// ([`Engine::own_changes`]), in units of corrections. `from` and `to` are the actions before and after.
@@ -138,8 +140,8 @@ impl StepReading {
 
 /// Inverse hyperbolic sine, fast for |x| > 1.
 ///
-/// There ln(|x| + sqrt(x^2 + 1)) is exact to single precision and takes 33 % of the time of the library function,
-/// which used to take half of a particle filter's time. Near 0 that formula would cancel.
+/// There ln(|x| + sqrt(x^2 + 1)) is exact to single precision and takes 33 % of the time of the library
+/// function, which used to take half of a particle filter's time. Near 0 that formula would cancel.
 pub(crate) fn asinh(x: f64) -> f64 {
     let size = x.abs();
     if size > 1.0 { (size + (size * size + 1.0).sqrt()).ln().copysign(x) } else { x.asinh() }
@@ -155,7 +157,9 @@ pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     }
 }
 
-/// Computes targets and conditions of a whole trajectory, one row per sample (paper's nets) or step (Hybrid+).
+/// Computes targets and conditions of a whole trajectory.
+///
+/// One row per sample (paper's nets) or per step (Hybrid+).
 pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequence) -> Prepared {
     let s = q.states.len() / q.time;
     match recipe {
@@ -183,8 +187,9 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
     }
 }
 
-/// Computes the conditions `[time, U]` of the paper's nets from the initial state: s_0, and for Hybrid also the
-/// physics roll-out.
+/// Computes the conditions `[time, U]` of the paper's nets from the initial state.
+///
+/// These are s_0, and for Hybrid also the physics roll-out.
 pub(crate) fn conditions(
     recipe: Recipe,
     engine: &Engine,

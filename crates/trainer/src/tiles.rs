@@ -1,5 +1,7 @@
-//! Batch tiles, the units of parallel work. The batch alone determines the tiles, and their gradients are added in
-//! tile order, so that a run gives the same bits on any number of threads.
+//! Batch tiles, the units of parallel work.
+//!
+//! The batch alone determines the tiles, and their gradients are added in tile order, so that a run gives the
+//! same bits on any number of threads.
 
 use crate::nets::{Losses, Net, Tile};
 use crate::noise::normals;
@@ -39,7 +41,7 @@ impl Trainable for Net {
     }
 }
 
-/// Parts of the loss, summed over the trajectories of a tile: divergence and negative log-likelihood, nats.
+/// Divergence and negative log-likelihood, nats, summed over the trajectories of a tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct TileLoss {
     pub kl: f64,
@@ -53,7 +55,7 @@ pub(crate) struct TileResult {
     pub loss: TileLoss,
 }
 
-/// Sums the gradients of tiles into `grads` in tile order; returns the sum of their losses times `scale`.
+/// Sums the gradients of tiles in tile order; returns the sum of their losses times `scale`.
 pub(crate) fn gather<'t>(
     tiles: impl IntoIterator<Item = &'t TileResult>,
     scale: f64,
@@ -111,8 +113,8 @@ pub(crate) struct Shared<'a> {
 impl Workspace {
     /// Processes the trajectories `items` (indices into the training set) in tiles.
     ///
-    /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed since
-    /// the start of training, so that no stream is used twice.
+    /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed
+    /// since the start of training, so that no stream is used twice.
     pub fn run_all(&mut self, shared: Shared<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
         let mut results = std::mem::take(&mut self.results);
         results.resize_with(items.len().div_ceil(TILE), TileResult::default);
@@ -144,7 +146,8 @@ impl Workspace {
         let loss = net.differentiate(&mut self.tape, &self.bound, tile, scale)?;
         params.gather_grads(&self.tape, &self.bound, &mut result.grads);
         result.loss = TileLoss { kl: f64::from(loss.kl), misfit: f64::from(loss.misfit) };
-        // Resetting here as well makes the first iteration allocate all that the tape needs to recycle its buffers.
+        // Resetting here as well makes the first iteration allocate all that the tape needs to recycle its
+        // buffers.
         self.tape.reset();
         Ok(())
     }

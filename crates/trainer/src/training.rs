@@ -1,4 +1,4 @@
-//! The training loop: batches, parallel gradients, optimiser steps, and the state that a checkpoint holds.
+//! The training loop, and the state that a checkpoint holds.
 
 use crate::difference::Difference;
 use crate::featuriser::{Featuriser, fits};
@@ -188,7 +188,7 @@ impl Training {
         &self.state
     }
 
-    /// Ends training: fits the distribution of the latent and, for equations, the shrinkage of the corrections.
+    /// Ends training: fits the latent distribution and, for equations, the shrinkage factors.
     ///
     /// # Errors
     /// [`TrainerError`] if the net cannot be run.
@@ -216,7 +216,9 @@ impl Training {
         &self.params
     }
 
-    /// Runs one iteration: loss and gradient of a batch, one optimiser step. Directly fitted classes are fitted.
+    /// Runs one iteration: loss and gradient of a batch, one optimiser step.
+    ///
+    /// A directly fitted class is fitted instead.
     ///
     /// # Errors
     /// [`TrainerError::Diverged`] if loss or gradient is not finite; the parameters are then unchanged.
@@ -245,7 +247,8 @@ impl Training {
             self.order_epoch = Some(epoch);
         }
         let start = (iteration % per_epoch) as usize * batch;
-        // Sorting by length puts similar lengths into one tile, which is only as long as its longest trajectory.
+        // Sorting by length puts similar lengths into one tile, which is only as long as its longest
+        // trajectory.
         let positions = self.order[start..start + batch].iter().enumerate();
         self.batch.clear();
         self.batch.extend(positions.map(|(position, &item)| (self.prepared[item].time, position, item)));
@@ -256,8 +259,8 @@ impl Training {
         let (net, params, all, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
         let shared = Shared { net, params, all, scale, seed };
-        // Consecutive tiles share a workspace; the workspace does not affect a tile's result. The last tile may be a
-        // narrow one, so the rounding gives the later shares more tiles.
+        // Consecutive tiles share a workspace; the workspace does not affect a tile's result. The last tile
+        // may be a narrow one, so the rounding gives the later shares more tiles.
         let tiles = batch.div_ceil(TILE);
         let shares = tiles.min(rayon::current_num_threads());
         self.workspaces.resize_with(shares, Workspace::default);
@@ -278,7 +281,7 @@ impl Training {
     }
 }
 
-/// Cuts records of a system of equations into training segments and held-out records; `None` for other engines.
+/// Cuts records of equations into training segments and held-out records; else `None`.
 fn cut_records(settings: &Settings, train: &Sequences) -> Option<Pieces> {
     // Corrections of league classes are not shrunk, so nothing is held out of their training.
     settings.engine.rates().map(|_| pieces(train, settings.recipe.class().is_none()))

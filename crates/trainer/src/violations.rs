@@ -1,11 +1,13 @@
-//! Physical violations in sampled trajectories: a ball below the ground or gaining energy in a rebound, a rod that
-//! penetrates the object, an object that moves before contact.
+//! Physical violations in sampled trajectories of a ball or a push.
+//!
+//! A ball below the ground or gaining energy in a rebound; a rod that penetrates the object, an object that
+//! moves before contact.
 
 use crate::engine::{Engine, ModelPush};
 use crate::{Samples, Task};
 use augsim_physics::push::Pose;
 
-/// Tolerated ground penetration, m: penetration that the engine's solver accepts, plus rounding of sensors.
+/// Tolerated ground penetration, m: the engine's solver accepts some, and sensors round.
 const PENETRATION_TOLERANCE_M: f64 = 1e-3;
 /// Tolerated energy gain of a rebound by rounding, J/kg.
 const ENERGY_TOLERANCE: f64 = 1e-2;
@@ -17,8 +19,9 @@ pub(crate) const TOUCH_M: f64 = 7e-4;
 pub enum Violations {
     /// A ball over flat ground.
     Ball {
-        /// Share of states deeper than one time step at the highest possible speed, which is how deep a
-        /// time-stepping engine may let the ball sink.
+        /// Share of states deeper than one time step at the highest possible speed.
+        ///
+        /// That is how deep a time-stepping engine may let the ball sink.
         under_share: f64,
         /// Mean excess depth over those states, m; 0 without any.
         under_m: f64,
@@ -36,7 +39,7 @@ pub enum Violations {
     },
 }
 
-/// Measures the violations of a forecast; `None` for systems other than a ball over flat ground or pushing.
+/// Measures the violations of a forecast of a ball over flat ground or a push; else `None`.
 pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<Violations> {
     if let Some(push) = engine.pushing() {
         return Some(push_violations(push, task, samples));
@@ -70,7 +73,8 @@ impl BallLimits {
 
     /// Largest energy, J/kg, after a rebound from the state `before`.
     ///
-    /// Exceeds the energy of `before`, because PyBullet's ball keeps falling within the step before it rebounds.
+    /// Exceeds the energy of `before`, because PyBullet's ball keeps falling within the step before it
+    /// rebounds.
     fn max_energy(&self, before: [f64; 2]) -> f64 {
         self.energy(before) + self.gravity * self.step_s * before[1].abs()
     }
@@ -82,8 +86,9 @@ impl BallLimits {
 
     /// Moves the state `after` to the nearest one that the bounds allow as a successor of `before`.
     ///
-    /// If the engine has effects of a model file, a state may go as far as `expected`, the engine's own step. For
-    /// PyBullet's ball it may not, because that engine adds energy when it pushes the ball out of the ground.
+    /// If the engine has effects of a model file, a state may go as far as `expected`, the engine's own step.
+    /// For PyBullet's ball it may not, because that engine adds energy when it pushes the ball out of the
+    /// ground.
     pub fn allowed(&self, before: [f64; 2], expected: [f64; 2], after: [f64; 2]) -> [f64; 2] {
         let (mut lowest, mut max_energy) = (self.ground_m - self.max_depth, self.max_energy(before));
         if self.has_effects {
@@ -129,7 +134,7 @@ fn ball_violations(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Vi
     }
 }
 
-/// Computes the gap between the rod at sample `t` and the object at a pose, m, and the direction from object to rod.
+/// Computes gap, m, and direction from object to rod, for the rod at sample `t` and an object pose.
 ///
 /// The gap is negative if they overlap.
 pub(crate) fn gap(push: &ModelPush, task: &Task<'_>, t: usize, [x, y, angle]: [f64; 3]) -> (f64, [f64; 2]) {
@@ -204,7 +209,8 @@ mod tests {
 
     #[test]
     fn depth_and_energy_gains_agree_with_hand_calculation() {
-        // Half of the states are 0.5 m below the ground; one step at the highest speed from 1 m is 4.427 m/s / 60.
+        // Half of the states are 0.5 m below the ground; one step at the highest speed from 1 m is 4.427 m/s
+        // / 60.
         let Violations::Ball { under_share, under_m, gain_share } = drop(vec![1.0, -3.0, -0.5, 4.0]) else {
             panic!("a ball")
         };

@@ -1,10 +1,12 @@
-//! Physics with parameters fitted by least squares and a noise model: the baseline for every stochastic model.
+//! Physics with parameters fitted by least squares, and a noise model.
 //!
-//! 1. x_j(t) = f_j(t) + sqrt(b_j) W(t) xi_j + sqrt(a_j) eps_jt, with f the roll-out of the fitted physics, xi_j and
-//!    eps_jt standard normal, and W(t) the path length of the roll-out up to t (m; for a push plus c times the angle
-//!    turned).
-//! 2. So the error has variance a_j + b_j W^2. xi_j is drawn once per trajectory, because the effect of a wrong friction
-//!    persists; eps_jt is drawn per sample.
+//! This is the baseline for every stochastic model.
+//!
+//! 1. x_j(t) = f_j(t) + sqrt(b_j) W(t) xi_j + sqrt(a_j) eps_jt, with f the roll-out of the fitted physics,
+//!    xi_j and eps_jt standard normal, and W(t) the path length of the roll-out up to t (m; for a push plus c
+//!    times the angle turned).
+//! 2. So the error has variance a_j + b_j W^2. xi_j is drawn once per trajectory, because the effect of a
+//!    wrong friction persists; eps_jt is drawn per sample.
 //! 3. a_j and b_j are fitted by iteratively reweighted least squares of the squared errors on W^2.
 
 use super::{Class, Defaults, Fitted, Kind, Trained};
@@ -57,7 +59,9 @@ struct Calibrated {
 /// Lower and upper bound of a free parameter.
 type Bounds = [f64; 2];
 
-/// Bounds of the free parameters of an engine. For a push only their number counts: `calibrate` has its own bounds.
+/// Bounds of the free parameters of an engine.
+///
+/// For a push only their number counts, because `calibrate` has its own bounds.
 fn parameter_bounds(engine: &Engine) -> Vec<Bounds> {
     match engine {
         Engine::PybulletBall(_) => vec![[0.0, 1.0], [0.0, 0.2]],
@@ -127,10 +131,11 @@ fn standard_deviations(train: &Sequences) -> Vec<f64> {
         .collect()
 }
 
-/// Fits the free parameters of a ball by coordinate-wise grid and golden-section search, then by a simplex.
+/// Fits the free parameters of a ball by grid and golden-section search, then by a simplex.
 ///
-/// The squared error of a bouncing ball has many local minima, where gradient methods get stuck, and a narrow valley
-/// along which restitution and damping compensate each other, which coordinate-wise search cannot follow.
+/// The squared error of a bouncing ball has many local minima, where gradient methods get stuck, and a narrow
+/// valley along which restitution and damping compensate each other, which coordinate-wise search cannot
+/// follow.
 fn search(engine: &Engine, train: &Sequences) -> Result<Vec<f64>, TrainerError> {
     let (bounds, sd) = (parameter_bounds(engine), standard_deviations(train));
     let mut best: Vec<f64> = match engine {
@@ -229,7 +234,8 @@ fn simplex(
 
 /// Computes the path length W of a roll-out `[time, S]` up to each sample, m.
 ///
-/// For a push the path of the position plus `length_m` times the angle turned; for a ball the path of its position.
+/// For a push the path of the position plus `length_m` times the angle turned; for a ball the path of its
+/// position.
 fn path_lengths(path: &[f64], states: usize, length_m: Option<f64>) -> Vec<f64> {
     let mut total = 0.0;
     let rows: Vec<&[f64]> = path.chunks_exact(states).collect();
@@ -248,8 +254,9 @@ fn path_lengths(path: &[f64], states: usize, length_m: Option<f64>) -> Vec<f64> 
 
 /// Fits the variances [a, b] of pairs (error, path length W), where the error has variance a + b W^2.
 ///
-/// Squared errors are regressed on W^2 with weights (a + b W^2)^-2, the inverse variance of a squared normal error up
-/// to a constant, and the weights are updated in each iteration. Both variances are constrained to be non-negative.
+/// Squared errors are regressed on W^2 with weights (a + b W^2)^-2, the inverse variance of a squared normal
+/// error up to a constant, and the weights are updated in each iteration. Both variances are constrained to
+/// be non-negative.
 fn noise_variances(errors: &[(f64, f64)]) -> [f64; 2] {
     let mean = errors.iter().map(|(e, _)| e * e).sum::<f64>() / errors.len().max(1) as f64;
     let mean_w2 = errors.iter().map(|(_, w)| w * w).sum::<f64>() / errors.len().max(1) as f64;

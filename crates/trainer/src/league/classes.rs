@@ -9,7 +9,7 @@ use super::{
 use crate::recipe::Recipe;
 
 impl Recipe {
-    /// League class of the recipe; `None` for the paper's nets, Hybrid+ and Neural+, which are in [`crate::nets`].
+    /// League class of the recipe; `None` for the nets in [`crate::nets`].
     pub(crate) fn class(self) -> Option<&'static Class> {
         Some(match self {
             Recipe::PhysicsCalibrated => &CALIBRATED,

@@ -1,4 +1,4 @@
-//! Quasi-static contact model of one stride of a push, for classes that replace parameters of the analytical model.
+//! Quasi-static contact model of one stride of a push, with replaceable friction and contact.
 
 use crate::engine::ModelPush;
 use augsim_physics::Scalar as Real;

@@ -1,13 +1,17 @@
-//! The convex force-motion model (Zhou, Paolini, Bagnell, Mason, ICRA 2016): the limit surface of the support friction
-//! is a level set of a convex quartic polynomial instead of an ellipsoid.
+//! The convex force-motion model (Zhou, Paolini, Bagnell, Mason, ICRA 2016).
+//!
+//! The limit surface of the support friction is a level set of a convex quartic polynomial instead of an
+//! ellipsoid.
 //!
 //! The polynomial is H(F) = sum over k of (F' A_k F)^2 (`Quartic`), with A_k = L_k L_k' + ridge and L_k lower
-//! triangular. The published fit uses measured forces. Recordings of poses have none, so here the factors and the contact friction are
-//! fitted to the displacements of strides through the contact model, by robust least squares.
+//! triangular. The published fit uses measured forces. Recordings of poses have none, so here the factors and
+//! the contact friction are fitted to the displacements of strides through the contact model, by robust least
+//! squares.
 //!
 //! The second variant is stochastic (Zhou, Bagnell, Mason 2017): each roll-out draws the forms from a Wishart
-//! distribution around the fitted ones, and the contact friction from a log-normal distribution. The degrees of freedom
-//! and the standard deviation are those with the lowest CRPS of the final poses of training pushes.
+//! distribution around the fitted ones, and the contact friction from a log-normal distribution. The degrees
+//! of freedom and the standard deviation are those with the lowest CRPS of the final poses of training
+//! pushes.
 
 use super::contact::Contact;
 use super::strides::{self, CorrectionSampler, ROD_MOTION_WIDTH, rod_motions};
@@ -75,9 +79,9 @@ fn form(factor: &[f64]) -> Form {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| dot(&l[i], &l[j]) + if i == j { RIDGE } else { 0.0 }))
 }
 
-/// Draws a form from the Wishart distribution with mean L L' and n degrees of freedom: L G (L G)' / n + ridge.
+/// Draws a form L G (L G)' / n + ridge from the Wishart distribution with mean L L'.
 ///
-/// G is `[3, n]` with standard normal entries.
+/// n is the number of degrees of freedom, and G is `[3, n]` with standard normal entries.
 fn draw_form(factor: &[f64], degrees: usize, rng: &mut Xoshiro256PlusPlus) -> Form {
     let mut gram = [[0.0; 3]; 3];
     for _ in 0..degrees {
@@ -110,7 +114,7 @@ impl FrictionModel {
         FrictionModel { quartic, friction: values[UNKNOWNS - 1].exp() }
     }
 
-    /// Draws a model around the fitted values, with (degrees of freedom, standard deviation of ln friction).
+    /// Draws a model around the fitted values; the spread is (degrees of freedom, sd of ln friction).
     fn draw(
         values: &[f64],
         c_m: f64,
@@ -125,7 +129,7 @@ impl FrictionModel {
         }
     }
 
-    /// Computes the displacement (m, m, rad) in the object's frame while the rod moves from `rod` by `travel`, m.
+    /// Computes the object's displacement (m, m, rad) while the rod moves from `rod` by `travel`, m.
     fn displacement(&self, contact: &Contact, rod: [f64; 2], travel: [f64; 2]) -> [f64; 3] {
         let support = Support::plain(Surface::Quartic { quartic: &self.quartic });
         contact.displacement(rod, travel, &support, &ContactFriction::coulomb(self.friction), None)
@@ -160,7 +164,9 @@ impl ConvexQuartic {
         settings.engine.pushing().map(Contact::of).ok_or_else(|| crate::Difference::OtherSystem.into())
     }
 
-    /// Computes the mean over pushes of the CRPS of the final pose, summed over its columns, m (angles times c).
+    /// Computes the mean over pushes of the CRPS of the final pose, m.
+    ///
+    /// The score is summed over the columns, that of the angle times c.
     fn final_pose_score(
         trained: Trained<'_>,
         contact: &Contact,
@@ -214,7 +220,8 @@ impl Fitted for ConvexQuartic {
             };
             strides.par_iter().step_by(stride).map(residual).collect()
         };
-        // Start near the declared ellipsoid, but with unequal terms: by symmetry equal terms would stay equal.
+        // Start near the declared ellipsoid, but with unequal terms: by symmetry equal terms would stay
+        // equal.
         let mut start = vec![0.85, 0.0, 0.85, 0.0, 0.0, 0.85, 0.5, 0.05, 0.45, -0.05, 0.05, 0.55];
         start.push(contact.friction.max(1e-3).ln());
         let found = DESCENT.run(start, &residuals);

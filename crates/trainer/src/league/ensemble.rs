@@ -1,5 +1,7 @@
-//! An ensemble of five probabilistic perceptrons, each trained on a bootstrap sample of the trajectories (PETS: Chua,
-//! Calandra, McAllister, Levine 2018). It predicts the next state, or the residual of a physics step.
+//! An ensemble of five probabilistic perceptrons (PETS).
+//!
+//! Chua, Calandra, McAllister, Levine 2018. Each is trained on a bootstrap sample of the trajectories, and
+//! predicts the next state or the residual of a physics step.
 //!
 //! A sampled trajectory uses one member for the whole roll-out (TS-infinity in the paper of PETS).
 

@@ -1,5 +1,6 @@
-//! A perceptron with two hidden layers that predicts the next state, or corrects a physics step: the paper's classes
-//! (b) and (c). Deterministic, trained on squared errors.
+//! A perceptron that predicts the next state, or corrects a physics step.
+//!
+//! The paper's classes (b) and (c), with two hidden layers. Deterministic, trained on squared errors.
 
 use super::strides::{self, CorrectionSampler};
 use super::{Class, Defaults, Extents, Kind, Learned, Trained, operands, zero};

@@ -1,13 +1,15 @@
-//! Gaussian processes for the residual of the contact model (Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts;
-//! here for pushing).
+//! Gaussian processes for the residual of the contact model.
 //!
-//! The target is the residual twist in the frame of the contact, per unit of the rod's travel. The inputs are the coordinates
-//! of the contact point along and across the side, the direction of the rod's motion, the used fraction of the
-//! friction cone, and the logarithm of the rod's speed.
+//! Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts; here for pushing.
 //!
-//! Three independent processes with one length scale per input (ARD) and constant noise, on at most [`MAX_POINTS`]
-//! strides. The forecast adds the residual to the physics at each stride: its mean, or a random draw. The variance of the
-//! draws is evaluated only along the mean path, because it costs O(points^2) and the samples stay close to each other.
+//! The target is the residual twist in the frame of the contact, per unit of the rod's travel. The inputs are
+//! the coordinates of the contact point along and across the side, the direction of the rod's motion, the
+//! used fraction of the friction cone, and the logarithm of the rod's speed.
+//!
+//! Three independent processes with one length scale per input (ARD) and constant noise, on at most
+//! [`MAX_POINTS`] strides. The forecast adds the residual to the physics at each stride: its mean, or a
+//! random draw. The variance of the draws is evaluated only along the mean path, because it costs O(points^2)
+//! and the samples stay close to each other.
 
 use super::strides::{Stride, split_into_strides, travel_before_contact};
 use super::{Class, Defaults, Fitted, Kind, Trained};
@@ -28,7 +30,9 @@ const MAX_POINTS: usize = 400;
 const INPUTS: usize = 5;
 /// Number of outputs, each with its own process.
 const OUTPUTS: usize = 3;
-/// Lower bound of the standard deviation of an input (in units of c, rad, or ln speed), below which it is rounding.
+/// Lower bound of the standard deviation of an input; smaller ones are rounding.
+///
+/// In units of c, rad or ln speed.
 const MIN_INPUT_SD: f64 = 1e-2;
 /// Number of hyperparameters of a kernel (their logarithms).
 const KERNEL: usize = INPUTS + 2;
@@ -51,7 +55,9 @@ pub(crate) static GP_RESIDUAL_MEAN: Class =
 struct GpResidual {
     /// Whether forecasts sample the residual, or use its mean.
     is_sampled: bool,
-    /// Processes, built from the parameters by the first forecast; the parameters do not change after training.
+    /// Processes, built from the parameters by the first forecast.
+    ///
+    /// The parameters do not change after training.
     processes: OnceLock<Option<Processes>>,
 }
 
@@ -79,7 +85,7 @@ struct ContactStride {
     physical: [f64; 3],
 }
 
-/// Computes inputs and physics prediction of a stride from a pose; `None` if the rod does not touch the object.
+/// Computes inputs and physics prediction of a stride; `None` without contact.
 fn contact_stride(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Option<ContactStride> {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -229,7 +235,8 @@ impl Fitted for GpResidual {
         };
         let mut rng = random_stream(settings.seed, "gp-residual", 1 + task.index);
         let start = [task.start[0], task.start[1], task.start[2]];
-        // With sampling, lane 0 is the mean path, on which the variance is evaluated; its poses are not returned.
+        // With sampling, lane 0 is the mean path, on which the variance is evaluated; its poses are not
+        // returned.
         let lanes = if self.is_sampled { samples + 1 } else { 1 };
         let mut now = vec![start; lanes];
         let mut values = vec![0.0_f32; task.time * 3 * samples];

@@ -78,8 +78,8 @@ impl ClassInputs {
 
 /// Appends the bootstrap weights of a trajectory, one per ensemble member, to its conditions.
 ///
-/// The weight is how often the member's bootstrap sample contains the trajectory: for many trajectories a Poisson
-/// number of mean 1.
+/// The weight is how often the member's bootstrap sample contains the trajectory: for many trajectories a
+/// Poisson number of mean 1.
 fn append_weights(p: Prepared, seed: u64, id: &str, members: usize) -> Prepared {
     let mut rng = random_stream(seed, "bootstrap", u64::from(crc32fast::hash(id.as_bytes())));
     let weights: Vec<f32> = match Poisson::new(1.0_f64) {

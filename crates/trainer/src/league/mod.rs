@@ -1,8 +1,9 @@
-//! The league: alternative model classes to compare Hybrid+ with, one file each, with loss or fit and forecast.
+//! The league: alternative model classes to compare Hybrid+ with, one file each.
 //!
-//! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class that is
-//! trained by gradients implements [`Learned`] and has a variant of [`LearnedNet`]; one that is fitted directly
-//! implements [`Fitted`]. Both are trained, saved, resumed and scored like every other recipe.
+//! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class
+//! that is trained by gradients implements [`Learned`] and has a variant of [`LearnedNet`]; one that is
+//! fitted directly implements [`Fitted`]. Both are trained, saved, resumed and scored like every other
+//! recipe.
 
 mod calibrated;
 mod classes;
@@ -161,8 +162,9 @@ pub trait Fitted: Debug + Send + Sync {
         false
     }
 
-    /// Fits the parameters to the training set; returns them in the order of [`parameters`](Self::parameters), with
-    /// the mean square residual.
+    /// Fits the parameters; returns them with the mean square residual.
+    ///
+    /// They are in the order of [`parameters`](Self::parameters).
     fn fit(&self, settings: &Settings, train: &Sequences) -> Result<(Vec<f64>, f64), TrainerError>;
 
     /// Samples `samples` trajectories for a task.
@@ -294,7 +296,8 @@ impl ClassNet {
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        // A deterministic class needs one sample, unless each sample has its own initial state (systems of equations).
+        // A deterministic class needs one sample, unless each sample has its own initial state (systems of
+        // equations).
         let has_one_start = task.start.len() == trained.settings.engine.columns().len();
         let samples = if self.is_deterministic() && has_one_start { 1 } else { samples };
         match self {
@@ -322,7 +325,9 @@ impl FittedNet {
     }
 }
 
-/// Records the Gaussian loss of a tile, weighted by the predicted variance (beta-NLL, beta = 1, Seitzer et al. 2022).
+/// Records the Gaussian loss of a tile, weighted by the predicted variance.
+///
+/// This is beta-NLL with beta = 1 (Seitzer et al. 2022).
 ///
 /// Without the weight nets predict a large variance at impacts and stop learning them, as Hybrid+ would.
 fn gaussian_loss<T: Scalar>(

@@ -1,9 +1,9 @@
-//! A net that predicts parameters of the analytical contact model instead of its errors (Kloss, Schaal, Bohg 2017).
+//! A net that predicts parameters of the analytical contact model (Kloss, Schaal, Bohg 2017).
 //!
-//! For each stride it predicts the ratio c, the contact friction, and offsets of contact point and normal, all bounded.
-//! The quasi-static model of Lynch, Maekawa and Tanie then gives the motion of the object. The net is trained end to end
-//! through the model, whose Jacobian comes from dual numbers. The second variant adds a learned error. Deterministic, as
-//! published.
+//! For each stride it predicts the ratio c, the contact friction, and offsets of contact point and normal,
+//! all bounded. The quasi-static model of Lynch, Maekawa and Tanie then gives the motion of the object. The
+//! net is trained end to end through the model, whose Jacobian comes from dual numbers. The second variant
+//! adds a learned error. Deterministic, as published.
 
 use super::contact::{Contact, ContactOffset};
 use super::strides::{self, CorrectionSampler, ROD_MOTION_WIDTH};
@@ -22,7 +22,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Number of predicted parameters of the contact model.
 const INPUTS: usize = 4;
-/// Largest change of ln c, of ln friction, of the contact point (in units of c), and of the normal (rad).
+/// Largest change of ln c, ln friction, contact point (in units of c) and normal (rad).
 const BOUNDS: [f64; INPUTS] = [1.0, 1.5, 0.2, 0.4];
 
 const fn class(with_error: bool) -> Class {
@@ -51,8 +51,8 @@ fn displacement<S: Real>(contact: &Contact, rod: [f64; 2], travel: [f64; 2], inp
 
 /// Computes displacements `[time, 3, lane]` and their Jacobian `[time, 3, INPUTS, lane]` by the inputs.
 ///
-/// For `inputs [time, INPUTS, lane]` and `rod_motion [time, ROD_MOTION_WIDTH, lane]`, whose last columns are the units
-/// of the results.
+/// For `inputs [time, INPUTS, lane]` and `rod_motion [time, ROD_MOTION_WIDTH, lane]`, whose last columns are
+/// the units of the results.
 fn displacements_with_jacobian<T: Scalar>(
     contact: &Contact,
     inputs: &[T],

@@ -1,5 +1,7 @@
-//! A recurrent net without latent that corrects a physics step, with learned standard deviations: the paper's class
-//! (d). The second variant predicts a mixture of Gaussians per step (Bishop 1994).
+//! A recurrent net without latent that corrects a physics step: the paper's class (d).
+//!
+//! Standard deviations are learned. The second variant predicts a mixture of Gaussians per step (Bishop
+//! 1994).
 
 use super::strides::{self, CorrectionSampler};
 use super::{Class, Defaults, Extents, Kind, Learned, Trained, gaussian_loss, operands, zero};

@@ -1,12 +1,12 @@
 //! SE3-Nets (Byravan, Fox 2017) in the plane, on points instead of images.
 //!
-//! Points on the object's outline, on the rod and on the table are assigned softly to [`BODIES`] bodies, and each body
-//! moves rigidly. With affinities a_b and rigid motions (R_b, d_b), a point p has the flow
+//! Points on the object's outline, on the rod and on the table are assigned softly to [`BODIES`] bodies, and
+//! each body moves rigidly. With affinities a_b and rigid motions (R_b, d_b), a point p has the flow
 //! 1. flow(p) = sum over b of softmax(a)_b (R_b p + d_b - p).
 //!
-//! The net uses no physics and learns the assignment from the flows alone. It is trained on the flow of all points over
-//! a stride; deterministic, as published. The forecast is the rigid motion closest (least squares) to the predicted flow
-//! of the outline.
+//! The net uses no physics and learns the assignment from the flows alone. It is trained on the flow of all
+//! points over a stride; deterministic, as published. The forecast is the rigid motion closest (least
+//! squares) to the predicted flow of the outline.
 
 use super::strides::{self, CorrectionSampler, ROD_MOTION_WIDTH};
 use super::{Class, Defaults, Extents, Kind, Learned, Trained, zero};
@@ -206,7 +206,9 @@ impl<'a, T: Scalar> Rows<'a, T> {
         self.rod_motion.len() / (ROD_MOTION_WIDTH * self.lanes).max(1)
     }
 
-    /// Position and travel of the rod, and units of the corrections, which are 0 beyond the end of a trajectory.
+    /// Position and travel of the rod, and units of the corrections.
+    ///
+    /// Units are 0 beyond the end of a trajectory.
     fn row(&self, t: usize, lane: usize) -> ([f64; 2], [f64; 2], [f64; 3]) {
         let value = |k: usize| self.rod_motion[(t * ROD_MOTION_WIDTH + k) * self.lanes + lane].to_f64();
         ([value(0), value(1)], [value(2), value(3)], [value(4), value(5), value(6)])
@@ -286,7 +288,7 @@ impl Learned for RigidFlow {
     }
 }
 
-/// One point of each row, in units of c, and its true flow, in units of the corrections, `[time, 2, lane]` each.
+/// One point of each row, in units of c, and its true flow, in units of the corrections.
 struct PointFlow<T> {
     point: Vec<T>,
     flow: Vec<T>,
@@ -392,8 +394,7 @@ impl CorrectionSampler for Runner<'_> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a rigid motion is recovered from its flow, points are even on the outline, and the Jacobian of the
-    //! flow agrees with finite differences.
+    //! Contract: rigid motions are recovered from flows, points are even, the Jacobian is right.
     use super::*;
 
     #[test]

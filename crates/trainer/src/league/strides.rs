@@ -1,9 +1,9 @@
-//! Features, targets and roll-outs of classes that predict one step at a time: sample steps of a ball, strides of a push.
+//! Features, targets and roll-outs of classes that predict single steps, or strides of a push.
 //!
-//! A stride is a segment of a push in which the rod travels [`STRIDE_M`]. Single samples would be too short: the noise of
-//! a pose (0.3 mm) is as large as the motion of a slow rod per sample. Between the ends of a stride, poses are
-//! interpolated by the rod's travel. Features and targets are in the object's frame at the start of the stride, so that a
-//! forecast does not depend on the position on the table.
+//! A stride is a segment of a push in which the rod travels [`STRIDE_M`]. Single samples would be too short:
+//! the noise of a pose (0.3 mm) is as large as the motion of a slow rod per sample. Between the ends of a
+//! stride, poses are interpolated by the rod's travel. Features and targets are in the object's frame at the
+//! start of the stride, so that a forecast does not depend on the position on the table.
 
 use super::trained::Trained;
 use crate::engine::{Engine, ModelPush, WrittenMotion};
@@ -21,7 +21,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Travel of the rod in a stride, m.
 const STRIDE_M: f64 = 8e-3;
-/// Limit to which features are clipped, in standard units, because larger values do not occur in training.
+/// Limit to which features are clipped, in standard units; training has no larger ones.
 const FEATURE_LIMIT: f64 = 6.0;
 /// Smallest scale that is not rounding error.
 const MIN_SCALE: f64 = 1e-9;
@@ -32,7 +32,7 @@ const PHYSICS_FEATURES: usize = 6;
 
 /// Samples the correction of one step, for many trajectories at once.
 pub(crate) trait CorrectionSampler {
-    /// Writes corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`; noise comes from `rng`.
+    /// Writes corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`.
     fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
 
     /// Whether the features must be followed by the columns of [`rod_motion_row`].
@@ -44,7 +44,7 @@ pub(crate) trait CorrectionSampler {
 /// Width of [`rod_motion_row`].
 pub(crate) const ROD_MOTION_WIDTH: usize = 7;
 
-/// Position and travel of the rod in the object's frame, m, then the units of the corrections (m, m, rad).
+/// Position and travel of the rod in the object's frame, m, and units of the corrections.
 fn rod_motion_row(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; ROD_MOTION_WIDTH] {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -313,7 +313,7 @@ impl Stride<'_> {
         [self.actions[3 * t], self.actions[3 * t + 1], self.actions[3 * t + 2]]
     }
 
-    /// Iterates over the samples after the first with the fraction of the stride's object motion done by then.
+    /// Iterates over the samples after the first, with the fraction of the object's motion by then.
     ///
     /// The object moves in proportion to the rod's travel after contact, which happens at the fraction
     /// `free_fraction` of the travel. If the rod rests, the fraction of time replaces that of travel.
@@ -336,7 +336,7 @@ impl Stride<'_> {
     }
 }
 
-/// Fraction of a stride's travel before the rod touches the resting object; 0 for contact at once or never.
+/// Fraction of a stride's travel before contact with the resting object; 0 if always or never.
 pub(crate) fn travel_before_contact(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -404,10 +404,12 @@ pub(crate) fn rod_motions(q: &Sequence) -> Vec<RodMotion> {
     split_into_strides(&q.actions).into_iter().map(rod_motion).collect()
 }
 
-/// Computes the features of a stride from a pose, and the displacement that the physics predicts (0 without physics).
+/// Computes the features of a stride, and the displacement that the physics predicts.
 ///
-/// `before` is the displacement in the previous stride, which shows whether the object coasts; a pose does not.
-/// Lengths are divided by c.
+/// The displacement is 0 without physics.
+///
+/// `before` is the displacement in the previous stride, which shows whether the object coasts; a pose does
+/// not. Lengths are divided by c.
 fn push_features(
     push: &ModelPush,
     physics: bool,

@@ -1,7 +1,7 @@
 //! Whole trajectories in standard units, for nets that predict states directly.
 //!
-//! The states are those of a ball, or the displacement of a pushed object in the frame of its initial pose. The
-//! condition is the initial state (for a push, the rod's path), with physics also the physics roll-out.
+//! The states are those of a ball, or the displacement of a pushed object in the frame of its initial pose.
+//! The condition is the initial state (for a push, the rod's path), with physics also the physics roll-out.
 
 use super::trained::Trained;
 use crate::prepared::Prepared;
@@ -94,7 +94,7 @@ impl StandardTask {
         StandardTask { u, initial_state, push: None }
     }
 
-    /// Converts trajectories `[time, S, sample]` to units of the data, and sets their first state to the given one.
+    /// Converts trajectories `[time, S, sample]` to units of the data, and fixes their first state.
     pub fn restore(
         &self,
         trained: Trained<'_>,

@@ -1,16 +1,17 @@
-//! The variational recurrent net of Chung et al. (NeurIPS 2015), optionally conditioned on the physics roll-out. The
-//! paper's decoupled net is derived from it.
+//! The variational recurrent net of Chung et al. (NeurIPS 2015).
+//!
+//! Optionally conditioned on the physics roll-out. The paper's decoupled net is derived from it.
 //!
 //! The initial state x_0 is given: h_0 = GRU(phi_x(x_0)). At every later step t:
 //! 1. prior p(z_t) = N(mu_p, sd_p)(h_{t-1}, phi_u(u_t))
 //! 2. encoder q(z_t | x_t) = N(mu_q, sd_q)(phi_x(x_t), h_{t-1}, phi_u(u_t)), in training only
 //! 3. decoder p(x_t) = N(mu, sd)(phi_z(z_t), h_{t-1})
 //! 4. h_t = GRU(phi_x(x_t), phi_z(z_t), phi_u(u_t); h_{t-1})
-//! 5. loss = sum over t of KL(q || p) - ln p(x_t), with, for each latent,
-//!    KL(N(m, s) || N(n, r)) = ln(r / s) + (s^2 + (m - n)^2) / (2 r^2) - 1/2
+//! 5. loss = sum over t of KL(q || p) - ln p(x_t), with, for each latent, KL(N(m, s) || N(n, r)) = ln(r / s)
+//!    + (s^2 + (m - n)^2) / (2 r^2) - 1/2
 //!
-//! Encoder and prior read the same h. So, unlike in the decoupled net, the divergence bounds the information in z.
-//! Without condition phi_u is omitted.
+//! Encoder and prior read the same h. So, unlike in the decoupled net, the divergence bounds the information
+//! in z. Without condition phi_u is omitted.
 
 use super::trajectories::StandardTask;
 use super::{Class, Defaults, Extents, Kind, Learned, Trained, operands, zero};

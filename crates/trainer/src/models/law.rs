@@ -1,4 +1,6 @@
-//! The true distribution of the generated drops as a forecaster. No forecast from s_0 can be better calibrated.
+//! The true distribution of the generated drops as a forecaster.
+//!
+//! No forecast from s_0 can be better calibrated.
 
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;

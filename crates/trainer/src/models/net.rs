@@ -59,7 +59,9 @@ impl NetModel {
         &self.state
     }
 
-    /// Samples reconstructions `[time, S, sample]` of a trajectory, which the encoder observes. Not a prediction.
+    /// Samples reconstructions `[time, S, sample]`; the encoder observes the trajectory.
+    ///
+    /// Not a prediction.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] for nets that can only forecast; [`TrainerError`] if the net cannot be run.

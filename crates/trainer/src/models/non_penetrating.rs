@@ -1,13 +1,16 @@
 //! A forecaster of pushes whose sampled poses satisfy the non-penetration constraint.
 //!
-//! Measured poses carry noise, so even measured pushes overlap with the rod and move before contact. A constrained
-//! forecast cannot contain that noise, so its prediction bands cover fewer measured poses. The league shows both rows.
+//! Measured poses carry noise, so even measured pushes overlap with the rod and move before contact. A
+//! constrained forecast cannot contain that noise, so its prediction bands cover fewer measured poses. The
+//! league shows both rows.
 
 use crate::engine::ModelPush;
 use crate::violations::{TOUCH_M, gap};
 use crate::{Difference, Engine, Forecaster, Samples, Task, TrainerError};
 
-/// Maximum number of projections of a pose. One suffices at a side; at a corner the nearest point may change.
+/// Maximum number of projections of a pose.
+///
+/// One suffices at a side; at a corner the nearest point may change.
 const MAX_PROJECTIONS: usize = 4;
 
 /// Wraps a forecaster of pushes: the object rests until contact and never overlaps with the rod.
@@ -44,7 +47,7 @@ impl<F: Forecaster> Forecaster for Apart<'_, F> {
     }
 }
 
-/// Projects sampled poses `[time, 3, sample]` on the nearest poses without overlap or motion before contact.
+/// Projects sampled poses `[time, 3, sample]`: no overlap, and no motion before contact.
 fn project_poses(push: &ModelPush, task: Task<'_>, samples: &mut Samples) {
     let n = samples.count;
     let start = [task.start[0], task.start[1], task.start[2]];

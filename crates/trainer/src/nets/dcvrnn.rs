@@ -1,14 +1,16 @@
-//! The decoupled conditional variational recurrent net, DCVRNN (paper, section III): three recurrent nets whose
-//! states do not depend on each other's outputs, so that each processes a whole sequence at once.
+//! The decoupled conditional variational recurrent net, DCVRNN (paper, section III).
+//!
+//! Three recurrent nets whose states do not depend on each other's outputs, so that each processes a whole
+//! sequence at once.
 //!
 //! 1. encoder: GRU(x_t, u_t, eps_t) gives mu_z, sigma_z; z_t = mu_z + eps_t sigma_z
 //! 2. prior: GRU(u_t, eps_t) gives mu_0, sigma_0; in a forecast z_t = mu_0 + eps_t sigma_0
 //! 3. decoder: GRU(z_t) gives mu_x (and sigma_x, if it is learned)
 //! 4. loss = sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln p(x_t | z_t), without constant terms
 //!
-//! x_t, u_t and z_t first pass through feature extractors (phi_x, phi_u, phi_z), which are the identity for the ball.
-//! As in the paper, the same eps_t enters encoder, prior and z_t. So the divergence is conditional on eps and does not
-//! bound the information in z; the crate's README explains the effect on forecasts.
+//! x_t, u_t and z_t first pass through feature extractors (phi_x, phi_u, phi_z), which are the identity for
+//! the ball. As in the paper, the same eps_t enters encoder, prior and z_t. So the divergence is conditional
+//! on eps and does not bound the information in z; the crate's README explains the effect on forecasts.
 
 use super::tile::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
@@ -58,7 +60,7 @@ impl Extractors {
     pub const PUSH: Extractors = Extractors { x: &[32, 16], u: &[32, 16], z: &[16] };
 }
 
-/// The DCVRNN: ids of its parameters, named as in PyTorch (`enc.gru.weight_ih_l0`, `enc.mean.weight`, ...).
+/// The DCVRNN: ids of its parameters, named as in PyTorch (`enc.gru.weight_ih_l0`, ...).
 #[derive(Debug, Clone)]
 pub struct Dcvrnn {
     sizes: DcvrnnSizes,
@@ -137,7 +139,9 @@ impl Dcvrnn {
         GenerativeParts { prior, prior_head: *prior_head, decoder: &self.decoder, mean, std }
     }
 
-    /// Records posterior, prior and decoder for `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
+    /// Records posterior, prior and decoder.
+    ///
+    /// For `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
     ///
     /// # Errors
     /// [`TensorError`] if the shapes do not match the net's sizes.
@@ -176,8 +180,8 @@ impl Dcvrnn {
 
     /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
     ///
-    /// Same values as [`Dcvrnn::loss`], but prior and decoder are differentiated and dropped from the tape one after
-    /// the other, which saves 33 % of the memory of a tile.
+    /// Same values as [`Dcvrnn::loss`], but prior and decoder are differentiated and dropped from the tape
+    /// one after the other, which saves 33 % of the memory of a tile.
     ///
     /// # Errors
     /// [`TensorError`] if the tile's shapes do not match the net's sizes.

@@ -35,7 +35,8 @@ impl Net {
     /// Builds the net of `settings` for states of `state` columns, and registers its parameters.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
         let condition = width(settings, state);
-        // For systems of equations only some rates (those of force and flow equations) are corrected, not all states.
+        // For systems of equations only some rates (those of force and flow equations) are corrected, not all
+        // states.
         let state = settings.engine.rates().map_or(state, WrittenMotion::corrected);
         if let Some(class) = settings.recipe.class() {
             return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));

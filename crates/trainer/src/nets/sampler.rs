@@ -4,7 +4,7 @@ use super::Dcvrnn;
 use augsim_nn::Params;
 use augsim_nn::inference::{DrawRunner, GruRunner, LinearRunner, SdRunner};
 
-/// Samples trajectories, one per lane, from the prior and decoder of a [`Dcvrnn`], keeping the recurrent states.
+/// Samples trajectories, one per lane, from prior and decoder of a [`Dcvrnn`].
 ///
 /// Nothing is allocated after construction.
 ///
@@ -75,7 +75,9 @@ impl DcvrnnSampler {
         self.decoder.reset();
     }
 
-    /// Advances by the steps of the conditions `u [steps, U, lane]` with standard normal `eps [steps, L, lane]`.
+    /// Advances by the steps of conditions `u [steps, U, lane]`.
+    ///
+    /// `eps [steps, L, lane]` are standard normal draws.
     ///
     /// The length of `eps` determines the number of steps.
     pub fn advance(&mut self, u: &[f32], eps: &[f32]) -> Predicted<'_> {

@@ -67,7 +67,7 @@ impl StepRunner {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the runner agrees with the tape, with and without physics parameters that the latent shifts.
+    //! Contract: the runner agrees with the tape, with and without shifted physics parameters.
     use super::*;
     use crate::nets::StepwiseSizes;
     use augsim_data::random_stream;

@@ -1,44 +1,54 @@
-//! Hybrid+: corrects physics step by step, with one latent per trajectory and learned standard deviations.
+//! Hybrid+: corrects physics step by step, with one latent per trajectory.
 //!
-//! The paper's net rolls the physics out from s_0 and corrects the whole curve. This net instead corrects one physics
-//! step f_p at a time, from the last predicted state:
-//! 1. s_{t+1} ~ N(f_p(s_t) + k_t mu(c_t, w), (k_t sigma(c_t, w))^2), with c_t features of s_t and f_p(s_t), and a unit
-//!    k_t that grows with the size of the physics step (`steps.rs`).
+//! The paper's net rolls the physics out from s_0 and corrects the whole curve. This net instead corrects one
+//! physics step f_p at a time, from the last predicted state:
+//! 1. s_{t+1} ~ N(f_p(s_t) + k_t mu(c_t, w), (k_t sigma(c_t, w))^2), with c_t features of s_t and f_p(s_t),
+//!    and a unit k_t that grows with the size of the physics step (`steps.rs`).
 //!
-//! The latent w stands for properties that differ between trajectories and are not observable at t = 0, such as the
-//! restitution. During training an encoder infers q(w | trajectory). A forecast draws w from a Gaussian fitted to the
-//! posteriors of the training set (ex-post density estimation, Ghosh et al. 2020), not from N(0, I): the divergence of
-//! one latent has little weight against the likelihood of hundreds of steps, so the posteriors do not match N(0, I).
+//! The latent w stands for properties that differ between trajectories and are not observable at t = 0, such
+//! as the restitution. During training an encoder infers q(w | trajectory). A forecast draws w from a
+//! Gaussian fitted to the posteriors of the training set (ex-post density estimation, Ghosh et al. 2020), not
+//! from N(0, I): the divergence of one latent has little weight against the likelihood of hundreds of steps,
+//! so the posteriors do not match N(0, I).
 //!
-//! If the engine has the derivative d_p f_p of a step by a trajectory-specific physics parameter p (the restitution):
-//! 2. mu has the additional term sum over p of (A w + b)_p d_p f_p / k_t, so that the product of restitution and impact
-//!    speed comes from the physics and need not be learned by the perceptron. The encoder additionally reads the
-//!    regression coefficient of the corrections on d_p f_p.
+//! If the engine has the derivative d_p f_p of a step by a trajectory-specific physics parameter p (the
+//! restitution):
+//! 2. mu has the additional term sum over p of (A w + b)_p d_p f_p / k_t, so that the product of restitution
+//!    and impact speed comes from the physics and need not be learned by the perceptron. The encoder
+//!    additionally reads the regression coefficient of the corrections on d_p f_p.
 //!
 //! Loss, without constant terms:
-//! 3. lambda KL(q(w | trajectory) || N(0, I)) - sum over t of v_t ln p(s_{t+1} | s_t, w), with v_t the predicted
-//!    variance, treated as a constant (beta-NLL with beta = 1, Seitzer et al. 2022). With v_t = 1 the net predicts a
-//!    large variance at impacts, stops learning them and ignores w: 53 % error on the ball instead of 19 %.
+//! 3. lambda KL(q(w | trajectory) || N(0, I)) - sum over t of v_t ln p(s_{t+1} | s_t, w), with v_t the
+//!    predicted variance, treated as a constant (beta-NLL with beta = 1, Seitzer et al. 2022). With v_t = 1
+//!    the net predicts a large variance at impacts, stops learning them and ignores w: 53 % error on the ball
+//!    instead of 19 %.
 //!
-//! With a memory (pushing) a GRU processes the features first, and the whole physics roll-out is corrected instead of
-//! one step, because measured poses are too noisy to start a step from and do not contain the object's velocity.
+//! With a memory (pushing) a GRU processes the features first, and the whole physics roll-out is corrected
+//! instead of one step, because measured poses are too noisy to start a step from and do not contain the
+//! object's velocity.
 
 use super::tile::{LossVars, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Weight lambda of the divergence in the loss; small because the variance-weighted likelihood is small too.
+/// Weight lambda of the divergence; small because the weighted likelihood is small too.
 const KL_WEIGHT: f64 = 0.01;
-/// Weight lambda with a memory. Larger, so that the latent does not encode what the roll-out already shows.
+/// Weight lambda with a memory.
+///
+/// Larger, so that the latent does not encode what the roll-out already shows.
 ///
 /// With 0.01 the forecast errors of 2,000 pushes are 1.5 mm instead of 1.3 mm.
 const KL_WEIGHT_MEMORY: f64 = 0.3;
-/// Weight lambda if the latent shifts physics parameters. Smaller, because posterior noise becomes decoder error.
+/// Weight lambda if the latent shifts physics parameters.
+///
+/// Smaller, because the noise of the posterior becomes an error of the decoder.
 ///
 /// With 0.01 that noise alone gives an error of 0.01 m/s at an impact.
 const KL_WEIGHT_PHYSICS: f64 = 0.001;
 
-/// Ridge of the regression on d_p f_p, for trajectories without sensitivity (a ball that never touches the ground).
+/// Ridge of the regression on d_p f_p, for trajectories without sensitivity.
+///
+/// For example a ball that never touches the ground.
 const REGRESSION_RIDGE: f64 = 1e-6;
 
 /// Sizes of a [`Stepwise`].
@@ -54,12 +64,13 @@ pub struct StepwiseSizes {
     pub hidden: usize,
     /// Lower bound that is added to learned standard deviations, in units of the corrections.
     pub sd_floor: f64,
-    /// Number P of physics parameters that the latent shifts; the last P S features are the derivatives d_p f_p.
+    /// Number P of physics parameters that the latent shifts.
+    ///
+    /// The last P S features are the derivatives d_p f_p.
     pub physics_parameters: usize,
 }
 
-/// The Hybrid+ net: an encoder with attention pooling over the steps of a trajectory, and a perceptron that corrects
-/// a step.
+/// The Hybrid+ net: an encoder with attention pooling over steps, and a perceptron as decoder.
 #[derive(Debug, Clone)]
 pub struct Stepwise {
     sizes: StepwiseSizes,
@@ -158,7 +169,9 @@ impl Stepwise {
         Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, misfit })
     }
 
-    /// Passes features `u [time, U, lanes]` through the memory, if any: its states are `[time, hidden, lanes]`.
+    /// Passes features `u [time, U, lanes]` through the memory, if any.
+    ///
+    /// The result is `[time, hidden, lanes]` with a memory, else `u`.
     ///
     /// # Errors
     /// [`TensorError`] if the shapes do not match the net's sizes.
@@ -174,7 +187,7 @@ impl Stepwise {
         }
     }
 
-    /// Records the posterior of w `[1, L, lanes]` given corrections `x` and inputs `u` of a whole trajectory.
+    /// Records the posterior of w `[1, L, lanes]` given corrections `x` and inputs `u`.
     ///
     /// Used for training and reconstruction only; `u` comes from [`read_features`](Self::read_features).
     ///
@@ -216,8 +229,9 @@ impl Stepwise {
         tape.slice(u, 1, first, first + state)
     }
 
-    /// Records the distribution of corrections `[time, S, lanes]` for inputs `u [time, U, lanes]` and latents
-    /// `w [1, L, lanes]`.
+    /// Records the distribution of corrections `[time, S, lanes]`.
+    ///
+    /// For inputs `u [time, U, lanes]` and latents `w [1, L, lanes]`.
     ///
     /// # Errors
     /// [`TensorError`] if the shapes do not match the net's sizes.
@@ -260,7 +274,7 @@ impl Stepwise {
     }
 }
 
-/// Records the least-squares coefficient `[1, 1, lanes]` of corrections `x [time, S, lanes]` on `derivative`.
+/// Records the regression coefficient `[1, 1, lanes]` of `x [time, S, lanes]` on `derivative`.
 fn regression<T: Scalar>(tape: &mut Tape<T>, x: Var, derivative: Var) -> Result<Var, TensorError> {
     let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
         let product = tape.mul(a, b)?;

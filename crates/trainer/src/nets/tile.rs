@@ -15,7 +15,9 @@ pub struct Tile<'a, T> {
     pub u: &'a [T],
     /// Standard normal draws `[rows, L, lanes]`, with as many rows as [`super::Net::noise_rows`] returns.
     pub eps: &'a [T],
-    /// Mask `[time, 1, lanes]`: 1 for samples, 0 beyond the end of shorter trajectories; empty for equal lengths.
+    /// Mask `[time, 1, lanes]`: 1 for samples, 0 beyond the end of shorter trajectories.
+    ///
+    /// Empty if all lengths are equal.
     pub mask: &'a [T],
 }
 

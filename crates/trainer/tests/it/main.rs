@@ -1,4 +1,4 @@
-//! The integration tests of this crate in one binary, so that the crate is linked only once; each file is a module.
+//! The integration tests of this crate, in one binary that links the crate once.
 
 // Physics engines that nets correct.
 mod model_engine;

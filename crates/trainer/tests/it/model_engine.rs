@@ -1,9 +1,9 @@
 //! Contract: the engine of a model file agrees with the simulator of that model.
 //!
-//! Its roll-out is one run of the exact engine over the whole drop, contacts of finite duration included. Its single
-//! steps follow the same curve, because the effects depend on the state alone. Sensor effects and random effects are left
-//! out; effects that depend on anything but height and velocity are rejected. A model of pushing keeps its effects.
-//! Configurations (TOML) and checkpoints restore the same engine.
+//! Its roll-out is one run of the exact engine over the whole drop, contacts of finite duration included. Its
+//! single steps follow the same curve, because the effects depend on the state alone. Sensor effects and
+//! random effects are left out; effects that depend on anything but height and velocity are rejected. A model
+//! of pushing keeps its effects. Configurations (TOML) and checkpoints restore the same engine.
 
 use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
@@ -92,10 +92,10 @@ fn a_rollout_equals_the_simulation_of_the_whole_drop() {
 
 #[test]
 fn single_steps_agree_with_the_simulation() {
-    // Without drag every flight has a closed form. With drag it is integrated in steps of h = 0.05 s and sampled by cubic
-    // interpolation. At s = h / 3 the velocity of the cubic has an error of 2 s (h - s) (h - 2 s) / 24 times the fourth
-    // derivative of the height, which is at most 6 m/s^4 with this drag: 5e-6 m/s per step, 2e-3 m/s in 400 steps. A wrong
-    // bounce would give an error of metres per second.
+    // Without drag every flight has a closed form. With drag it is integrated in steps of h = 0.05 s and
+    // sampled by cubic interpolation. At s = h / 3 the velocity of the cubic has an error of 2 s (h - s) (h -
+    // 2 s) / 24 times the fourth derivative of the height, which is at most 6 m/s^4 with this drag: 5e-6 m/s
+    // per step, 2e-3 m/s in 400 steps. A wrong bounce would give an error of metres per second.
     for (effects, bound) in [(&[][..], 1e-9), (&[SPEED], 1e-9), (&[DRAG, SPEED], 2e-3)] {
         let (got, want) = (stepped(&engine(effects)), simulated(effects));
         let worst = largest_difference(&got, &want);
@@ -138,7 +138,8 @@ fn a_throw_agrees_with_the_exact_engine_along_its_axes() {
     assert!(largest_difference(&engine.rollout(&start, &[], TIME), &want) <= 1e-12);
     let text = toml::to_string(&engine).expect("TOML");
     assert_eq!(toml::from_str::<Engine>(&text).expect("the same engine"), engine);
-    // A horizontal effect needs a throw's states instead of a height alone; an effect of the spin is in neither.
+    // A horizontal effect needs a throw's states instead of a height alone; an effect of the spin is in
+    // neither.
     let friction = model(&["[[effect]]\nkind = \"horizontal-acceleration\"\na_m_s2 = 0.1\n"]);
     assert!(SystemEngine::new(&ModelFile::Ball(friction.clone()), Some(STEP_S)).is_err());
     assert!(ThrowEngine::new(&friction, Room::Plane, STEP_S).is_ok());

@@ -46,7 +46,8 @@ fn steps_of_hybrid_plus_have_the_distribution_of_its_forecasts() {
     let model = trained(Recipe::HybridPlus);
     let (start, samples) = ([4.5, -0.3], 4000);
     let mut stepper = Stepper::new(&model).expect("a stepper");
-    // A one-sample forecast of trajectory `index` has the latent of the stepper, so it differs by the step noise alone.
+    // A one-sample forecast of trajectory `index` has the latent of the stepper, so it differs by the step
+    // noise alone.
     let (mut mean, mut square) = ([0.0; 2], [0.0; 2]);
     for index in 0..samples {
         stepper.begin(&start, index).expect("a start");

@@ -1,5 +1,6 @@
-//! Contract: the latent of Hybrid+ shifts the restitution of the physics. So a filtered forecast is accurate after the
-//! first rebound, even for a restitution outside the range of the training set.
+//! Contract: Hybrid+ filters drops with restitutions outside the range of its training set.
+//!
+//! Its latent shifts the restitution of the physics, so that one rebound identifies it.
 
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
@@ -36,7 +37,7 @@ fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
     let prior = (&sensor, &StartLaw::of(&drops));
     let scores = evaluate_filtered(&model, &test, prior, &lengths, FilterSettings::new(256, 1));
     let score = scores.expect("forecasts").remove(0);
-    // Measured: 0.03 m. A perceptron that has to learn the product of latent and speed has an error of 0.14 m after the
-    // same training.
+    // Measured: 0.03 m. A perceptron that has to learn the product of latent and speed has an error of 0.14 m
+    // after the same training.
     assert!(score.rest[0] < 0.05, "{:.4} m", score.rest[0]);
 }

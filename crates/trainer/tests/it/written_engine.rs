@@ -1,7 +1,8 @@
 //! Contract: the engine of a system of equations agrees with its simulator, inputs and events included.
 //!
-//! Nets correct the rates of its force and flow equations only, so that a position stays the integral of its velocity.
-//! State bounds and events hold for any correction of a net. Configurations (TOML) and checkpoints restore the same engine.
+//! Nets correct the rates of its force and flow equations only, so that a position stays the integral of its
+//! velocity. State bounds and events hold for any correction of a net. Configurations (TOML) and checkpoints
+//! restore the same engine.
 
 use augsim_nn::checkpoint;
 use augsim_trainer::{
