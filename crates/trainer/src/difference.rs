@@ -49,12 +49,12 @@ pub enum Difference {
     Unfinished,
     /// Reconstruction was requested of a net that corrects roll-outs or rates, or has no latent.
     #[error("nets for pushes or equations and nets without a latent can only forecast, not reconstruct")]
-    OnlyForecasts,
+    NotReconstructable,
     /// Single steps were requested of a net that forecasts whole trajectories only.
     #[error(
         "only the recipes neural, hybrid, hybrid-standardised and hybrid-plus of a ball can be stepped; forecast whole trajectories with this one"
     )]
-    OnlyRollouts,
+    NotSteppable,
     /// Filtering was requested of a net other than one with step corrections and one latent per trajectory.
     #[error(
         "filtered forecasts need a net that corrects single steps with one latent per trajectory (hybrid-plus of a ball)"

@@ -3,8 +3,8 @@
 //! A measure is a run of neighbouring state columns with the same unit, such as x and y of a position. Its
 //! error is the Euclidean norm over its columns; for a single column, the absolute error.
 //! 1. Paper's metrics: mean error of a point estimate, absolute and as a percentage of the first measure.
-//! 2. CRPS (continuous ranked probability score, fair estimator; Gneiting and Raftery 2007): mean_i |x_i - y|
-//!    - sum_{i<j} |x_i - x_j| / (m (m - 1)) for m samples x_i and the measured value y.
+//! 2. CRPS (continuous ranked probability score, fair estimator; Gneiting and Raftery 2007) of m samples x_i
+//!    and the measured value y: mean_i |x_i - y| minus sum_{i<j} |x_i - x_j| / (m (m - 1)).
 //! 3. Coverage: how often the measured value is in the central 50 and 90 % bands of the samples.
 //!
 //! States are compared in the frame of the data. Lengths and angles do not depend on the frame; percentages

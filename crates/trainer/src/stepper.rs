@@ -77,11 +77,11 @@ impl Stepper {
     pub fn new(model: &NetModel) -> Result<Self, TrainerError> {
         let settings = &model.state().settings;
         if settings.correction != Correction::Step || !settings.engine.action_columns().is_empty() {
-            return Err(Difference::OnlyRollouts.into());
+            return Err(Difference::NotSteppable.into());
         }
         let states = settings.engine.columns().len();
         let kind = match model.net() {
-            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => return Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => {
                 let sizes = net.sizes();
                 Kind::Recurrent(Box::new(RecurrentStepper {

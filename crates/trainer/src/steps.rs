@@ -118,8 +118,9 @@ pub(crate) struct StepReading {
 impl StepReading {
     /// Writes the features of a physics step to `row`, followed by its sensitivities `[P, S]`.
     ///
-    /// The sensitivities are the changes of the step by trajectory-specific physics parameters
-    /// ([`Engine::own_changes`]), in units of corrections. `from` and `to` are the actions before and after.
+    /// A sensitivity is the first-order change of the step per typical spread of a trajectory-specific
+    /// physics parameter ([`Engine::own_changes`]), in units of corrections. `from` and `to` are the actions
+    /// before and after.
     pub(crate) fn write(
         &mut self,
         (engine, scales): (&Engine, &Scales),

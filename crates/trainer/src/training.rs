@@ -148,7 +148,7 @@ impl Training {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
         check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
-        let (net, params) = net_of(&state)?;
+        let (net, params) = rebuild_net(&state)?;
         let featuriser = Featuriser::of(&state.settings)?;
         let fit_data = net.is_fitted().then(|| train.clone());
         let segments = cut_records(&state.settings, train);
@@ -291,7 +291,7 @@ fn cut_records(settings: &Settings, train: &Sequences) -> Option<Pieces> {
 ///
 /// # Errors
 /// [`TrainerError::Foreign`] if settings, columns, scales or the number of parameters are inconsistent.
-pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
+pub fn rebuild_net(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
     // A corrupt file may hold any sizes, so they are checked before memory is allocated.
     state.settings.check().map_err(|e| Difference::Settings(Box::new(e)))?;
     if state.columns != state.settings.engine.columns() {

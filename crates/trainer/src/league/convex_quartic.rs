@@ -152,8 +152,8 @@ impl CorrectionSampler for ModelPerLane<'_> {
         let rod_motion = &u[u.len() - ROD_MOTION_WIDTH * lanes..];
         for (lane, model) in self.models.iter().enumerate() {
             let value = |k: usize| f64::from(rod_motion[k * lanes + lane]);
-            let moved = model.displacement(self.contact, [value(0), value(1)], [value(2), value(3)]);
-            (0..3).for_each(|j| out[j * lanes + lane] = (moved[j] / value(4 + j)) as f32);
+            let displacement = model.displacement(self.contact, [value(0), value(1)], [value(2), value(3)]);
+            (0..3).for_each(|j| out[j * lanes + lane] = (displacement[j] / value(4 + j)) as f32);
         }
     }
 }
@@ -214,9 +214,9 @@ impl Fitted for ConvexQuartic {
         let residuals = |values: &[f64]| -> Vec<Block> {
             let model = FrictionModel::fitted(values, contact.c_m);
             let residual = |s: &strides::RodMotion| -> Block {
-                let moved = model.displacement(&contact, s.rod, s.travel);
+                let displacement = model.displacement(&contact, s.rod, s.travel);
                 let unit = [1.0, 1.0, contact.c_m];
-                (0..3).map(|j| unit[j] * (moved[j] - s.moved[j])).collect()
+                (0..3).map(|j| unit[j] * (displacement[j] - s.displacement[j])).collect()
             };
             strides.par_iter().step_by(stride).map(residual).collect()
         };

@@ -176,8 +176,8 @@ impl Fitted for GpResidual {
             for stride in split_into_strides(&q.actions) {
                 let pose = [0, 1, 2].map(|j| q.state(stride.first)[j]);
                 let Some(contact) = contact_stride(push, &pose, &stride) else { continue };
-                let moved = StartFrame::new(&pose, 0.0).pose(q.state(stride.last));
-                let residual = [0, 1, 2].map(|j| (moved[j] - contact.physical[j]) / contact.travel_m);
+                let displacement = StartFrame::new(&pose, 0.0).pose(q.state(stride.last));
+                let residual = [0, 1, 2].map(|j| (displacement[j] - contact.physical[j]) / contact.travel_m);
                 // The inverse rotation, into the contact frame.
                 let [normal, tangent] = to_object_frame(-contact.normal, [residual[0], residual[1]]);
                 rows.push((contact.input, [normal, tangent, push.c_m() * residual[2]]));
@@ -245,7 +245,7 @@ impl Fitted for GpResidual {
             let mut sd = [0.0; OUTPUTS];
             for (lane, now) in now.iter_mut().enumerate() {
                 let pose = *now;
-                let moved = match contact_stride(push, &pose, &stride) {
+                let displacement = match contact_stride(push, &pose, &stride) {
                     None => [0.0; 3],
                     Some(contact) => {
                         let x = processes.standardise(&contact.input);
@@ -264,7 +264,7 @@ impl Fitted for GpResidual {
                         [px + x, py + y, angle + residual[2] / push.c_m()]
                     }
                 };
-                let next = StartFrame::new(&pose, 0.0).pose_back(moved);
+                let next = StartFrame::new(&pose, 0.0).pose_back(displacement);
                 if lane + 1 > lanes - samples {
                     let sample = lane + samples - lanes;
                     let free_fraction = travel_before_contact(push, &pose, &stride);

@@ -304,9 +304,9 @@ impl<T: Scalar> PointFlow<T> {
             for lane in 0..lanes {
                 let (_, travel, unit) = rows.row(t, lane);
                 let (owner, point) = rows.point(t, lane, k);
-                let moved = [0, 1, 2].map(|j| x[(t * 3 + j) * lanes + lane].to_f64() * unit[j]);
+                let displacement = [0, 1, 2].map(|j| x[(t * 3 + j) * lanes + lane].to_f64() * unit[j]);
                 let flow = match owner {
-                    Owner::Object => flow(point, &[0.0], &moved, [1.0; MOTION]),
+                    Owner::Object => flow(point, &[0.0], &displacement, [1.0; MOTION]),
                     Owner::Rod => travel,
                     Owner::Table => [0.0; 2],
                 };
@@ -386,8 +386,8 @@ impl CorrectionSampler for Runner<'_> {
             }
         }
         for (lane, flows) in flows.iter().enumerate() {
-            let moved = closest_rigid_motion(&self.scene.outline, flows);
-            (0..3).for_each(|j| out[j * lanes + lane] = (moved[j] / unit(j, lane)) as f32);
+            let motion = closest_rigid_motion(&self.scene.outline, flows);
+            (0..3).for_each(|j| out[j * lanes + lane] = (motion[j] / unit(j, lane)) as f32);
         }
     }
 }
@@ -417,12 +417,12 @@ mod tests {
         let dual: [Dual<INPUTS>; INPUTS] = std::array::from_fn(|i| Dual::variable(inputs[i], i));
         let with_jacobian = flow([0.03, -0.02], &dual[..BODIES], &dual[BODIES..], [0.01, 0.01, 0.2]);
         for i in 0..INPUTS {
-            let moved = |sign: f64| {
+            let shifted = |sign: f64| {
                 let mut x = inputs;
                 x[i] += sign * 1e-5;
                 flow_at(&x)
             };
-            let (up, down) = (moved(1.0), moved(-1.0));
+            let (up, down) = (shifted(1.0), shifted(-1.0));
             for j in 0..2 {
                 let expected = (up[j] - down[j]) / 2e-5;
                 assert!((with_jacobian[j].d[i] - expected).abs() < 1e-9, "{i} {j}");

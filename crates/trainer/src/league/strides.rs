@@ -274,18 +274,18 @@ fn roll_out_push(
     (0..3).for_each(|j| values[j * samples..][..samples].fill(start[j] as f32));
     for stride in split_into_strides(task.actions) {
         for lane in 0..samples {
-            let (features, moved) = push_features(push, physics, &now[lane], &before[lane], &stride);
-            physical[lane] = moved;
+            let (features, displacement) = push_features(push, physics, &now[lane], &before[lane], &stride);
+            physical[lane] = displacement;
             let rod_motion = needs_rod_motion.then(|| rod_motion_row(scales, &now[lane], &stride));
             let row = standardised(scales, &features).chain(rod_motion.into_iter().flatten());
             u[lane..].iter_mut().step_by(samples).zip(row).for_each(|(slot, v)| *slot = v);
         }
         sampler.sample(&u, rng, &mut correction);
         for lane in 0..samples {
-            let moved = [0, 1, 2].map(|j| {
+            let displacement = [0, 1, 2].map(|j| {
                 physical[lane][j] + scales.correction[j] * f64::from(correction[j * samples + lane])
             });
-            let next = StartFrame::new(&now[lane], 0.0).pose_back(moved);
+            let next = StartFrame::new(&now[lane], 0.0).pose_back(displacement);
             let free_fraction = travel_before_contact(push, &now[lane], &stride);
             for (t, fraction) in stride.motion_fractions(free_fraction) {
                 for j in 0..3 {
@@ -293,7 +293,7 @@ fn roll_out_push(
                     values[(t * 3 + j) * samples + lane] = v as f32;
                 }
             }
-            (now[lane], before[lane]) = (next, moved);
+            (now[lane], before[lane]) = (next, displacement);
         }
     }
     Samples { count: samples, values }
@@ -336,7 +336,9 @@ impl Stride<'_> {
     }
 }
 
-/// Fraction of a stride's travel before contact with the resting object; 0 if always or never.
+/// Fraction of a stride's travel before the rod touches the resting object.
+///
+/// 0 if they are in contact from the start, or never.
 pub(crate) fn travel_before_contact(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -373,9 +375,9 @@ fn for_each_stride(push: &ModelPush, physics: bool, q: &Sequence, mut visit: imp
     for stride in split_into_strides(&q.actions) {
         let now = pose(stride.first);
         let (u, physical) = push_features(push, physics, &now, &before, &stride);
-        let moved = StartFrame::new(&now, 0.0).pose(&pose(stride.last));
-        visit(&u, [0, 1, 2].map(|j| moved[j] - physical[j]));
-        before = moved;
+        let displacement = StartFrame::new(&now, 0.0).pose(&pose(stride.last));
+        visit(&u, [0, 1, 2].map(|j| displacement[j] - physical[j]));
+        before = displacement;
     }
 }
 
@@ -387,7 +389,7 @@ pub(crate) struct RodMotion {
     /// Travel of the rod, m.
     pub travel: [f64; 2],
     /// Displacement of the object, m, m, rad.
-    pub moved: [f64; 3],
+    pub displacement: [f64; 3],
 }
 
 /// Extracts the motions of rod and object in all strides of a measured push.
@@ -398,7 +400,7 @@ pub(crate) fn rod_motions(q: &Sequence) -> Vec<RodMotion> {
         RodMotion {
             rod: frame.point([a[0], a[1]]),
             travel: frame.vector([b[0] - a[0], b[1] - a[1]]),
-            moved: frame.pose(q.state(stride.last)),
+            displacement: frame.pose(q.state(stride.last)),
         }
     };
     split_into_strides(&q.actions).into_iter().map(rod_motion).collect()
@@ -441,9 +443,9 @@ fn push_features(
     }
     let path = push.follow(pose, &[a, b].concat());
     let Some(((end, _), (_, instant))) = path.last().zip(path.first()) else { return (u, [0.0; 3]) };
-    let moved = frame.pose(&[end.position[0], end.position[1], end.angle]);
+    let displacement = frame.pose(&[end.position[0], end.position[1], end.angle]);
     let inward = instant.outward.map(|n| -n);
     let gap = (instant.gap / (0.03 * c)).clamp(-3.0, 3.0).tanh();
-    u.extend([moved[0] / c, moved[1] / c, moved[2], inward[0], inward[1], gap]);
-    (u, moved)
+    u.extend([displacement[0] / c, displacement[1] / c, displacement[2], inward[0], inward[1], gap]);
+    (u, displacement)
 }

@@ -16,7 +16,7 @@ use crate::recipe::Recipe;
 use crate::sequences::Sequence;
 use crate::settings::Correction;
 use crate::steps::{StepReading, conditions};
-use crate::training::{TrainingState, net_of};
+use crate::training::{TrainingState, rebuild_net};
 use crate::violations::BallLimits;
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
@@ -50,7 +50,7 @@ impl NetModel {
     /// # Errors
     /// [`TrainerError::Foreign`] if the state is inconsistent.
     pub fn new(state: TrainingState) -> Result<Self, TrainerError> {
-        let (net, params) = net_of(&state)?;
+        let (net, params) = rebuild_net(&state)?;
         Ok(NetModel { state, net, params })
     }
 
@@ -68,11 +68,11 @@ impl NetModel {
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         if settings.correction != Correction::Step {
-            return Err(Difference::OnlyForecasts.into());
+            return Err(Difference::NotReconstructable.into());
         }
         let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
         match &self.net {
-            Net::Class(_) => Err(Difference::OnlyForecasts.into()),
+            Net::Class(_) => Err(Difference::NotReconstructable.into()),
             Net::Dcvrnn(net) => {
                 let (mut tape, bound) = self.frozen_tape()?;
                 let x =
@@ -179,7 +179,7 @@ impl NetModel {
         let mut values = vec![0.0_f32; time * s * samples];
         let mut now: Vec<f64> = start.repeat(samples);
         let mut next = now.clone();
-        let mut moved = vec![0.0; s];
+        let mut corrected = vec![0.0; s];
         let (mut row, mut reading) = (vec![0.0_f32; sizes.condition], StepReading::default());
         let mut u = vec![0.0_f32; sizes.condition * samples];
         for t in 0..time {
@@ -214,14 +214,14 @@ impl NetModel {
                     };
                     let correction = f64::from(mean[index]) + f64::from(sd[index]) * draw;
                     let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
-                    moved[j] = to[j] + scales.unit(j, from, to) * correction;
+                    corrected[j] = to[j] + scales.unit(j, from, to) * correction;
                 }
-                if let (Some(limits), [height, velocity]) = (&limits, &mut moved[..]) {
+                if let (Some(limits), [height, velocity]) = (&limits, &mut corrected[..]) {
                     let (from, expected) = (&now[sample * s..][..s], &next[sample * s..][..s]);
                     let [from, expected] = [from, expected].map(|v| [v[0], v[1]]);
                     [*height, *velocity] = limits.allowed(from, expected, [*height, *velocity]);
                 }
-                now[sample * s..][..s].copy_from_slice(&moved);
+                now[sample * s..][..s].copy_from_slice(&corrected);
             }
         }
         Ok(Samples { count: samples, values })
@@ -279,7 +279,7 @@ impl NetModel {
         let (time, width) = (condition.time, condition.width);
         let (mut tape, bound) = self.frozen_tape()?;
         let (mean, sd) = match &self.net {
-            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => return Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => {
                 let latent = net.sizes().latent;
                 let u = tape.constant(&[time, width, samples], &repeat_lanes(&u, samples))?;
@@ -344,7 +344,7 @@ impl Forecaster for NetModel {
             return self.forecast_push(push, task, samples);
         }
         match &self.net {
-            Net::Class(_) => Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
             Net::Stepwise(net) if settings.correction == Correction::Rates => {
                 let law = self.state.latent.as_ref().ok_or(Difference::Unfinished)?;

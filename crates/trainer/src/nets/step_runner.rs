@@ -57,8 +57,11 @@ impl StepRunner {
             let changes = &features[features.len() - self.mean.len() * shifts.len() / self.lanes..];
             for (changes, shift) in changes.chunks_exact(self.mean.len()).zip(shifts.chunks_exact(self.lanes))
             {
-                let moved = changes.iter().zip(shift.iter().cycle());
-                self.mean.iter_mut().zip(moved).for_each(|(mean, (change, shift))| *mean += change * shift);
+                let products = changes.iter().zip(shift.iter().cycle());
+                self.mean
+                    .iter_mut()
+                    .zip(products)
+                    .for_each(|(mean, (change, shift))| *mean += change * shift);
             }
         }
         (&self.mean, sd)

@@ -11,11 +11,11 @@
 //! from N(0, I): the divergence of one latent has little weight against the likelihood of hundreds of steps,
 //! so the posteriors do not match N(0, I).
 //!
-//! If the engine has the derivative d_p f_p of a step by a trajectory-specific physics parameter p (the
-//! restitution):
-//! 2. mu has the additional term sum over p of (A w + b)_p d_p f_p / k_t, so that the product of restitution
-//!    and impact speed comes from the physics and need not be learned by the perceptron. The encoder
-//!    additionally reads the regression coefficient of the corrections on d_p f_p.
+//! If the engine provides D_q, the first-order change of a step per typical spread of a trajectory-specific
+//! physics parameter q (the restitution):
+//! 2. mu has the additional term sum over q of (A w + b)_q D_q / k_t, so that the product of restitution and
+//!    impact speed comes from the physics and need not be learned by the perceptron. The encoder additionally
+//!    reads the regression coefficient of the corrections on D_q / k_t.
 //!
 //! Loss, without constant terms:
 //! 3. lambda KL(q(w | trajectory) || N(0, I)) - sum over t of v_t ln p(s_{t+1} | s_t, w), with v_t the
@@ -35,18 +35,16 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 const KL_WEIGHT: f64 = 0.01;
 /// Weight lambda with a memory.
 ///
-/// Larger, so that the latent does not encode what the roll-out already shows.
-///
-/// With 0.01 the forecast errors of 2,000 pushes are 1.5 mm instead of 1.3 mm.
+/// Larger, so that the latent does not encode what the roll-out already shows. With 0.01 the forecast errors
+/// of 2,000 pushes are 1.5 mm instead of 1.3 mm.
 const KL_WEIGHT_MEMORY: f64 = 0.3;
 /// Weight lambda if the latent shifts physics parameters.
 ///
-/// Smaller, because the noise of the posterior becomes an error of the decoder.
-///
-/// With 0.01 that noise alone gives an error of 0.01 m/s at an impact.
+/// Smaller, because the noise of the posterior becomes an error of the decoder. With 0.01 that noise alone
+/// gives an error of 0.01 m/s at an impact.
 const KL_WEIGHT_PHYSICS: f64 = 0.001;
 
-/// Ridge of the regression on d_p f_p, for trajectories without sensitivity.
+/// Ridge of the regression on D_q, for trajectories without sensitivity.
 ///
 /// For example a ball that never touches the ground.
 const REGRESSION_RIDGE: f64 = 1e-6;
@@ -66,7 +64,7 @@ pub struct StepwiseSizes {
     pub sd_floor: f64,
     /// Number P of physics parameters that the latent shifts.
     ///
-    /// The last P S features are the derivatives d_p f_p.
+    /// The last P S features are the sensitivities D_q / k_t.
     pub physics_parameters: usize,
 }
 
@@ -214,16 +212,16 @@ impl Stepwise {
         let norm = tape.sum(weight, 0)?;
         let mut pooled = tape.div(total, norm)?;
         for i in 0..self.sizes.physics_parameters {
-            let derivative = self.derivative(tape, u, i)?;
-            let derivative = mask.map_or(Ok(derivative), |mask| tape.mul(derivative, mask))?;
-            let shift = regression(tape, x, derivative)?;
+            let sensitivity = self.sensitivity(tape, u, i)?;
+            let sensitivity = mask.map_or(Ok(sensitivity), |mask| tape.mul(sensitivity, mask))?;
+            let shift = regression(tape, x, sensitivity)?;
             pooled = tape.concat(&[pooled, shift], 1)?;
         }
         self.encoder_head.forward(tape, p, pooled)
     }
 
-    /// Slices the derivatives `[time, S, lanes]` of steps by physics parameter `i` from the inputs `u`.
-    fn derivative<T: Scalar>(&self, tape: &mut Tape<T>, u: Var, i: usize) -> Result<Var, TensorError> {
+    /// Slices the sensitivities `[time, S, lanes]` to physics parameter `i` from the inputs `u`.
+    fn sensitivity<T: Scalar>(&self, tape: &mut Tape<T>, u: Var, i: usize) -> Result<Var, TensorError> {
         let StepwiseSizes { state, condition, physics_parameters, .. } = self.sizes;
         let first = condition - (physics_parameters - i) * state;
         tape.slice(u, 1, first, first + state)
@@ -265,23 +263,23 @@ impl Stepwise {
         let shifts = layer.forward(tape, p, w)?;
         let mut total = None;
         for i in 0..self.sizes.physics_parameters {
-            let derivative = self.derivative(tape, u, i)?;
+            let sensitivity = self.sensitivity(tape, u, i)?;
             let shift = tape.slice(shifts, 1, i, i + 1)?;
-            let term = tape.mul(derivative, shift)?;
+            let term = tape.mul(sensitivity, shift)?;
             total = Some(total.map_or(Ok(term), |total| tape.add(total, term))?);
         }
         Ok(total)
     }
 }
 
-/// Records the regression coefficient `[1, 1, lanes]` of `x [time, S, lanes]` on `derivative`.
-fn regression<T: Scalar>(tape: &mut Tape<T>, x: Var, derivative: Var) -> Result<Var, TensorError> {
+/// Records the regression coefficient `[1, 1, lanes]` of `x [time, S, lanes]` on `sensitivity`.
+fn regression<T: Scalar>(tape: &mut Tape<T>, x: Var, sensitivity: Var) -> Result<Var, TensorError> {
     let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
         let product = tape.mul(a, b)?;
         let over_time = tape.sum(product, 0)?;
         tape.sum(over_time, 1)
     };
-    let (product, square) = (sum(derivative, x)?, sum(derivative, derivative)?);
+    let (product, square) = (sum(sensitivity, x)?, sum(sensitivity, sensitivity)?);
     let square = tape.shift(square, REGRESSION_RIDGE)?;
     tape.div(product, square)
 }
