@@ -1,10 +1,10 @@
-//! Settings, scales and parameters of a trained class.
+//! The context of a trained class.
 
 use crate::scales::Scales;
 use crate::settings::Settings;
 use augsim_nn::Params;
 
-/// What the forecasts of a trained class need besides its net.
+/// Settings, scales and parameters of a trained class, which its forecasts need besides its net.
 #[derive(Debug, Clone, Copy)]
 pub struct Trained<'a> {
     pub settings: &'a Settings,
