@@ -21,7 +21,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Travel of the rod in a stride, m.
 const STRIDE_M: f64 = 8e-3;
-/// Limit to which features are clipped, in standard units; training has no larger ones.
+/// Limit to which features are clipped, in standard units; larger ones are outside the training range.
 const FEATURE_LIMIT: f64 = 6.0;
 /// Smallest scale that is not rounding error.
 const MIN_SCALE: f64 = 1e-9;
