@@ -14,7 +14,7 @@ pub enum TrainerError {
     #[error(transparent)]
     Tensor(#[from] TensorError),
     /// The data set is empty.
-    #[error("{what} holds no trajectory; give at least one")]
+    #[error("{what} contains no trajectory; give at least one")]
     NoTrajectories {
         /// Name of the empty set.
         what: &'static str,

@@ -197,7 +197,7 @@ fn nothing_to_train_on_and_settings_out_of_range_are_errors() {
         Training::new(settings, data).map_or_else(|e| e.to_string(), |_| "accepted".to_owned())
     };
     let empty = Sequences { items: Vec::new(), ..equal() };
-    let text = "the training set holds no trajectory; give at least one";
+    let text = "the training set contains no trajectory; give at least one";
     assert_eq!(refused(settings(Recipe::Neural), &empty), text);
     let none = Settings { batch: 0, ..settings(Recipe::Neural) };
     assert_eq!(refused(none, &equal()), "setting `batch` = 0: must be at least 1");

@@ -166,7 +166,7 @@ impl Fitted for GpResidual {
         let too_few = || TrainerError::Setting {
             key: "train",
             value: format!("{} pushes", train.items.len()),
-            rule: "must hold at least 20 strides with contact for a Gaussian process",
+            rule: "must contain at least 20 strides with contact to fit a Gaussian process",
         };
         let push = settings.engine.pushing().ok_or_else(too_few)?;
         let mut rows: Vec<Row> = Vec::new();
