@@ -1,35 +1,35 @@
-//! Differences between a saved run and what it is asked to do.
+//! Mismatches between a saved run and the settings, data or task it is used with.
 
 use crate::TrainerError;
 
-/// The part in which a saved state does not belong to settings, data or a task.
+/// The mismatch that makes a saved training state unusable for the given settings, data or task.
 #[derive(Debug, thiserror::Error)]
 pub enum Difference {
-    /// The training data have other state columns.
-    #[error("its state columns are others")]
+    /// The training data have different state columns than the saved run.
+    #[error("its state columns differ from those of the data")]
     Columns,
-    /// The training data have other values.
+    /// The training data have different values than those of the saved run.
     #[error("it was trained on other data")]
     Data,
-    /// The saved state columns are not those of the saved engine.
-    #[error("its state columns are not those of its engine")]
+    /// The saved state columns differ from those of the saved engine.
+    #[error("its state columns differ from those of its engine")]
     ColumnsOfEngine,
-    /// The saved scales have the sizes of other settings.
-    #[error("its scales are those of other settings")]
+    /// The saved scales have sizes that do not match the saved settings.
+    #[error("the sizes of its scales do not match its settings")]
     Scales,
-    /// The saved parameters are not as many as the settings make.
-    #[error("its settings make {expected} parameters, but it holds {found}")]
+    /// The number of saved parameters does not match the settings.
+    #[error("its settings give a net of {expected} parameters, but it holds {found}")]
     Parameters {
-        /// Parameters of a net with these settings.
+        /// Number of parameters of a net with these settings.
         expected: usize,
-        /// Parameters that are saved.
+        /// Number of saved parameters.
         found: usize,
     },
     /// The saved settings are out of range.
     #[error(transparent)]
     Settings(Box<TrainerError>),
-    /// The data have other columns than the engine.
-    #[error("the engine's {role} are {}, the data's are {}", expected.join(", "), found.join(", "))]
+    /// The data have different columns than the engine.
+    #[error("the engine has the {role} {}, but the data have {}", expected.join(", "), found.join(", "))]
     EngineColumns {
         /// `states` or `actions`.
         role: &'static str,
@@ -38,38 +38,38 @@ pub enum Difference {
         /// Columns of the data.
         found: Vec<String>,
     },
-    /// The task lacks columns that the forecast begins from.
-    #[error("it forecasts from {} of every sample, which the data lack", columns.join(", "))]
+    /// The start or the actions of the task do not have the engine's columns.
+    #[error("its forecasts need a start and actions with the columns {}, which the data lack", columns.join(", "))]
     Inputs {
-        /// Columns of states and actions.
+        /// State columns, then action columns.
         columns: Vec<String>,
     },
-    /// The run was stopped before its end.
-    #[error("its training has not ended, so the law of its latent is not fitted yet")]
+    /// The run was stopped before training ended.
+    #[error("its training has not ended, so the distribution of its latent is not fitted yet")]
     Unfinished,
-    /// A net that corrects roll-outs, or has no latent, has no reconstruction.
-    #[error("nets of pushes and nets without a latent only forecast")]
-    OnlyForecasts,
-    /// A net that reads the whole path of an action, or is no net of ours or the paper's, has no single steps.
+    /// Reconstruction was requested of a net that corrects roll-outs or rates, or has no latent.
+    #[error("nets for pushes or equations and nets without a latent can only forecast, not reconstruct")]
+    NotReconstructable,
+    /// Single steps were requested of a net that forecasts whole trajectories only.
     #[error(
-        "only nets of balls that are hybrid or neural go step by step; sample this one over whole trajectories"
+        "only the recipes neural, hybrid, hybrid-standardised and hybrid-plus of a ball can be stepped; forecast whole trajectories with this one"
     )]
-    OnlyRollouts,
-    /// Only a net with one latent a trajectory and corrections of single steps can be filtered.
+    NotSteppable,
+    /// Filtering was requested of a net other than one with step corrections and one latent per trajectory.
     #[error(
-        "only a net that corrects single steps with one latent a trajectory (hybrid-plus of a ball) can be filtered"
+        "filtered forecasts need a net that corrects single steps with one latent per trajectory (hybrid-plus of a ball)"
     )]
     NotFiltered,
-    /// A state has not one value for each column.
-    #[error("a state has {expected} values, not {found}")]
+    /// A state does not have one value per state column.
+    #[error("a state must have {expected} values, but {found} were given")]
     State {
-        /// State columns of the engine.
+        /// Number of state columns of the engine.
         expected: usize,
-        /// Values that were given.
+        /// Number of values given.
         found: usize,
     },
-    /// The new engine has other columns than the run's.
-    #[error("it moves another kind of system")]
+    /// The engine belongs to another kind of system than the run needs.
+    #[error("its net or engine is for another kind of system")]
     OtherSystem,
 }
 

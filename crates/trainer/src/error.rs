@@ -4,37 +4,38 @@ use crate::difference::Difference;
 use augsim_data::DataError;
 use augsim_tensor::TensorError;
 
-/// Refusals of training, prediction and evaluation.
+/// Errors of training, prediction and evaluation.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainerError {
-    /// The data do not fit.
+    /// The data set lacks a column or cannot be read.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// A tensor operation failed: a defect of the net's definition, or a value that is not finite.
+    /// A tensor operation failed: shapes in the net's definition do not match, or a value is not finite.
     #[error(transparent)]
     Tensor(#[from] TensorError),
-    /// There is nothing to train or evaluate on.
-    #[error("{what} holds no trajectory; give at least one")]
+    /// The data set is empty.
+    #[error("{what} contains no trajectory; give at least one")]
     NoTrajectories {
-        /// Which set.
+        /// Name of the empty set.
         what: &'static str,
     },
-    /// A trajectory is too short for a step to be predicted.
+    /// A trajectory has fewer than the two samples that one prediction step needs.
     #[error("trajectory `{id}` has {samples} sample(s); at least 2 are needed")]
     TooShort {
-        /// The trajectory.
+        /// Identifier of the trajectory.
         id: String,
-        /// Its samples.
+        /// Number of its samples.
         samples: usize,
     },
-    /// A value is missing where the net needs one.
+    /// A state or action value is missing.
     #[error(
-        "trajectory `{id}` has no value in column `{column}` at sample {sample}; nets need every sample measured"
+        "trajectory `{id}` has no value in column `{column}` at sample {sample}; nets need a value at every sample: \
+         fill the gap in, or leave the trajectory out"
     )]
     Gap {
-        /// The trajectory.
+        /// Identifier of the trajectory.
         id: String,
-        /// The column.
+        /// Name of the column.
         column: String,
         /// Sample index, from 0.
         sample: usize,
@@ -46,50 +47,51 @@ pub enum TrainerError {
         key: &'static str,
         /// Its value.
         value: String,
-        /// Rule that the value breaks.
+        /// Rule that the value breaks, as the end of the sentence `setting ...: <rule>`.
         rule: &'static str,
     },
-    /// Training diverged.
+    /// Training diverged: the loss or the gradient is not finite.
     #[error(
         "iteration {iteration}: the loss is {loss}; lower the learning rate (now {rate:e}) or check the data"
     )]
     Diverged {
         /// Iteration, from 1.
         iteration: u64,
-        /// Loss.
+        /// Loss of that iteration.
         loss: f64,
-        /// Learning rate.
+        /// Learning rate of that iteration.
         rate: f64,
     },
-    /// A forecast left the numbers.
+    /// A forecast diverged: a value is not finite.
     #[error(
-        "trajectory `{id}`: the forecast is {value} from step {step} on; the net was not trained on such states: train longer \
-         or on more of them, or take the trajectory out"
+        "trajectory `{id}`: the forecast diverged at step {step} (value {value}), probably because the net was not trained \
+         on such states; train longer, add similar trajectories to the training set, or leave this one out"
     )]
     NotFinite {
-        /// The trajectory.
+        /// Identifier of the trajectory.
         id: String,
-        /// First step that is no number, from 0.
+        /// First step with a value that is not finite, from 0.
         step: usize,
-        /// The number that stands there.
+        /// The value at that step (NaN or infinite).
         value: f32,
     },
-    /// The rows seen of a trajectory leave its start open.
+    /// The observed rows of a trajectory do not determine its initial state.
     #[error(
-        "trajectory `{id}`: the {rows} row(s) seen do not say how it began: {needed} measured values are needed (fewer where the \
-         sensor's noise is stated); see more rows or more columns"
+        "trajectory `{id}`: the {rows} observed row(s) do not determine the initial state, which takes {needed} measured \
+         values (fewer if the sensor noise is given); observe more rows or more columns"
     )]
     ShortPrefix {
-        /// The trajectory.
+        /// Identifier of the trajectory.
         id: String,
-        /// Rows seen.
+        /// Number of observed rows.
         rows: usize,
-        /// Measured values that are needed.
+        /// Number of measured values that determine the initial state.
         needed: usize,
     },
-    /// A value that should be seen is not there.
+    /// A value that the sensor should have measured is missing.
     #[error(
-        "row {row} has no value in column {column} (both from 0), which the sensor sees; fill it in or see fewer rows"
+        "row {row} has no value in column {column} (both counted from 0), which the sensor measures; fill it in, or observe \
+         fewer rows"
     )]
     Unseen {
         /// Row, from 0.
@@ -97,30 +99,30 @@ pub enum TrainerError {
         /// State column, from 0.
         column: usize,
     },
-    /// A row of another width, or one more than the actions reach.
-    #[error("row {row}: a row has {expected} values and is one of {rows}; this one has {found}")]
+    /// A row has the wrong number of values, or lies beyond the last row that has actions.
+    #[error("row {row} has {found} values; each of the {rows} rows must have {expected} values")]
     Row {
         /// Row, from 0.
         row: usize,
-        /// State columns.
+        /// Number of state columns.
         expected: usize,
-        /// Values found.
+        /// Number of values in the row.
         found: usize,
-        /// Rows that the actions reach.
+        /// Number of rows that have actions.
         rows: usize,
     },
-    /// A trajectory cannot be simulated at any values that fit its beginning.
-    #[error("trajectory `{id}` cannot be simulated beyond the rows seen; check the model's parameters")]
+    /// No parameter values that fit the observed rows give a finite simulation beyond them.
+    #[error("trajectory `{id}` cannot be simulated beyond the observed rows; check the model's parameters")]
     NotSimulated {
-        /// The trajectory.
+        /// Identifier of the trajectory.
         id: String,
     },
-    /// A saved training state does not belong to these settings or data.
+    /// A saved training state does not match these settings, data or task.
     #[error(
-        "the checkpoint does not belong to this run: {difference}; use the run's own data and settings, or start a new run"
+        "the checkpoint does not belong to this run: {difference}; use the data and settings of the saved run, or start a new run"
     )]
     Foreign {
-        /// The part that differs.
+        /// The part that does not match.
         difference: Difference,
     },
 }

@@ -1,4 +1,4 @@
-//! The three protocols, never mixed.
+//! Evaluation on a test set under one of three protocols, whose scores are never compared.
 
 use crate::in_order;
 use crate::score::{Score, Scoring, average, score};
@@ -6,20 +6,20 @@ use crate::{Forecaster, NetModel, Samples, Sequence, Sequences, Task, TrainerErr
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// The part of a trajectory that a row of a table was allowed to see.
+/// Evaluation protocol: which part of a test trajectory the model may observe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
-    /// Samples of the prior; the model sees the first state only.
+    /// The model observes the first state only and samples from the prior: a prediction.
     Forecast,
-    /// The encoder sees the whole trajectory: not a prediction.
+    /// The encoder observes the whole trajectory: not a prediction.
     Reconstruction,
-    /// The best that any predictor can do from the first state, from the known law of the data.
+    /// Best score that any predictor can reach from the first state, from the known data distribution.
     Floor,
 }
 
 impl Protocol {
-    /// Name in tables.
+    /// Name of the protocol in tables.
     pub fn label(self) -> &'static str {
         match self {
             Protocol::Forecast => "forecast",
@@ -29,45 +29,36 @@ impl Protocol {
     }
 }
 
-/// Samples drawn per trajectory for medians, bands and scores.
+/// Number of samples drawn per trajectory for medians, prediction bands and scores.
 pub const SAMPLES: usize = 100;
 
 /// Scores the forecasts of `model` on a test set.
 ///
 /// # Errors
-/// [`TrainerError`] if the model cannot be run, or nothing to score.
+/// [`TrainerError`] if the model cannot be run, a forecast is not finite, or the test set is empty.
 pub fn evaluate_forecast(model: &dyn Forecaster, test: &Sequences) -> Result<Score, TrainerError> {
-    evaluate(test, |q, index| {
-        model.forecast(Task { start: q.state(0), actions: &q.actions, time: q.time, index }, SAMPLES)
-    })
+    Ok(average(&forecast_scores(model, test)?))
 }
 
-/// Scores what a net makes of trajectories that its encoder sees. Not a prediction.
+/// Scores the reconstructions of a net, whose encoder observes each whole trajectory. Not a prediction.
 ///
 /// # Errors
-/// [`TrainerError`] if the net cannot be run, or nothing to score.
+/// [`TrainerError`] if the net cannot be run, a value is not finite, or the test set is empty.
 pub fn evaluate_reconstruction(model: &NetModel, test: &Sequences) -> Result<Score, TrainerError> {
-    evaluate(test, |q, index| model.reconstruct(q, index, SAMPLES))
+    Ok(average(&score_each(test, |q, index| model.reconstruct(q, index, SAMPLES))?))
 }
 
-/// The score of each trajectory of a test set, in its order; [`average`] makes one of them.
+/// Scores the forecast of each test trajectory, in the order of the set; [`average`] combines them.
 ///
 /// # Errors
 /// As [`evaluate_forecast`].
 pub fn forecast_scores(model: &dyn Forecaster, test: &Sequences) -> Result<Vec<Score>, TrainerError> {
-    each(test, |q, index| {
+    score_each(test, |q, index| {
         model.forecast(Task { start: q.state(0), actions: &q.actions, time: q.time, index }, SAMPLES)
     })
 }
 
-fn evaluate(
-    test: &Sequences,
-    samples: impl Fn(&Sequence, u64) -> Result<Samples, TrainerError> + Sync,
-) -> Result<Score, TrainerError> {
-    Ok(average(&each(test, samples)?))
-}
-
-fn each(
+fn score_each(
     test: &Sequences,
     samples: impl Fn(&Sequence, u64) -> Result<Samples, TrainerError> + Sync,
 ) -> Result<Vec<Score>, TrainerError> {
@@ -82,16 +73,17 @@ fn each(
     }))
 }
 
-/// Checks that a forecast of a trajectory consists of finite numbers.
+/// Checks that all values of a forecast are finite.
 ///
 /// # Errors
-/// [`TrainerError::NotFinite`] names the first step at which it does not.
+/// [`TrainerError::NotFinite`], with the first step that has a value which is not finite.
 pub fn check_finite(samples: &Samples, q: &Sequence) -> Result<(), TrainerError> {
-    let row = (samples.values.len() / q.time).max(1);
+    let row_len = (samples.values.len() / q.time).max(1);
     match samples.values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(at) => {
-            Err(TrainerError::NotFinite { id: q.id.clone(), step: at / row, value: samples.values[at] })
+        Some(position) => {
+            let (step, value) = (position / row_len, samples.values[position]);
+            Err(TrainerError::NotFinite { id: q.id.clone(), step, value })
         }
     }
 }

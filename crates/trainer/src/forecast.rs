@@ -1,40 +1,40 @@
-//! One trait for every model class: given s_0 and actions, give trajectories.
+//! The trait of all model classes: forecast trajectories from an initial state and actions.
 
 use crate::TrainerError;
 
-/// Everything that a predictor may see: the first state, the actions, and how far to go.
+/// A forecast task: all that a predictor may use, i.e. initial state, actions and number of samples.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
-    /// First state, `[S]`.
+    /// Initial state, `[S]`.
     pub start: &'a [f64],
-    /// Actions `[T, A]`, known beforehand; empty where nobody acts.
+    /// Actions `[T, A]`, known in advance; empty for systems without actions.
     pub actions: &'a [f64],
-    /// Number of samples T, the first of which is the start.
+    /// Number of time steps T, the first of which is the initial state.
     pub time: usize,
-    /// Place of the trajectory in its set: decides the random stream.
+    /// Index of the trajectory in its set; selects the random stream.
     pub index: u64,
 }
 
 /// Sampled trajectories `[time, S, sample]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Samples {
-    /// Number of samples.
+    /// Number of sampled trajectories.
     pub count: usize,
-    /// Values.
+    /// Values `[time, S, sample]`, in the units of the state columns.
     pub values: Vec<f32>,
 }
 
-/// A model that forecasts. It never sees more than its [`Task`].
+/// A model that forecasts trajectories from nothing but its [`Task`].
 pub trait Forecaster: Sync {
-    /// Name in tables.
+    /// Name of the model in tables.
     fn name(&self) -> &str;
 
-    /// Whether every forecast from the same start is the same.
+    /// Whether forecasts from the same task are always identical.
     fn is_deterministic(&self) -> bool {
         false
     }
 
-    /// `samples` trajectories (one, if the model is deterministic).
+    /// Samples `samples` trajectories (one, if the model is deterministic).
     ///
     /// # Errors
     /// [`TrainerError`] if the model cannot be run.

@@ -1,12 +1,13 @@
-//! Work on many threads that may fail, with one answer whatever the threads.
+//! Fallible parallel work whose result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
-/// Results in the order of the work. Of several faults the first in that order is told: a parallel collection would tell the one that
-/// happens to come first.
+/// Collects results of parallel work in its order, and returns the first error in that order.
+///
+/// Rayon's `collect` into a `Result` would return whichever error happens to occur first in time.
 ///
 /// # Errors
-/// The first fault.
+/// The first error in the order of the work.
 pub fn in_order<T: Send, E: Send>(
     work: impl IndexedParallelIterator<Item = Result<T, E>>,
 ) -> Result<Vec<T>, E> {
@@ -15,17 +16,17 @@ pub fn in_order<T: Send, E: Send>(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: results keep their order, and the first fault is told although a later one comes sooner.
+    //! Contract: results keep their order, and the first error in that order is returned.
     use super::*;
     use std::time::Duration;
 
     #[test]
-    fn the_first_fault_is_told() {
-        let odd_is_wrong = |k: u64| -> Result<u64, u64> {
+    fn the_first_error_in_order_is_returned() {
+        let fail_if_odd = |k: u64| -> Result<u64, u64> {
             std::thread::sleep(Duration::from_millis(16 - 2 * k));
             if k % 2 == 1 { Err(k) } else { Ok(k) }
         };
-        assert_eq!(in_order((0..8_u64).collect::<Vec<_>>().into_par_iter().map(odd_is_wrong)), Err(1));
-        assert_eq!(in_order([4_u64, 2, 0].into_par_iter().map(odd_is_wrong)), Ok(vec![4, 2, 0]));
+        assert_eq!(in_order((0..8_u64).collect::<Vec<_>>().into_par_iter().map(fail_if_odd)), Err(1));
+        assert_eq!(in_order([4_u64, 2, 0].into_par_iter().map(fail_if_odd)), Ok(vec![4, 2, 0]));
     }
 }

@@ -1,4 +1,7 @@
-//! The law of the trajectory latent over the training set (ex-post density estimation, Ghosh et al. 2020).
+//! Gaussian distribution of the trajectory latent, from which forecasts draw.
+//!
+//! It is fitted to the encoder's posteriors on the training set (ex-post density estimation, Ghosh et al.
+//! 2020).
 
 use crate::TrainerError;
 use crate::in_order;
@@ -9,7 +12,7 @@ use augsim_tensor::Tape;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// A Gaussian fitted to what the encoder gave on the training set.
+/// Gaussian fitted to the encoder's posteriors on the training set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LatentLaw {
     /// Mean, `[L]`.
@@ -19,14 +22,18 @@ pub struct LatentLaw {
 }
 
 impl LatentLaw {
-    /// Matches mean and covariance of the mixture of all posteriors.
+    /// Fits mean and covariance of the mixture of all posteriors N(m_n, diag(sd_n^2)):
+    /// mean = avg m_n, covariance = avg [(m_n - mean)(m_n - mean)' + diag(sd_n^2)].
+    ///
+    /// # Errors
+    /// [`TrainerError`] if the encoder cannot be run on a trajectory.
     pub(crate) fn fit(
         net: &Stepwise,
         params: &Params<f32>,
         train: &[Prepared],
     ) -> Result<Self, TrainerError> {
         let l = net.sizes().latent;
-        let posteriors = in_order(train.par_iter().map(|p| infer(net, params, p)))?;
+        let posteriors = in_order(train.par_iter().map(|p| encode(net, params, p)))?;
         let n = posteriors.len() as f64;
         let mean: Vec<f64> = (0..l).map(|i| posteriors.iter().map(|p| p.0[i]).sum::<f64>() / n).collect();
         let mut covariance = vec![0.0; l * l];
@@ -41,20 +48,22 @@ impl LatentLaw {
         Ok(LatentLaw { mean, factor: cholesky(&covariance, l) })
     }
 
-    /// The latent `[L]` at standard normal `draws [L]`.
+    /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws.
     pub(crate) fn place(&self, draws: &[f64]) -> Vec<f64> {
         let l = self.mean.len();
         let shift = |i: usize| (0..=i).map(|j| self.factor[i * l + j] * draws[j]).sum::<f64>();
         (0..l).map(|i| self.mean[i] + shift(i)).collect()
     }
 
-    /// Logarithm of the density of a latent, less a constant; directions without variance do not count. `white [L]` is scratch.
+    /// Log-density of a latent up to a constant; directions without variance do not count.
+    ///
+    /// `white [L]` is scratch.
     pub(crate) fn log_density(&self, latent: &[f64], white: &mut [f64]) -> f64 {
         whiten_into(latent, &self.mean, &self.factor, white);
         -0.5 * white.iter().map(|v| v * v).sum::<f64>()
     }
 
-    /// Latents `[L, samples]` for standard normal `draws [L, samples]`.
+    /// Maps standard normal `draws [L, samples]` to latents `[L, samples]`.
     pub(crate) fn draw(&self, draws: &[f32], samples: usize) -> Vec<f32> {
         let l = self.mean.len();
         let mut w = vec![0.0; l * samples];
@@ -69,8 +78,8 @@ impl LatentLaw {
     }
 }
 
-/// Posterior mean and deviation of the latent of one trajectory, `[L]` each.
-pub(crate) fn infer(
+/// Encodes one trajectory: posterior mean and standard deviation of its latent, `[L]` each.
+pub(crate) fn encode(
     net: &Stepwise,
     params: &Params<f32>,
     p: &Prepared,
@@ -79,48 +88,51 @@ pub(crate) fn infer(
     params.bind_frozen(&mut tape, &mut bound)?;
     let x = tape.constant(&[p.time, p.x_width, 1], &p.x)?;
     let u = tape.constant(&[p.time, p.u_width, 1], &p.u)?;
-    let u = net.remember(&mut tape, &bound, u)?;
-    let g = net.infer(&mut tape, &bound, x, u, None)?;
-    let wide = |v| tape.value(v).iter().map(|v| f64::from(*v)).collect();
-    Ok((wide(g.mean), wide(g.sd)))
+    let u = net.read_features(&mut tape, &bound, u)?;
+    let g = net.infer_latent(&mut tape, &bound, x, u, None)?;
+    let to_f64 = |v| tape.value(v).iter().map(|v| f64::from(*v)).collect();
+    Ok((to_f64(g.mean), to_f64(g.sd)))
 }
 
-/// Coordinates in which a Gaussian of a mean and a lower factor `[L, L]` is standard; 0 along directions without variance.
+/// Solves factor * white = latent - mean for a lower-triangular factor `[L, L]`.
+///
+/// Entries along directions without variance are 0.
 pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
     let mut white = vec![0.0; latent.len()];
     whiten_into(latent, mean, factor, &mut white);
     white
 }
 
-/// Writes the coordinates that [`whiten`] gives to `white [L]`.
+/// Writes the result of [`whiten`] to `white [L]`.
 pub(crate) fn whiten_into(latent: &[f64], mean: &[f64], factor: &[f64], white: &mut [f64]) {
     let l = latent.len();
     for j in 0..l {
         let known: f64 = (0..j).map(|k| factor[j * l + k] * white[k]).sum();
-        let scale = factor[j * l + j];
-        white[j] = if scale > 0.0 { (latent[j] - mean[j] - known) / scale } else { 0.0 };
+        let diagonal = factor[j * l + j];
+        white[j] = if diagonal > 0.0 { (latent[j] - mean[j] - known) / diagonal } else { 0.0 };
     }
 }
 
-/// Lower Cholesky factor of a small positive semi-definite matrix, row-major; a direction without variance
-/// gets none.
+/// Computes the lower Cholesky factor of a positive semi-definite matrix, row-major.
+///
+/// A column whose pivot is not positive (a direction without variance) is set to 0 instead of failing.
 pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
     let mut l = vec![0.0; n * n];
     cholesky_into(a, n, &mut l);
     l
 }
 
-/// Writes the factor that [`cholesky`] gives to `l [n, n]`.
+/// Writes the result of [`cholesky`] to `l [n, n]`.
 pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
     l.fill(0.0);
     for i in 0..n {
         for j in 0..=i {
             let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
-            let rest = a[i * n + j] - dot;
+            let remainder = a[i * n + j] - dot;
             l[i * n + j] = if i == j {
-                rest.max(0.0).sqrt()
+                remainder.max(0.0).sqrt()
             } else if l[j * n + j] > 0.0 {
-                rest / l[j * n + j]
+                remainder / l[j * n + j]
             } else {
                 0.0
             };
@@ -130,7 +142,7 @@ pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: draws have the fitted mean and covariance, also where one direction has no variance.
+    //! Contract: the factor reproduces the covariance, and draws are mean plus factor times noise.
     use super::*;
 
     #[test]
@@ -139,15 +151,15 @@ mod tests {
             let l = cholesky(&a, 2);
             for i in 0..2 {
                 for j in 0..2 {
-                    let back: f64 = (0..2).map(|k| l[i * 2 + k] * l[j * 2 + k]).sum();
-                    assert!((back - a[i * 2 + j]).abs() < 1e-12, "{a:?}: {l:?}");
+                    let product: f64 = (0..2).map(|k| l[i * 2 + k] * l[j * 2 + k]).sum();
+                    assert!((product - a[i * 2 + j]).abs() < 1e-12, "{a:?}: {l:?}");
                 }
             }
         }
     }
 
     #[test]
-    fn draws_are_shifted_and_mixed() {
+    fn draws_are_the_mean_plus_the_factor_times_noise() {
         let law = LatentLaw { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
         assert_eq!(law.draw(&[1.0, 0.0, 0.0, 1.0], 2), [3.0, 1.0, -0.5, 2.0]);
     }

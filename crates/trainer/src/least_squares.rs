@@ -1,80 +1,92 @@
-//! Least squares with difference quotients: Levenberg and Marquardt's method (Levenberg 1944, Marquardt 1963), in which blocks of
-//! residuals far beyond the others are weighted down by Huber's rule.
+//! Robust nonlinear least squares by the Levenberg-Marquardt method.
+//!
+//! Levenberg 1944, Marquardt 1963; with a finite-difference Jacobian. Outlying blocks of residuals are
+//! down-weighted by Huber's rule.
+//!
+//! With e_i the root mean square of block i (n_i residuals r_i with Jacobian J_i) and Huber's threshold k:
+//! 1. loss = mean over i of rho(e_i), rho(e) = e^2 / 2 for e <= k, else k (e - k / 2)
+//! 2. weight w_i = min(1, k / e_i) / n_i
+//! 3. step d: (A + lambda diag A) d = g, with A = sum w_i J_i' J_i and g = sum w_i J_i' r_i
+//! 4. if the loss falls, x := x - d (each entry clamped) and lambda := lambda / 5; else lambda := 10 lambda
 
 use augsim_linear::{Mat, solve_positive_definite};
 
-/// Residuals that belong together, such as those of a push.
+/// Residuals that share one robust weight, such as those of one push.
 pub(crate) type Block = Vec<f64>;
 
-/// Huber's threshold, in medians of the blocks' root mean square residuals at the beginning.
-const HUBER: f64 = 2.0;
-/// Share of the cost that a last step gains.
-const SETTLED: f64 = 1e-9;
-/// Damping at the beginning, at least and at most, in units of the normal matrix's diagonal.
-const DAMPING: [f64; 3] = [1e-3, 1e-9, 1e6];
+/// Huber's threshold, as a multiple of the median root mean square residual at the start.
+const HUBER_THRESHOLD: f64 = 2.0;
+/// Relative decrease of the loss below which the fit has converged.
+const MIN_RELATIVE_DECREASE: f64 = 1e-9;
+/// Damping factor at the start, relative to the diagonal of the normal matrix.
+const INITIAL_DAMPING: f64 = 1e-3;
+/// Smallest damping factor.
+const MIN_DAMPING: f64 = 1e-9;
+/// Damping factor beyond which the fit stops.
+const MAX_DAMPING: f64 = 1e6;
 
-/// How a fit goes down.
+/// Options of a Levenberg-Marquardt fit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Descent {
-    /// Step of the difference quotients.
+    /// Step of the forward differences.
     pub nudge: f64,
-    /// Largest change of an unknown in one step.
+    /// Largest change of a parameter in one iteration.
     pub reach: f64,
-    /// Steps at most.
+    /// Maximum number of iterations.
     pub iterations: usize,
 }
 
-/// Where a fit ended.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
-    /// The unknowns.
+    /// Estimated parameter values.
     pub values: Vec<f64>,
-    /// Mean over the blocks of Huber's loss of their root mean square residual.
+    /// Mean over the blocks of Huber's loss of the root mean square residual.
     pub loss: f64,
-    /// The last linearisation.
+    /// Normal equations of the last linearisation.
     pub normal: Normal,
 }
 
-/// The weighted normal equations.
+/// Weighted normal equations.
 #[derive(Debug, Clone)]
 pub(crate) struct Normal {
     matrix: Mat<f64>,
-    /// Gradient of each block's loss, `[block][unknown]`.
+    /// Gradient of each block's loss, `[block][parameter]`.
     pub gradients: Vec<Vec<f64>>,
 }
 
 impl Descent {
-    /// The least loss of the blocks of residuals that `at` gives, from `start` downhill.
-    pub fn run(&self, start: Vec<f64>, at: &dyn Fn(&[f64]) -> Vec<Block>) -> Found {
+    /// Minimises the robust loss of the blocks that `residuals` returns, from the values `start`.
+    pub fn run(&self, start: Vec<f64>, residuals: &dyn Fn(&[f64]) -> Vec<Block>) -> Found {
         let mut values = start;
-        let mut now = at(&values);
-        let mut errors: Vec<f64> = now.iter().map(|r| rms(r)).collect();
+        let mut blocks = residuals(&values);
+        let mut errors: Vec<f64> = blocks.iter().map(|r| rms(r)).collect();
         errors.sort_unstable_by(f64::total_cmp);
-        let limit = HUBER * errors.get(errors.len() / 2).copied().unwrap_or(0.0).max(1e-9);
+        let threshold = HUBER_THRESHOLD * errors.get(errors.len() / 2).copied().unwrap_or(0.0).max(1e-9);
         let loss = |blocks: &[Block]| -> f64 {
-            let one = |e: f64| if e <= limit { 0.5 * e * e } else { limit * (e - 0.5 * limit) };
-            blocks.iter().map(|r| one(rms(r))).sum::<f64>() / blocks.len().max(1) as f64
+            let huber = |e: f64| if e <= threshold { 0.5 * e * e } else { threshold * (e - 0.5 * threshold) };
+            blocks.iter().map(|r| huber(rms(r))).sum::<f64>() / blocks.len().max(1) as f64
         };
-        let mut best = loss(&now);
-        let mut damping = DAMPING[0];
-        let mut normal = Normal::new(&now, &self.slopes(&values, &now, at), limit);
+        let mut best = loss(&blocks);
+        let mut damping = INITIAL_DAMPING;
+        let mut normal = Normal::new(&blocks, &self.jacobian(&values, &blocks, residuals), threshold);
         for _ in 0..self.iterations {
             let Some(step) = normal.step(damping) else { break };
             let moved: Vec<f64> =
                 values.iter().zip(&step).map(|(v, s)| v - s.clamp(-self.reach, self.reach)).collect();
-            let next = at(&moved);
-            let new = loss(&next);
-            if new < best {
-                let settled = best - new < SETTLED * best;
-                (values, now, best) = (moved, next, new);
-                damping = (damping * 0.2).max(DAMPING[1]);
-                if settled {
+            let moved_blocks = residuals(&moved);
+            let moved_loss = loss(&moved_blocks);
+            if moved_loss < best {
+                let has_converged = best - moved_loss < MIN_RELATIVE_DECREASE * best;
+                (values, blocks, best) = (moved, moved_blocks, moved_loss);
+                damping = (damping * 0.2).max(MIN_DAMPING);
+                if has_converged {
                     break;
                 }
-                normal = Normal::new(&now, &self.slopes(&values, &now, at), limit);
+                normal = Normal::new(&blocks, &self.jacobian(&values, &blocks, residuals), threshold);
             } else {
                 damping *= 10.0;
-                if damping > DAMPING[2] {
+                if damping > MAX_DAMPING {
                     break;
                 }
             }
@@ -82,37 +94,44 @@ impl Descent {
         Found { values, loss: best, normal }
     }
 
-    /// Derivatives of all residuals by each unknown, `[unknown][block]`.
-    fn slopes(&self, values: &[f64], now: &[Block], at: &dyn Fn(&[f64]) -> Vec<Block>) -> Vec<Vec<Block>> {
-        let along = |k: usize| {
+    /// Derivatives of all residuals by each parameter, `[parameter][block]`, by forward differences.
+    fn jacobian(
+        &self,
+        values: &[f64],
+        blocks: &[Block],
+        residuals: &dyn Fn(&[f64]) -> Vec<Block>,
+    ) -> Vec<Vec<Block>> {
+        let column = |k: usize| {
             let mut moved = values.to_vec();
             moved[k] += self.nudge;
             let difference =
                 |(a, b): (&Block, &Block)| a.iter().zip(b).map(|(a, b)| (a - b) / self.nudge).collect();
-            at(&moved).iter().zip(now).map(difference).collect()
+            residuals(&moved).iter().zip(blocks).map(difference).collect()
         };
-        (0..values.len()).map(along).collect()
+        (0..values.len()).map(column).collect()
     }
 }
 
 impl Normal {
-    fn new(now: &[Block], slopes: &[Vec<Block>], limit: f64) -> Self {
-        let n = slopes.len();
+    /// Sums the normal equations over the blocks, for the Jacobian `[parameter][block]`.
+    fn new(blocks: &[Block], jacobian: &[Vec<Block>], threshold: f64) -> Self {
+        let n = jacobian.len();
         let mut matrix = Mat::zeros(n, n);
-        let mut gradients = Vec::with_capacity(now.len());
-        for (i, r) in now.iter().enumerate() {
-            let weight = (limit / rms(r)).min(1.0) / r.len() as f64;
+        let mut gradients = Vec::with_capacity(blocks.len());
+        for (i, r) in blocks.iter().enumerate() {
+            let weight = (threshold / rms(r)).min(1.0) / r.len() as f64;
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() * weight;
-            gradients.push(slopes.iter().map(|s| dot(&s[i], r)).collect());
+            gradients.push(jacobian.iter().map(|s| dot(&s[i], r)).collect());
             for a in 0..n {
                 for b in 0..n {
-                    matrix[(a, b)] += dot(&slopes[a][i], &slopes[b][i]);
+                    matrix[(a, b)] += dot(&jacobian[a][i], &jacobian[b][i]);
                 }
             }
         }
         Normal { matrix, gradients }
     }
 
+    /// Solves the damped normal equations; `None` if they are singular.
     fn step(&self, damping: f64) -> Option<Vec<f64>> {
         let n = self.matrix.nrows();
         let damped =
@@ -123,7 +142,7 @@ impl Normal {
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
-    /// Inverse of the normal matrix, by rows; none where some unknown has no effect.
+    /// Inverse of the normal matrix, by rows; `None` if a parameter has no effect on the residuals.
     pub fn inverse(&self) -> Option<Vec<Vec<f64>>> {
         let n = self.matrix.nrows();
         let inverse = solve_positive_definite(&self.matrix, &Mat::<f64>::identity(n, n))?;
@@ -137,17 +156,17 @@ fn rms(r: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the unknowns that made the residuals are found from afar, and a block that is far off does not pull them.
+    //! Contract: the fit finds the generating parameters, and an outlying block hardly shifts them.
     use super::*;
 
-    /// Decays `a exp(-k t)` less those of a = 2, k = 0.7, in blocks of five samples.
+    /// Residuals of `a exp(-k t)` against a = 2, k = 0.7, in blocks of five samples.
     fn residuals(p: &[f64]) -> Vec<Block> {
-        let at = |t: f64| p[0] * (-p[1] * t).exp() - 2.0 * (-0.7 * t).exp();
-        (0..8).map(|b| (0..5).map(|i| at(0.1 * f64::from(5 * b + i))).collect()).collect()
+        let residual = |t: f64| p[0] * (-p[1] * t).exp() - 2.0 * (-0.7 * t).exp();
+        (0..8).map(|b| (0..5).map(|i| residual(0.1 * f64::from(5 * b + i))).collect()).collect()
     }
 
     #[test]
-    fn a_decay_is_found() {
+    fn an_exponential_decay_is_recovered() {
         let descent = Descent { nudge: 1e-6, reach: 1.0, iterations: 50 };
         let found = descent.run(vec![0.5, 3.0], &residuals);
         assert!((found.values[0] - 2.0).abs() < 1e-6 && (found.values[1] - 0.7).abs() < 1e-6, "{found:?}");
@@ -156,10 +175,10 @@ mod tests {
     }
 
     #[test]
-    fn a_block_far_off_pulls_little() {
-        let knocked = |p: &[f64]| {
+    fn an_outlying_block_hardly_shifts_the_estimate() {
+        let with_outlier = |p: &[f64]| {
             let mut blocks = residuals(p);
-            // Noise, without which the threshold would be that of exact data.
+            // Noise, because without it the threshold, a multiple of the median residual, would be nearly 0.
             blocks
                 .iter_mut()
                 .enumerate()
@@ -168,8 +187,9 @@ mod tests {
             blocks
         };
         let descent = Descent { nudge: 1e-6, reach: 1.0, iterations: 80 };
-        let found = descent.run(vec![1.9, 0.75], &knocked);
-        // Its weight is that of a hundredth of its error; plain least squares would be off by more than 1.
+        let found = descent.run(vec![1.9, 0.75], &with_outlier);
+        // Huber's rule weights the outlier as if its error were a hundredth; plain least squares would be off
+        // by more than 1.
         assert!((found.values[0] - 2.0).abs() < 0.1 && (found.values[1] - 0.7).abs() < 0.1, "{found:?}");
     }
 }

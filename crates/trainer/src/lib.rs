@@ -47,5 +47,5 @@ pub use stepper::{Next, Stepper};
 pub use training::{Losses, Training, TrainingState};
 pub use violations::{Violations, violations};
 
-/// Trajectories per batch tile: the f32 lanes of the widest vector.
+/// Trajectories per batch tile: the number of f32 lanes in the widest SIMD register (AVX-512).
 pub const TILE: usize = 16;

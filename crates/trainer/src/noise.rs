@@ -1,11 +1,11 @@
-//! Standard normal draws, for one sequence or many at once: one stream per (seed, purpose, place).
+//! Standard normal draws from one random stream per (seed, purpose, index).
 
 use augsim_data::random_stream;
 use augsim_tensor::kernels::normal::NormalLanes;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Generators for the sequences `first..first + lanes` of a purpose.
+/// Creates normal generators for the streams `first..first + lanes` of a purpose, one per lane.
 pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> NormalLanes {
     NormalLanes::new((first..first + lanes as u64).map(|i| {
         let mut stream = random_stream(seed, purpose, i);
@@ -13,7 +13,7 @@ pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> Nor
     }))
 }
 
-/// `n` draws of the stream of (seed, purpose, index).
+/// Draws `n` standard normals from the stream (seed, purpose, index).
 pub(crate) fn standard(seed: u64, purpose: &str, index: u64, n: usize) -> Vec<f32> {
     let mut rng = random_stream(seed, purpose, index);
     (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()

@@ -1,9 +1,9 @@
-//! One trajectory as a net reads it.
+//! One trajectory in the form a net reads: targets and conditions per time step.
 
 /// Targets and conditions of one trajectory, row-major in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Rows.
+    /// Number of rows (time steps).
     pub time: usize,
     /// Width of a target row.
     pub x_width: usize,

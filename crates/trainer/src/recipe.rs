@@ -1,62 +1,63 @@
-//! The recipes: every model class that `train` knows, by name.
+//! The recipes: all model classes that `augsim train` offers, by name.
 
 use serde::{Deserialize, Serialize};
 
-/// Which net is trained, and on what.
+/// Model class to be trained, with its inputs and targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Recipe {
-    /// The paper's DCVRNN without physics: the condition is s_0.
+    /// The paper's DCVRNN without physics, conditioned on s_0.
     Neural,
-    /// The paper's DCVRNN: the condition is s_0 and the physics roll-out from it.
+    /// The paper's DCVRNN, conditioned on s_0 and the physics roll-out from it.
     Hybrid,
     /// The paper's Hybrid on standardised states and conditions, with a faster learning rate.
     HybridStandardised,
     /// Ours: physics step by step, one latent per trajectory, learned deviations.
     HybridPlus,
-    /// The net of Hybrid+ without physics (pushing only): what physics is worth.
+    /// The net of Hybrid+ without physics, for pushes: an ablation that shows the benefit of the physics.
     NeuralPlus,
-    /// Physics fitted by least squares, with a scatter that grows with the way moved.
+    /// Physics fitted by least squares, with a noise variance that grows with the distance travelled.
     PhysicsCalibrated,
-    /// A perceptron that gives the next state.
+    /// A perceptron that predicts the next state.
     FeedForward,
     /// A perceptron that corrects a physics step.
     FeedForwardResidual,
     /// A recurrent net that corrects a physics step, with a learned deviation.
     RecurrentResidual,
-    /// The residual net with a mixture of five Gaussians.
+    /// The recurrent residual net with a mixture of five Gaussians as output distribution.
     MixtureResidual,
     /// Five probabilistic perceptrons (PETS).
     Ensemble,
     /// Five probabilistic perceptrons that correct a physics step.
     EnsembleResidual,
-    /// The variational recurrent net of Chung et al., without condition.
+    /// The variational recurrent net of Chung et al. 2015, without condition.
     Vrnn,
-    /// The variational recurrent net of Chung et al., conditioned on the physics' roll-out.
+    /// The variational recurrent net of Chung et al. 2015, conditioned on the physics roll-out.
     ConditionalVrnn,
     /// A net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes.
     PredictedParameters,
     /// The net that predicts the inputs of the contact model, with an additive learned error.
     PredictedParametersError,
-    /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), drawn; for pushes.
+    /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), sampled; for pushes.
     GpResidual,
-    /// Gaussian processes for the residual of the contact model with the mean propagated; for pushes.
+    /// Gaussian processes for the residual of the contact model, mean prediction only; for pushes.
     GpResidualMean,
-    /// The contact model with a convex polynomial for the support's friction (Zhou et al. 2016), for pushes.
+    /// The contact model with a convex quartic limit surface (Zhou et al. 2016), for pushes.
     ConvexQuartic,
-    /// The same, drawn anew in each roll-out (Zhou et al. 2017).
+    /// The convex quartic with a random limit surface per roll-out (Zhou et al. 2017), for pushes.
     ConvexQuarticDrawn,
-    /// Points that move with soft rigid bodies, without physics (SE3-Nets, Byravan and Fox 2017), for pushes.
+    /// Points assigned softly to moving rigid bodies (SE3-Nets, Byravan and Fox 2017), for pushes.
     RigidFlow,
 }
 
-/// A recipe as it is chosen and shown.
+/// Names and description of a recipe.
 struct Entry {
     recipe: Recipe,
-    /// Word on the command line.
+    /// Name on the command line and in files.
     name: &'static str,
     /// Name in tables.
     label: &'static str,
+    /// One-line description for help texts.
     about: &'static str,
 }
 
@@ -64,13 +65,13 @@ const fn entry(recipe: Recipe, [name, label, about]: [&'static str; 3]) -> Entry
     Entry { recipe, name, label, about }
 }
 
-/// Every recipe, in the order of the variants.
+/// All recipes, in the order of the variants, so that a variant is its own index.
 static RECIPES: [Entry; 21] = [
     entry(Recipe::Neural, ["neural", "Neural", "DCVRNN without physics"]),
     entry(Recipe::Hybrid, ["hybrid", "Hybrid", "DCVRNN on the physics roll-out, as published"]),
     entry(
         Recipe::HybridStandardised,
-        ["hybrid-standardised", "Hybrid-std", "The same on standardised states: reconstructs best"],
+        ["hybrid-standardised", "Hybrid-std", "Hybrid on standardised states: lowest reconstruction error"],
     ),
     entry(
         Recipe::HybridPlus,
@@ -82,10 +83,10 @@ static RECIPES: [Entry; 21] = [
         [
             "physics-calibrated",
             "Calibrated",
-            "Physics fitted by least squares, with a scatter that grows with the way moved",
+            "Physics fitted by least squares, with noise that grows with the distance travelled",
         ],
     ),
-    entry(Recipe::FeedForward, ["feed-forward", "FF", "Perceptron that gives the next state"]),
+    entry(Recipe::FeedForward, ["feed-forward", "FF", "Perceptron that predicts the next state"]),
     entry(
         Recipe::FeedForwardResidual,
         ["feed-forward-residual", "FF residual", "Perceptron that corrects a physics step"],
@@ -96,7 +97,7 @@ static RECIPES: [Entry; 21] = [
     ),
     entry(
         Recipe::MixtureResidual,
-        ["mixture-residual", "MDN residual", "The same with a mixture of five Gaussians"],
+        ["mixture-residual", "MDN residual", "Recurrent-residual with a mixture of five Gaussians"],
     ),
     entry(
         Recipe::Ensemble,
@@ -104,13 +105,10 @@ static RECIPES: [Entry; 21] = [
     ),
     entry(
         Recipe::EnsembleResidual,
-        ["ensemble-residual", "PETS residual", "The same as corrections of a physics step"],
+        ["ensemble-residual", "PETS residual", "PETS ensemble that corrects a physics step"],
     ),
     entry(Recipe::Vrnn, ["vrnn", "VRNN", "Variational recurrent net (Chung et al. 2015) without condition"]),
-    entry(
-        Recipe::ConditionalVrnn,
-        ["conditional-vrnn", "CVRNN", "The same, conditioned on the physics roll-out"],
-    ),
+    entry(Recipe::ConditionalVrnn, ["conditional-vrnn", "CVRNN", "VRNN conditioned on the physics roll-out"]),
     entry(
         Recipe::PredictedParameters,
         [
@@ -121,35 +119,46 @@ static RECIPES: [Entry; 21] = [
     ),
     entry(
         Recipe::PredictedParametersError,
-        ["predicted-parameters-error", "Kloss+error", "The same with an additive learned error"],
+        [
+            "predicted-parameters-error",
+            "Kloss+error",
+            "Predicted-parameters with an additive learned error, for pushes",
+        ],
     ),
     entry(
         Recipe::GpResidual,
         [
             "gp-residual",
             "GP residual",
-            "Gaussian processes for what the contact model leaves (Fazeli et al. 2017), for pushes",
+            "Gaussian processes for the residual of the contact model (Fazeli et al. 2017), for pushes",
         ],
     ),
-    entry(Recipe::GpResidualMean, ["gp-residual-mean", "GP res. mean", "The same with the mean propagated"]),
+    entry(
+        Recipe::GpResidualMean,
+        ["gp-residual-mean", "GP res. mean", "Gp-residual with the mean prediction only, for pushes"],
+    ),
     entry(
         Recipe::ConvexQuartic,
         [
             "convex-quartic",
             "Zhou",
-            "Contact model with a convex quartic for the support's friction (Zhou et al. 2016), for pushes",
+            "Contact model with a convex quartic limit surface of the support friction (Zhou et al. 2016), for pushes",
         ],
     ),
     entry(
         Recipe::ConvexQuarticDrawn,
-        ["convex-quartic-drawn", "Zhou drawn", "The same, drawn anew in each roll-out (Zhou et al. 2017)"],
+        [
+            "convex-quartic-drawn",
+            "Zhou drawn",
+            "Convex-quartic with a random limit surface per roll-out (Zhou et al. 2017), for pushes",
+        ],
     ),
     entry(
         Recipe::RigidFlow,
         [
             "rigid-flow",
             "SE3-Nets",
-            "Points that move with soft rigid bodies, without physics (Byravan, Fox 2017), for pushes",
+            "Points assigned softly to moving rigid bodies, without physics (Byravan, Fox 2017), for pushes",
         ],
     ),
 ];
@@ -159,17 +168,17 @@ impl Recipe {
         &RECIPES[self as usize]
     }
 
-    /// All recipes.
+    /// Iterates over all recipes.
     pub fn all() -> impl Iterator<Item = Recipe> {
         RECIPES.iter().map(|e| e.recipe)
     }
 
-    /// The recipe of a word on the command line.
+    /// Finds the recipe with a name as given on the command line.
     pub fn named(name: &str) -> Option<Recipe> {
         RECIPES.iter().find(|e| e.name == name).map(|e| e.recipe)
     }
 
-    /// Word on the command line and in files.
+    /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
         self.entry().name
     }
@@ -179,7 +188,7 @@ impl Recipe {
         self.entry().label
     }
 
-    /// The class in a line.
+    /// One-line description.
     pub fn about(self) -> &'static str {
         self.entry().about
     }
@@ -187,11 +196,11 @@ impl Recipe {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the table is in the order of the variants, and words are those that files hold.
+    //! Contract: the table is in the order of the variants, and its names are the serialised ones.
     use super::*;
 
     #[test]
-    fn every_recipe_finds_its_own_entry_and_is_written_by_its_name() {
+    fn each_recipe_is_at_its_index_and_serialises_to_its_name() {
         for (i, entry) in RECIPES.iter().enumerate() {
             assert_eq!(entry.recipe as usize, i, "{}", entry.name);
             assert_eq!(Recipe::named(entry.name), Some(entry.recipe));

@@ -1,36 +1,45 @@
-//! Errors of forecasts against the truth, one figure for each measure.
+//! Scores of sampled forecasts against measured trajectories, one value per measure.
 //!
-//! A measure is a run of state columns with one unit: their error is its Euclidean length (x and y of a position), of a
-//! single column the absolute error. Besides the paper's metrics (mean error; per cent of the first measure): the
-//! continuous ranked probability score (Gneiting and Raftery 2007, fair estimator) and how often the truth lies in the
-//! central 50 and 90 % bands of the samples. All errors are of states in the frame of the data: lengths and angles are the
-//! same in every frame, per cent of the distance from the origin are not.
+//! A measure is a run of neighbouring state columns with the same unit, such as x and y of a position. Its
+//! error is the Euclidean norm over its columns; for a single column, the absolute error.
+//! 1. Paper's metrics: mean error of a point estimate, absolute and as a percentage of the first measure.
+//! 2. CRPS (continuous ranked probability score, fair estimator; Gneiting and Raftery 2007) of m samples x_i
+//!    and the measured value y: mean_i |x_i - y| minus sum_{i<j} |x_i - x_j| / (m (m - 1)).
+//! 3. Coverage: how often the measured value is in the central 50 and 90 % bands of the samples.
+//!
+//! States are compared in the frame of the data. Lengths and angles do not depend on the frame; percentages
+//! of the distance from the origin do.
 
 use crate::{Samples, Sequences};
 use augsim_data::Column;
 use std::ops::Range;
 
-/// Samples that the paper averages.
+/// Number of samples that the paper averages into its point estimate.
 pub const PAPER_SAMPLES: usize = 10;
-/// Parts of a trajectory for [`Score::over_parts`].
+/// Number of equal parts of a trajectory in [`Score::over_parts`].
 pub const PARTS: usize = 10;
 
-/// How far outside a band a value may lie and still count as inside where nobody acts, in the column's unit: the data carry
-/// six digits, and before the first impact (or at rest) every sample agrees to better than that.
+/// Tolerance of the coverage bands for systems without actions, in the column's unit.
+///
+/// The data have six digits. Before the first impact and at rest all samples agree more closely than that, so
+/// that rounding alone would put the measured value outside the band.
 const RESOLUTION: f64 = 2e-5;
 
-/// The part of a state that is scored.
+/// Columns and samples that are scored, and the tolerance of the coverage bands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scoring {
     /// State columns of each measure.
     pub(crate) measures: Vec<Range<usize>>,
-    /// First sample that is scored. The paper counts the given start of a drop, and not that of a push.
+    /// First sample that is scored.
+    ///
+    /// As in the paper, the given initial state counts for a drop but not for a push.
     first: usize,
+    /// Tolerance of the coverage bands, in the column's unit.
     resolution: f64,
 }
 
 impl Scoring {
-    /// Chooses the scoring of a set of trajectories by its columns.
+    /// Groups the state columns of a set into measures by their units.
     pub fn of(set: &Sequences) -> Self {
         let units: Vec<_> = set.columns.iter().map(|name| Column::new(name).ok().map(|c| c.unit())).collect();
         let mut measures: Vec<Range<usize>> = Vec::new();
@@ -40,59 +49,62 @@ impl Scoring {
                 _ => measures.push(j..j + 1),
             }
         }
-        let acted = !set.action_columns.is_empty();
-        Scoring { measures, first: usize::from(acted), resolution: if acted { 0.0 } else { RESOLUTION } }
+        let has_actions = !set.action_columns.is_empty();
+        let resolution = if has_actions { 0.0 } else { RESOLUTION };
+        Scoring { measures, first: usize::from(has_actions), resolution }
     }
 }
 
-/// Errors of one point estimate: means over the scored samples of each trajectory, then over the trajectories. One entry
-/// per measure, in the unit of its columns.
+/// Errors of one point estimate: means over scored samples, then over trajectories.
+///
+/// One entry per measure, in the unit of its columns.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PointError {
-    /// Error.
+    /// Mean error.
     pub absolute: Vec<f64>,
-    /// Error at the last sample.
+    /// Mean error at the last sample.
     pub end: Vec<f64>,
-    /// Mean over trajectories of the sum of errors over the sum of distances from zero, of the first measure, per cent.
+    /// Sum of errors over sum of distances from zero, first measure, averaged over trajectories, per cent.
     pub trans_percent: f64,
-    /// Sum of errors over sum of distances from the start, of the first measure over all trajectories, per cent.
+    /// Sum of errors over sum of distances from the start, first measure, over all trajectories, per cent.
     pub moved_percent: f64,
-    /// Sum of errors of the first measure.
+    /// Sum of errors of the first measure, in its unit.
     sum: f64,
 }
 
-/// Scores of one or many trajectories.
+/// Scores of one trajectory, or their average over many.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Score {
-    /// Trajectories.
+    /// Number of trajectories.
     pub trajectories: usize,
-    /// Mean of all samples.
+    /// Errors of the mean of all samples.
     pub mean: PointError,
-    /// Mean of the first [`PAPER_SAMPLES`]: the paper's estimate.
+    /// Errors of the mean of the first [`PAPER_SAMPLES`] samples, the paper's estimate.
     pub mean_of_10: PointError,
-    /// Median of all samples, column by column.
+    /// Errors of the median of all samples, column by column.
     pub median: PointError,
-    /// Continuous ranked probability score of each measure, mean over its columns, in their unit; for a deterministic
-    /// forecast the absolute error.
+    /// CRPS of each measure, mean over its columns, in their unit; the absolute error for one sample.
     pub crps: Vec<f64>,
-    /// Share of true values in the central 50 % band, over all state columns; absent for a deterministic forecast.
+    /// Share of measured values in the central 50 % band, over all columns; `None` for one sample.
     pub coverage50: Option<f64>,
-    /// Share in the central 90 % band.
+    /// Share of measured values in the central 90 % band.
     pub coverage90: Option<f64>,
-    /// Error of the mean of 10 at each scored sample: `[time][measure]`.
+    /// Error of the paper's estimate at each scored sample: `[time][measure]`.
     pub over_time: Vec<Vec<f64>>,
-    /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration; not a number where a
-    /// part has no sample.
+    /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration.
+    ///
+    /// NaN for a part without samples.
     pub over_parts: Vec<f64>,
-    /// Sum of distances from the start, of the first measure.
+    /// Sum of distances from the start of the first measure, in its unit.
     moved: f64,
 }
 
+/// Euclidean norm of values.
 pub(crate) fn length(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::hypot)
 }
 
-/// Scores `samples` of one trajectory against `truth [time, S]`.
+/// Scores `samples` of one trajectory against the measured states `truth [time, S]`.
 pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
     let Scoring { measures, first, resolution } = scoring;
     let (m, s) = (measures.len(), measures.last().map_or(1, |last| last.end));
@@ -101,7 +113,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
     let mut points = [empty.clone(), empty.clone(), empty];
     let mut out =
         Score { trajectories: 1, crps: vec![0.0; m], over_parts: vec![0.0; PARTS], ..Score::default() };
-    let (mut parts, mut inside, mut size) = ([0.0; PARTS], [0.0; 2], 0.0);
+    let (mut part_counts, mut inside, mut distance_sum) = ([0.0; PARTS], [0.0; 2], 0.0);
     let mut sorted = vec![0.0_f32; count];
     let mut estimates = [vec![0.0; s], vec![0.0; s], vec![0.0; s]];
     for t in *first..time {
@@ -118,8 +130,8 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
                 out.crps[k] += crps_of(&sorted, y[j]) / columns.len() as f64;
                 for (inside, level) in inside.iter_mut().zip([0.5, 0.9]) {
                     let [low, high] = [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
-                    let hit = (low - resolution..=high + resolution).contains(&y[j]);
-                    *inside += f64::from(u8::from(hit));
+                    let is_inside = (low - resolution..=high + resolution).contains(&y[j]);
+                    *inside += f64::from(u8::from(is_inside));
                 }
             }
         }
@@ -130,40 +142,40 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
         out.over_time.push(points[1].end.clone());
         let part = (t - first) * PARTS / (time - first);
         out.over_parts[part] += points[0].end[0];
-        parts[part] += 1.0;
-        size += length(measures[0].clone().map(|j| y[j]));
+        part_counts[part] += 1.0;
+        distance_sum += length(measures[0].clone().map(|j| y[j]));
         out.moved += length(measures[0].clone().map(|j| y[j] - truth[j]));
     }
     for point in &mut points {
         point.sum = point.absolute[0];
-        point.trans_percent = 100.0 * point.sum / size;
+        point.trans_percent = 100.0 * point.sum / distance_sum;
         point.moved_percent = 100.0 * point.sum / out.moved;
         point.absolute.iter_mut().for_each(|v| *v /= rows);
     }
     [out.mean, out.mean_of_10, out.median] = points;
     out.crps.iter_mut().for_each(|v| *v /= rows);
-    out.over_parts.iter_mut().zip(parts).for_each(|(v, n)| *v /= n);
+    out.over_parts.iter_mut().zip(part_counts).for_each(|(v, n)| *v /= n);
     if count > 1 {
-        let [half, most] = inside.map(|n| n / (rows * s as f64));
-        (out.coverage50, out.coverage90) = (Some(half), Some(most));
+        let [share50, share90] = inside.map(|n| n / (rows * s as f64));
+        (out.coverage50, out.coverage90) = (Some(share50), Some(share90));
     }
     out
 }
 
-/// Mean of the scores of several trajectories.
+/// Averages the scores of several trajectories.
 pub fn average(scores: &[Score]) -> Score {
     let n = scores.len() as f64;
     let mean = |f: &dyn Fn(&Score) -> f64| scores.iter().map(f).sum::<f64>() / n;
-    let each = |f: &dyn Fn(&Score) -> &Vec<f64>| -> Vec<f64> {
+    let mean_per_measure = |f: &dyn Fn(&Score) -> &Vec<f64>| -> Vec<f64> {
         (0..scores.first().map_or(0, |s| f(s).len())).map(|k| mean(&|s| f(s)[k])).collect()
     };
     let moved = scores.iter().map(|s| s.moved).sum();
-    let point = |of: &dyn Fn(&Score) -> &PointError| {
-        let sum = scores.iter().map(|s| of(s).sum).sum();
+    let point = |estimate: &dyn Fn(&Score) -> &PointError| {
+        let sum = scores.iter().map(|s| estimate(s).sum).sum();
         PointError {
-            absolute: each(&|s| &of(s).absolute),
-            end: each(&|s| &of(s).end),
-            trans_percent: mean(&|s| of(s).trans_percent),
+            absolute: mean_per_measure(&|s| &estimate(s).absolute),
+            end: mean_per_measure(&|s| &estimate(s).end),
+            trans_percent: mean(&|s| estimate(s).trans_percent),
             moved_percent: 100.0 * sum / moved,
             sum,
         }
@@ -171,68 +183,69 @@ pub fn average(scores: &[Score]) -> Score {
     let share = |f: &dyn Fn(&Score) -> Option<f64>| -> Option<f64> {
         scores.iter().map(f).sum::<Option<f64>>().map(|total| total / n)
     };
-    // Shorter trajectories have nothing at late times, and none in parts of theirs that have no sample.
-    let present = |values: &mut dyn Iterator<Item = f64>| {
+    // Averages run over the trajectories that have a value: shorter ones end earlier, and a part may have no
+    // sample.
+    let mean_present = |values: &mut dyn Iterator<Item = f64>| {
         let (sum, count) = values.filter(|v| !v.is_nan()).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
         sum / count
     };
     let longest = scores.iter().map(|s| s.over_time.len()).max().unwrap_or(0);
     let at_time =
-        |t: usize, k: usize| present(&mut scores.iter().filter_map(|s| Some(s.over_time.get(t)?[k])));
+        |t: usize, k: usize| mean_present(&mut scores.iter().filter_map(|s| Some(s.over_time.get(t)?[k])));
     let measures = scores.first().map_or(0, |s| s.crps.len());
     Score {
         trajectories: scores.iter().map(|s| s.trajectories).sum(),
         mean: point(&|s| &s.mean),
         mean_of_10: point(&|s| &s.mean_of_10),
         median: point(&|s| &s.median),
-        crps: each(&|s| &s.crps),
+        crps: mean_per_measure(&|s| &s.crps),
         coverage50: share(&|s| s.coverage50),
         coverage90: share(&|s| s.coverage90),
         over_time: (0..longest).map(|t| (0..measures).map(|k| at_time(t, k)).collect()).collect(),
-        over_parts: (0..PARTS).map(|i| present(&mut scores.iter().map(|s| s.over_parts[i]))).collect(),
+        over_parts: (0..PARTS).map(|i| mean_present(&mut scores.iter().map(|s| s.over_parts[i]))).collect(),
         moved,
     }
 }
 
-/// Quantile `q` of sorted values, linear between order statistics (Hyndman and Fan's type 7).
+/// Computes quantile `q` of sorted values by linear interpolation (Hyndman and Fan 1996, type 7).
 pub fn quantile(sorted: &[f32], q: f64) -> f64 {
-    let at = q * (sorted.len() - 1) as f64;
-    let low = at.floor() as usize;
+    let position = q * (sorted.len() - 1) as f64;
+    let low = position.floor() as usize;
     let high = (low + 1).min(sorted.len() - 1);
     let (a, b) = (f64::from(sorted[low]), f64::from(sorted[high]));
-    a + (b - a) * (at - low as f64)
+    a + (b - a) * (position - low as f64)
 }
 
-/// Median of samples; `sorted` is scratch of their number.
+/// Computes the median of samples; `sorted` is scratch of the same length.
 pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
     sorted.copy_from_slice(samples);
     sorted.sort_unstable_by(f32::total_cmp);
     quantile(sorted, 0.5)
 }
 
-/// Fair estimate of the CRPS from sorted samples: mean |X - y| minus half the mean |X - X'| over distinct
-/// pairs.
+/// Estimates the CRPS from sorted samples (formula 2).
 pub fn crps_of(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
-    // In sorted order the sum of |x_i - x_j| over all pairs is the sum of (2 i + 1 - m) x_i: each value is added once for
-    // every smaller one and taken off once for every larger one. No loop over pairs is needed.
-    let (mut misfit, mut spread) = (0.0, 0.0);
+    // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because
+    // x_i is added once per smaller value and subtracted once per larger one. So no loop over pairs is
+    // needed.
+    let (mut error, mut spread) = (0.0, 0.0);
     for (i, x) in sorted.iter().enumerate() {
         let x = f64::from(*x);
-        misfit += (x - y).abs();
+        error += (x - y).abs();
         spread += (2.0 * i as f64 + 1.0 - m) * x;
     }
     let spread = if sorted.len() > 1 { spread / (m * (m - 1.0)) } else { 0.0 };
-    misfit / m - spread
+    error / m - spread
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the scores by hand on cases small enough to do so.
+    //! Contract: the scores agree with values computed by hand on small cases.
     use super::*;
 
     #[test]
-    fn crps_of_two_samples_by_hand() {
+    fn crps_of_two_samples_agrees_with_hand_calculation() {
         // E|X - y| = (1 + 3) / 2, half of E|X - X'| over distinct pairs = 2 / 2.
         assert!((crps_of(&[1.0, 3.0], 0.0) - (2.0 - 1.0)).abs() < 1e-12);
         assert!((crps_of(&[2.0], 0.5) - 1.5).abs() < 1e-12);
@@ -240,7 +253,8 @@ mod tests {
 
     #[test]
     fn fair_crps_does_not_depend_on_the_number_of_samples() {
-        // Samples and truth from one uniform law: the CRPS is 1/6 on average whatever the ensemble.
+        // Samples and truth from the same uniform distribution: the expected CRPS is 1/6 for any number of
+        // samples.
         for m in [2_usize, 5, 50] {
             let mut rng = augsim_data::random_stream(1, "crps", m as u64);
             let mut uniform = || (rand::Rng::next_u64(&mut rng) >> 40) as f32 / (1 << 24) as f32;
@@ -263,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_forecast_scores_its_absolute_error() {
+    fn a_single_sample_scores_its_absolute_error() {
         let samples = Samples { count: 1, values: vec![1.0, 0.0, 2.0, 0.0] };
         let s = score(&samples, &[2.0, 1.0, 2.0, -1.0], &scoring(&["height_m", "velocity_m_s"], &[]));
         assert_eq!(s.mean.absolute, [0.5, 1.0]);
@@ -282,9 +296,9 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_a_push_by_hand() {
+    fn errors_of_a_push_agree_with_hand_calculation() {
         let truth = [3.0, 4.0, 0.0, 3.0, 4.0, 0.1, 6.0, 8.0, 0.2];
-        // Predicts the start for ever: errors 0 and 5 m, 0.1 and 0.2 rad.
+        // Predicts the initial pose at all times: errors 0 and 5 m, 0.1 and 0.2 rad.
         let values = [3.0, 4.0, 0.0].repeat(3);
         let scoring = scoring(&["x_m", "y_m", "theta_rad"], &["pusher_x_m"]);
         let s = average(&[score(&Samples { count: 1, values }, &truth, &scoring)]);

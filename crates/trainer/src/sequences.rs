@@ -1,10 +1,10 @@
-//! Trajectories as the nets see them: equal columns, no gaps, row-major in time, with or without actions.
+//! Trajectories prepared for the nets: equal columns, no gaps, row-major in time.
 
 use crate::TrainerError;
 use augsim_data::Dataset;
 
-/// Name of the clock among action columns.
-const TIME: &str = "t_s";
+/// Action column that stands for the sample time, which a data set does not store as a column.
+const TIME_COLUMN: &str = "t_s";
 
 /// One trajectory.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Sequence {
     pub time: usize,
     /// States `[T, S]`, in the units of the columns.
     pub states: Vec<f64>,
-    /// Actions `[T, A]`, known beforehand; empty where nobody acts.
+    /// Actions `[T, A]`, known in advance; empty for systems without actions.
     pub actions: Vec<f64>,
 }
 
@@ -26,7 +26,7 @@ impl Sequence {
         &self.states[t * s..(t + 1) * s]
     }
 
-    /// Action at sample `t`; empty where nobody acts.
+    /// Action at sample `t`; empty for systems without actions.
     pub fn action(&self, t: usize) -> &[f64] {
         let a = self.actions.len() / self.time;
         &self.actions[t * a..(t + 1) * a]
@@ -45,22 +45,22 @@ pub struct Sequences {
 }
 
 impl Sequences {
-    /// The named columns of a data set, without actions.
+    /// Extracts the named state columns of a data set, without actions.
     ///
     /// # Errors
-    /// The errors of [`Sequences::with_actions`].
+    /// As [`Sequences::with_actions`].
     pub fn new(dataset: &Dataset, columns: &[&str]) -> Result<Self, TrainerError> {
         Self::with_actions(dataset, columns, &[])
     }
 
-    /// The named state and action columns of a data set.
+    /// Extracts the named state and action columns of a data set.
     ///
     /// # Errors
-    /// A column is missing, a sample has a gap, a trajectory has fewer than two samples, or there is no
-    /// trajectory.
+    /// [`TrainerError`] if a column or a value is missing, a trajectory has fewer than two samples, or there
+    /// is no trajectory.
     pub fn with_actions(dataset: &Dataset, columns: &[&str], actions: &[&str]) -> Result<Self, TrainerError> {
-        // The clock is no column of its own.
-        let index = |name: &&str| (*name != TIME).then(|| dataset.column_index(name)).transpose();
+        // The time is stored apart from the columns, hence `None`.
+        let index = |name: &&str| (*name != TIME_COLUMN).then(|| dataset.column_index(name)).transpose();
         let indices = columns.iter().map(index).collect::<Result<Vec<_>, _>>()?;
         let action_indices = actions.iter().map(index).collect::<Result<Vec<_>, _>>()?;
         let mut items = Vec::with_capacity(dataset.trajectories().len());
@@ -93,7 +93,7 @@ impl Sequences {
         Ok(Sequences { columns: owned(columns), action_columns: owned(actions), items })
     }
 
-    /// The first sample of every trajectory.
+    /// Keeps only the first sample of every trajectory.
     pub fn first_row(&self) -> Self {
         let first = |q: &Sequence| Sequence {
             id: q.id.clone(),

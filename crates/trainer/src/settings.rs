@@ -7,21 +7,21 @@ use augsim_data::Limit;
 use augsim_nn::{Adam, StepDecay};
 use serde::{Deserialize, Serialize};
 
-/// The part of the physics that is corrected.
+/// Which part of the physics the net corrects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
-    /// Single steps, each from the state that was predicted last; the paper's nets give states outright.
+    /// Single steps, each from the last predicted state; the paper's nets predict states directly.
     Step,
-    /// The whole roll-out from the first state under the actions: for states that are too noisy to start a step from.
+    /// The whole roll-out from the initial state, for states that are too noisy to start a step from.
     Rollout,
-    /// Rates of the force and flow equations of a written system, over single sample intervals.
+    /// Rates (time derivatives) of a system of equations, one correction per sample interval.
     Rates,
 }
 
 impl Correction {
-    /// The word in configurations.
-    fn word(self) -> &'static str {
+    /// Name in configurations.
+    fn name(self) -> &'static str {
         match self {
             Correction::Step => "step",
             Correction::Rollout => "rollout",
@@ -29,7 +29,7 @@ impl Correction {
         }
     }
 
-    /// The part that is corrected where no whole roll-outs are.
+    /// The correction for an engine other than one of pushing.
     pub(crate) fn of(engine: &Engine) -> Self {
         if engine.rates().is_some() { Correction::Rates } else { Correction::Step }
     }
@@ -38,49 +38,51 @@ impl Correction {
 /// Sizes of a net.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NetSettings {
-    /// Units of every GRU layer.
+    /// Number of units of every GRU layer.
     pub hidden: usize,
-    /// GRU layers.
+    /// Number of GRU layers.
     pub layers: usize,
-    /// Latent size: per time step for the DCVRNN, per trajectory for Hybrid+.
+    /// Size of the latent, which is per time step for the DCVRNN and per trajectory for Hybrid+.
     pub latent: usize,
-    /// Added to every learned standard deviation, in the net's units.
+    /// Lower bound that is added to every learned standard deviation, in the net's units.
     pub sd_floor: f64,
 }
 
-/// Everything that decides a training run, besides its data.
+/// All settings that determine a training run, given its data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Net and data flow.
+    /// Model class.
     pub recipe: Recipe,
     /// Seed of every random draw.
     pub seed: u64,
-    /// Iterations.
+    /// Number of training iterations.
     pub iterations: u64,
-    /// Trajectories per iteration.
+    /// Number of trajectories per iteration.
     pub batch: usize,
-    /// Largest norm of the gradient; longer ones are shortened to it. Absent: no limit.
+    /// Norm to which longer gradients are clipped; `None` for no clipping.
     pub clip_norm: Option<f64>,
-    /// Learning rate.
+    /// Learning rate schedule.
     pub learning_rate: StepDecay,
     /// Optimiser.
     pub adam: Adam,
-    /// Net.
+    /// Sizes of the net.
     pub net: NetSettings,
-    /// The part of the physics that is corrected.
+    /// Part of the physics that is corrected.
     pub correction: Correction,
-    /// Physics.
+    /// Physics engine that is corrected.
     pub engine: Engine,
 }
 
 impl Settings {
-    /// The paper's settings for an engine: single steps are corrected, or roll-outs where a rod's path is known beforehand.
-    /// `iterations` scales the schedule with it.
+    /// Default settings of a recipe for an engine; the learning rate schedule scales with `iterations`.
     ///
-    /// The bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of the 10,000 iterations, batch 100, two
-    /// GRU layers of 16 units, latent 4. Planar pushing (section IV-B): halved every tenth of the 50,000 iterations, feature
-    /// extractors of 32 and 16, latent 16, learned deviations. Hybrid+ is ours: rate 3e-3, 32 units, one latent of 2 per
-    /// trajectory, or of 4 per push beside a GRU over the features of the roll-out.
+    /// Roll-outs are corrected for pushing, rates for systems of equations, single steps otherwise.
+    ///
+    /// The bouncing ball (paper, section IV-A): Adam at 1e-3, halved every quarter of the 10,000 iterations,
+    /// batch 100, two GRU layers of 16 units, latent 4. Planar pushing (section IV-B): halved every tenth of
+    /// the 50,000 iterations, feature extractors of 32 and 16, latent 16, learned deviations. Hybrid+ (not in
+    /// the paper): rate 3e-3, 32 units, one latent of 2 per trajectory, or of 4 per push together with a GRU
+    /// over the features of the roll-out.
     pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Self {
         let pushing = engine.pushing().is_some();
         if let Some(class) = recipe.class() {
@@ -91,23 +93,23 @@ impl Settings {
             false => Correction::of(&engine),
         };
         let net = |hidden, layers, latent, sd_floor| NetSettings { hidden, layers, latent, sd_floor };
-        let plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);
+        let is_plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);
         let (initial, halvings, net) = match (correction, recipe) {
             (Correction::Step, Recipe::Neural | Recipe::Hybrid) => (1e-3, 4, net(16, 2, 4, 1e-6)),
             (Correction::Step, Recipe::HybridStandardised) => (3e-3, 8, net(16, 2, 4, 1e-6)),
             (Correction::Step, _) => (3e-3, 8, net(32, 1, 2, 1e-3)),
             (Correction::Rates, _) => (3e-3, 8, net(32, 1, 2, 1e-2)),
-            (Correction::Rollout, _) if plus => (3e-3, 8, net(32, 1, 4, 1e-3)),
-            // Hybrid-std among them is refused by `check`.
+            (Correction::Rollout, _) if is_plus => (3e-3, 8, net(32, 1, 4, 1e-3)),
+            // `HybridStandardised`, which also ends here, is rejected by `check`.
             (Correction::Rollout, _) => (1e-3, 10, net(16, 2, 16, 1e-3)),
         };
         Settings {
             recipe,
             seed,
             iterations,
-            // Pieces of records are shorter than drops, and each is as good as another.
+            // Records of equations are cut into short segments, of which a smaller batch is enough.
             batch: if correction == Correction::Rates { 32 } else { 100 },
-            clip_norm: (plus || correction == Correction::Rollout).then_some(100.0),
+            clip_norm: (is_plus || correction == Correction::Rollout).then_some(100.0),
             learning_rate: StepDecay { initial, factor: 0.5, every: iterations.div_ceil(halvings).max(1) },
             adam: Adam::default(),
             net,
@@ -116,23 +118,23 @@ impl Settings {
         }
     }
 
-    /// At least as many parameters as the net has, in floating point, where no product overflows.
+    /// Upper bound of the net's number of parameters, in floating point because integers could overflow.
     ///
-    /// Let w be the units, the latent and 64 for all else that enters a layer (states, conditions, extractors of at
-    /// most 32). Three recurrent nets of three gates have fewer than 9 w^2 parameters a layer; the rest of 16 w^2
-    /// is for heads, extractors and biases.
-    fn most_parameters(&self) -> f64 {
+    /// Let w = units + latent + 64, the 64 for all other inputs of a layer (states, conditions, extractors of
+    /// at most 32). Three recurrent nets of three gates have fewer than 9 w^2 parameters per layer; the
+    /// remaining 7 w^2 cover heads, extractors and biases.
+    fn max_parameters(&self) -> f64 {
         let NetSettings { hidden, layers, latent, .. } = self.net;
         let width = hidden as f64 + latent as f64 + 64.0;
         16.0 * layers as f64 * width * width
     }
 
-    /// The pushing whose roll-outs are corrected; none where single steps are.
+    /// Returns the pushing engine if roll-outs are corrected, else `None`.
     ///
     /// # Errors
-    /// [`TrainerError::Setting`] if roll-outs are to be corrected and the engine has no rod.
+    /// [`TrainerError::Setting`] if roll-outs are to be corrected and the engine is not one of pushing.
     pub(crate) fn rollouts(&self) -> Result<Option<&ModelPush>, TrainerError> {
-        let rule = "needs an engine of an object and a rod; correct single steps of any other";
+        let rule = "needs an engine of an object pushed by a rod; use `step` for other engines";
         let missing = TrainerError::Setting { key: "correction", value: "rollout".to_owned(), rule };
         match self.correction {
             Correction::Step | Correction::Rates => Ok(None),
@@ -140,31 +142,31 @@ impl Settings {
         }
     }
 
-    /// Checks every range.
+    /// Checks all ranges, and that recipe, correction and engine fit together.
     ///
     /// # Errors
-    /// [`TrainerError::Setting`], naming the key.
+    /// [`TrainerError::Setting`], which names the key.
     pub fn check(&self) -> Result<(), TrainerError> {
-        let foreign = match (self.recipe, self.correction) {
+        let recipe_rule = match (self.recipe, self.correction) {
             (Recipe::NeuralPlus, Correction::Step) => Some("is for pushing only"),
             (recipe, _) if self.engine.rates().is_some() && !recipe.corrects_rates() => Some(
-                "does not correct rates of equations; choose hybrid-plus, feed-forward-residual, recurrent-residual, \
+                "does not correct rates of equations; use hybrid-plus, feed-forward-residual, recurrent-residual, \
                  mixture-residual or ensemble-residual",
             ),
             (Recipe::HybridStandardised, Correction::Rollout) => {
-                Some("is for the ball only; pushes are always standardised")
+                Some("is for the ball only; nets for pushes always standardise")
             }
-            _ => self.recipe.class().and_then(|class| class.refuses(&self.engine)),
+            _ => self.recipe.class().and_then(|class| class.rejection_reason(&self.engine)),
         };
-        if let Some(rule) = foreign {
+        if let Some(rule) = recipe_rule {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
         }
         self.rollouts()?;
         if (self.correction == Correction::Rates) != self.engine.rates().is_some() {
-            let rule = "goes with a system of equations, and no other part of it can be corrected: rates";
+            let rule = "does not fit the engine: systems of equations need `rates`, and only they can use it";
             return Err(TrainerError::Setting {
                 key: "correction",
-                value: self.correction.word().to_owned(),
+                value: self.correction.name().to_owned(),
                 rule,
             });
         }
@@ -184,7 +186,7 @@ impl Settings {
                 });
             }
         }
-        if Limit::Parameters.check(self.most_parameters() as u64).is_err() {
+        if Limit::Parameters.check(self.max_parameters() as u64).is_err() {
             let NetSettings { hidden, layers, latent, .. } = self.net;
             let value = format!("{hidden} units, {layers} layers, latent {latent}");
             let rule = "too many parameters; lower these sizes, or set AUGSIM_LIMIT_PARAMETERS to allow more";
@@ -215,7 +217,7 @@ impl Settings {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a net is refused by its sizes before it is made, and the bound that refuses it lies above every net.
+    //! Contract: oversized nets are rejected before they are built.
     use super::*;
     use crate::nets::Net;
     use augsim_data::random_stream;
@@ -228,19 +230,19 @@ mod tests {
     }
 
     #[test]
-    fn no_net_has_more_parameters_than_its_bound() {
+    fn the_bound_is_not_below_the_number_of_parameters() {
         for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
             for (hidden, layers, latent) in [(1, 1, 1), (16, 2, 4), (200, 1, 1), (4, 3, 150), (128, 2, 128)] {
                 let settings = settings(recipe, hidden, layers, latent);
                 let mut params = Params::<f32>::new(random_stream(1, "init", 0));
                 Net::new(&settings, 2, &mut params);
-                assert!(params.values().len() as f64 <= settings.most_parameters(), "{:?}", settings.net);
+                assert!(params.values().len() as f64 <= settings.max_parameters(), "{:?}", settings.net);
             }
         }
     }
 
     #[test]
-    fn sizes_that_no_machine_holds_are_refused() {
+    fn sizes_beyond_any_memory_are_rejected() {
         for (hidden, layers, latent) in
             [(usize::MAX, 1, 1), (16, usize::MAX, 4), (16, 2, usize::MAX), (5000, 1, 1)]
         {

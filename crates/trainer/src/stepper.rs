@@ -1,9 +1,9 @@
-//! A trained net in a control loop: one trajectory, one step at a time, nothing allocated after the first step.
+//! A trained net for control loops: predicts one step at a time, without allocation.
 
 use crate::engine::Engine;
 use crate::models::NetModel;
 use crate::nets::{DcvrnnSampler, Net, Stepwise};
-use crate::noise::normals;
+use crate::noise::{normals, standard};
 use crate::recipe::Recipe;
 use crate::scales::Scales;
 use crate::settings::Correction;
@@ -13,12 +13,13 @@ use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use augsim_tensor::kernels::normal::NormalLanes;
 
-/// A trained net that goes step by step, for nets that correct single steps of an engine on which nobody acts.
+/// Steps a net along one trajectory; for nets that correct single steps without actions.
 #[derive(Debug)]
 pub struct Stepper {
     seed: u64,
-    /// State that was given last, and where the physics goes from it.
+    /// Current state, `[S]`.
     state: Vec<f64>,
+    /// Next state that the physics predicts, `[S]`.
     physics: Vec<f64>,
     mean: Vec<f64>,
     sd: Vec<f64>,
@@ -29,28 +30,28 @@ pub struct Stepper {
 
 #[derive(Debug)]
 enum Kind {
-    /// The paper's nets: conditioned on the first state and the physics from there, with memory.
-    Remembering(Box<Remembering>),
-    /// Hybrid+: the distribution of the next state of any state, given the latent of the trajectory.
-    Stepwise(Box<Stepping>),
+    /// The paper's nets: recurrent, conditioned on the initial state and the physics roll-out from it.
+    Recurrent(Box<RecurrentStepper>),
+    /// Hybrid+: the distribution of the next state given the current state and the trajectory's latent.
+    Stepwise(Box<MarkovStepper>),
 }
 
 #[derive(Debug)]
-struct Remembering {
+struct RecurrentStepper {
     recipe: Recipe,
     sampler: DcvrnnSampler,
     noise: NormalLanes,
-    /// The first state and the physics from there, at the sample that comes next.
+    /// Condition of the next sample: initial state and physics roll-out.
     condition: Vec<f32>,
     eps: Vec<f32>,
-    first: Vec<f64>,
+    initial_state: Vec<f64>,
 }
 
 #[derive(Debug)]
-struct Stepping {
+struct MarkovStepper {
     net: Stepwise,
     params: Params<f32>,
-    law: LatentLaw,
+    latent_law: LatentLaw,
     tape: Tape<f32>,
     bound: Bound,
     reading: StepReading,
@@ -63,42 +64,43 @@ struct Stepping {
 pub struct Next<'a> {
     /// Mean.
     pub mean: &'a [f64],
-    /// Standard deviation; 0 for the paper's nets, whose draws differ by their latent alone.
+    /// Standard deviation; 0 for the paper's nets, whose samples differ only by their latents.
     pub sd: &'a [f64],
 }
 
 impl Stepper {
-    /// The net of a trained model, at the start of a trajectory of zeros.
+    /// Creates a stepper for a trained model, at trajectory 0 with the initial state 0.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] for nets that correct whole roll-outs under actions, and for one whose training has not ended.
+    /// [`TrainerError::Foreign`] for nets that do not correct single steps, need actions, or are not fully
+    /// trained.
     pub fn new(model: &NetModel) -> Result<Self, TrainerError> {
         let settings = &model.state().settings;
         if settings.correction != Correction::Step || !settings.engine.action_columns().is_empty() {
-            return Err(Difference::OnlyRollouts.into());
+            return Err(Difference::NotSteppable.into());
         }
         let states = settings.engine.columns().len();
         let kind = match model.net() {
-            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => return Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => {
                 let sizes = net.sizes();
-                Kind::Remembering(Box::new(Remembering {
+                Kind::Recurrent(Box::new(RecurrentStepper {
                     recipe: settings.recipe,
                     sampler: DcvrnnSampler::new(net, model.params(), 1, 1),
                     noise: normals(settings.seed, "forecast", 0, 1),
                     condition: vec![0.0; sizes.condition],
                     eps: vec![0.0; sizes.latent],
-                    first: vec![0.0; states],
+                    initial_state: vec![0.0; states],
                 }))
             }
             Net::Stepwise(net) => {
-                let law = model.state().latent.clone().ok_or(Difference::Unfinished)?;
-                Kind::Stepwise(Box::new(Stepping {
+                let latent_law = model.state().latent.clone().ok_or(Difference::Unfinished)?;
+                Kind::Stepwise(Box::new(MarkovStepper {
                     features: vec![0.0; net.sizes().condition],
                     latent: vec![0.0; net.sizes().latent],
                     net: net.clone(),
                     params: model.params().clone(),
-                    law,
+                    latent_law,
                     tape: Tape::new(),
                     bound: Bound::default(),
                     reading: StepReading::default(),
@@ -124,42 +126,47 @@ impl Stepper {
         self.state.len()
     }
 
-    /// Begins trajectory number `index` at `start [S]`: its random stream, and the latent that it keeps, are those of a
-    /// forecast of that number with one sample.
+    /// Starts trajectory number `index` at `start [S]`.
+    ///
+    /// Its random stream and its latent equal those of a forecast of task `index` with one sample.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the start has not one value for each state column.
+    /// [`TrainerError::Foreign`] if the start does not have one value per state column.
     pub fn begin(&mut self, start: &[f64], index: u64) -> Result<(), TrainerError> {
-        self.take(start)?;
+        self.set_state(start)?;
         match &mut self.kind {
-            Kind::Remembering(r) => {
+            Kind::Recurrent(r) => {
                 r.sampler.reset();
                 r.noise = normals(self.seed, "forecast", index << 32, 1);
-                r.first.copy_from_slice(start);
+                r.initial_state.copy_from_slice(start);
                 self.physics.copy_from_slice(start);
-                // The first sample is the start: what the net says of it moves its memory alone.
+                // The first sample is the given start, so the prediction for it is dropped; only the
+                // recurrent state matters.
                 r.advance(&self.physics, &self.scales, &mut self.mean);
             }
             Kind::Stepwise(s) => {
-                let draws = crate::noise::standard(self.seed, "forecast", index, s.latent.len());
-                s.latent = s.law.draw(&draws, 1);
+                let draws = standard(self.seed, "forecast", index, s.latent.len());
+                s.latent = s.latent_law.draw(&draws, 1);
             }
         }
         Ok(())
     }
 
-    /// The distribution of the state one step after `state [S]`, or after that which was given last. The paper's nets go on
-    /// from the start of the trajectory, whatever the state is. Of a draw, a forecast of Hybrid+ also cuts off what neither ground nor
-    /// energy allow.
+    /// Predicts the distribution of the state one step after `state [S]`.
+    ///
+    /// `None` stands for the current state.
+    ///
+    /// The paper's nets ignore `state`: they continue the roll-out from the start of the trajectory. Unlike a
+    /// forecast of Hybrid+, the distribution is not restricted by the ground and energy limits of the ball.
     ///
     /// # Errors
-    /// [`TrainerError`] if the state has not one value for each state column, or the net cannot be run.
+    /// [`TrainerError`] if the state does not have one value per state column, or the net cannot be run.
     pub fn step(&mut self, state: Option<&[f64]>) -> Result<Next<'_>, TrainerError> {
         if let Some(state) = state {
-            self.take(state)?;
+            self.set_state(state)?;
         }
         match &mut self.kind {
-            Kind::Remembering(r) => {
+            Kind::Recurrent(r) => {
                 self.state.copy_from_slice(&self.physics);
                 self.engine.step(&self.state, &[], &[], &mut self.physics);
                 r.advance(&self.physics, &self.scales, &mut self.mean);
@@ -173,7 +180,7 @@ impl Stepper {
         Ok(Next { mean: &self.mean, sd: &self.sd })
     }
 
-    fn take(&mut self, state: &[f64]) -> Result<(), TrainerError> {
+    fn set_state(&mut self, state: &[f64]) -> Result<(), TrainerError> {
         if state.len() != self.state.len() {
             let (expected, found) = (self.state.len(), state.len());
             return Err(Difference::State { expected, found }.into());
@@ -183,19 +190,20 @@ impl Stepper {
     }
 }
 
-impl Remembering {
+impl RecurrentStepper {
+    /// Feeds the next physics state to the recurrent nets, and writes the predicted state to `mean [S]`.
     fn advance(&mut self, physics: &[f64], scales: &Scales, mean: &mut [f64]) {
-        for (slot, v) in self.condition.iter_mut().zip(self.first.iter().chain(physics)) {
+        for (slot, v) in self.condition.iter_mut().zip(self.initial_state.iter().chain(physics)) {
             *slot = *v as f32;
         }
-        let standard = self.recipe == Recipe::HybridStandardised;
-        if standard {
+        let is_standardised = self.recipe == Recipe::HybridStandardised;
+        if is_standardised {
             scales.standardise(&mut self.condition);
         }
         self.noise.fill(&mut self.eps);
         let predicted = self.sampler.advance(&self.condition, &self.eps);
         for (j, (to, from)) in mean.iter_mut().zip(predicted.mean).enumerate() {
-            *to = if standard {
+            *to = if is_standardised {
                 f64::from((scales.mean[j] + scales.sd[j] * f64::from(*from)) as f32)
             } else {
                 f64::from(*from)
@@ -204,7 +212,8 @@ impl Remembering {
     }
 }
 
-impl Stepping {
+impl MarkovStepper {
+    /// Writes mean and standard deviation of the corrected step from `now` to `next` (the physics).
     fn correct(
         &mut self,
         (engine, scales): (&Engine, &Scales),

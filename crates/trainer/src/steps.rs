@@ -1,4 +1,9 @@
-//! Targets and conditions where single physics steps are corrected; the paper's nets give states outright.
+//! Targets and conditions for Hybrid+ (corrections of single physics steps) and the paper's nets.
+//!
+//! With s_t the state, f_p the physics step and j a state column:
+//! 1. unit k_j = correction_j (|f_p(s_t)_j - s_tj| / step_j + 0.05), with step_j and correction_j root mean
+//!    squares over the training set (of physics steps, and of corrections in units of the bracket)
+//! 2. target x_tj = (s_{t+1,j} - f_p(s_t)_j) / k_j
 
 use crate::engine::Engine;
 use crate::prepared::Prepared;
@@ -6,25 +11,28 @@ use crate::recipe::Recipe;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 
-/// How fast the compressed features grow: about a thousandth of the states' spread stays visible.
-const FINE: f64 = 500.0;
+/// Gain of the asinh-compressed features.
+///
+/// Resolves about a thousandth of a column's standard deviation near 0.
+const ASINH_GAIN: f64 = 500.0;
 
-/// Features of a state column.
+/// Number of features per state column.
 const FEATURES: usize = 5;
 
-/// Size of the smallest physics step that corrections are measured against, in units of the root mean
-/// square step: at an apex or at rest the physics hardly moves, but may still be wrong.
-const QUIET: f64 = 0.05;
+/// Lower bound of the relative physics step in the unit of corrections, in root mean square steps.
+///
+/// At an apex or at rest the physics step is nearly 0 but may still be wrong, so the unit must not vanish.
+const MIN_RELATIVE_STEP: f64 = 0.05;
 
 /// Fits all scales on a training set, for corrections of the engine's steps.
 pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
     fit_with(&|now, from, to, next| engine.step(now, from, to, next), train)
 }
 
-/// The step that is corrected: state, actions before and after, next state.
+/// Function of the step that is corrected: (state, action before, action after, output next state).
 pub(crate) type Step<'a> = dyn Fn(&[f64], &[f64], &[f64], &mut [f64]) + 'a;
 
-/// Fits all scales on a training set, for corrections of any step.
+/// Fits all scales on a training set, for corrections of any step function.
 pub(crate) fn fit_with(step_of: &Step<'_>, train: &Sequences) -> Scales {
     let s = train.state_dim();
     let mut next = vec![0.0; s];
@@ -67,46 +75,52 @@ pub(crate) fn fit_with(step_of: &Step<'_>, train: &Sequences) -> Scales {
 }
 
 impl Scales {
-    /// Unit in which column `j`'s correction of a physics step from `now` to `next` is measured: it grows
-    /// with how far the physics moves, so that a wrong restitution and a wrong drag are of one size.
+    /// Unit of the correction of column `j` for a physics step from `now` to `next` (formula 1).
+    ///
+    /// It grows with the physics step, so that errors of restitution (rare large steps) and of drag (many
+    /// small steps) have similar size in the loss.
     pub(crate) fn unit(&self, j: usize, now: &[f64], next: &[f64]) -> f64 {
         self.unit_of(j, next[j] - now[j])
     }
 
-    /// [`unit`](Self::unit) where the physics moves column `j` by `moved`.
+    /// [`unit`](Self::unit) for a physics step that changes column `j` by `moved`.
     pub(crate) fn unit_of(&self, j: usize, moved: f64) -> f64 {
-        self.correction[j] * (moved.abs() / self.step[j] + QUIET)
+        self.correction[j] * (moved.abs() / self.step[j] + MIN_RELATIVE_STEP)
     }
 
-    /// A value of column `j` in standard units, and compressed by asinh.
+    /// Features of a value of column `j`: in standard units, and compressed by asinh around 0.
     pub(crate) fn state_features(&self, j: usize, value: f64) -> [f32; 2] {
-        let wide = ((value - self.mean[j]) / self.sd[j]) as f32;
-        [wide, (asinh(FINE * value / self.sd[j]) / 4.0) as f32]
+        let standard = ((value - self.mean[j]) / self.sd[j]) as f32;
+        [standard, (asinh(ASINH_GAIN * value / self.sd[j]) / 4.0) as f32]
     }
 
-    /// Features of one physics step from `now` to `next`, written to `out`: both states in standard
-    /// units, both compressed by asinh so that what happens near zero (a ball about to rest) stays
-    /// visible, and the step in its own unit.
+    /// Writes the features of a physics step from `now` to `next` to `out [5 S]`.
+    ///
+    /// Per column: both states in standard units, both compressed by asinh, which resolves small values near
+    /// 0 (a ball about to come to rest), and the step relative to its root mean square.
     pub(crate) fn write_features(&self, now: &[f64], next: &[f64], out: &mut [f32]) {
         for j in 0..now.len() {
-            let ([now_wide, now_fine], [next_wide, next_fine]) =
+            let ([now_standard, now_asinh], [next_standard, next_asinh]) =
                 (self.state_features(j, now[j]), self.state_features(j, next[j]));
             let moved = ((next[j] - now[j]) / self.step[j]) as f32;
-            let features = [now_wide, next_wide, now_fine, next_fine, moved];
+            let features = [now_standard, next_standard, now_asinh, next_asinh, moved];
             out[FEATURES * j..FEATURES * (j + 1)].copy_from_slice(&features);
         }
     }
 }
 
-/// Writes what Hybrid+ reads of single steps.
+/// Writes the input rows of Hybrid+ for single steps; holds scratch memory.
 #[derive(Debug, Default)]
 pub(crate) struct StepReading {
     changes: Vec<f64>,
 }
 
 impl StepReading {
-    /// Writes features of the step from `now` to `next` to `row`, and behind them the engine's [`Engine::own_changes`] `[P, S]` in
-    /// units of corrections.
+    /// Writes the features of a physics step to `row`, followed by its sensitivities `[P, S]`.
+    ///
+    /// A sensitivity is the first-order change of the step per typical spread of a trajectory-specific
+    /// physics parameter ([`Engine::own_changes`]), in units of corrections. `from` and `to` are the actions
+    /// before and after.
     pub(crate) fn write(
         &mut self,
         (engine, scales): (&Engine, &Scales),
@@ -115,34 +129,38 @@ impl StepReading {
         row: &mut [f32],
     ) {
         let s = now.len();
-        let (features, own) = row.split_at_mut(FEATURES * s);
+        let (features, sensitivities) = row.split_at_mut(FEATURES * s);
         scales.write_features(now, next, features);
-        self.changes.resize(own.len(), 0.0);
+        self.changes.resize(sensitivities.len(), 0.0);
         engine.own_changes(now, from, to, &mut self.changes);
-        for (i, (slot, change)) in own.iter_mut().zip(&self.changes).enumerate() {
+        for (i, (slot, change)) in sensitivities.iter_mut().zip(&self.changes).enumerate() {
             *slot = (change / scales.unit(i % s, now, next)) as f32;
         }
     }
 }
 
-/// Inverse hyperbolic sine. Beyond 1 the textbook form has all digits that a feature keeps, and takes a third of the time of the
-/// library's, which is exact near 0: half of a filter's time went there.
+/// Inverse hyperbolic sine, fast for |x| > 1.
+///
+/// There ln(|x| + sqrt(x^2 + 1)) is exact to single precision and takes 33 % of the time of the library
+/// function, which used to take half of a particle filter's time. Near 0 that formula would cancel.
 pub(crate) fn asinh(x: f64) -> f64 {
     let size = x.abs();
     if size > 1.0 { (size + (size * size + 1.0).sqrt()).ln().copysign(x) } else { x.asinh() }
 }
 
-/// Width of a condition row.
+/// Returns the width of a condition row.
 pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     match recipe {
         Recipe::Neural => state,
         Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-        // As many as `StepReading` writes; classes of the league have widths of their own.
+        // The row that `StepReading` writes; league classes define their own widths.
         _ => (FEATURES + engine.own_parameters()) * state,
     }
 }
 
-/// Targets and conditions of `recipe` over a whole trajectory.
+/// Computes targets and conditions of a whole trajectory.
+///
+/// One row per sample (paper's nets) or per step (Hybrid+).
 pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequence) -> Prepared {
     let s = q.states.len() / q.time;
     match recipe {
@@ -154,7 +172,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
             }
             Prepared { time: q.time, x_width: s, u_width: u.len() / q.time, x, u }
         }
-        // Classes of the league prepare their own.
+        // Hybrid+; league classes prepare their own rows.
         _ => {
             let (rows, u_width) = (q.time - 1, width(recipe, engine, s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
@@ -170,8 +188,9 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
     }
 }
 
-/// Conditions `[time, U]` of the paper's nets, from the first state alone: s_0, and for Hybrid the
-/// physics roll-out.
+/// Computes the conditions `[time, U]` of the paper's nets from the initial state.
+///
+/// These are s_0, and for Hybrid also the physics roll-out.
 pub(crate) fn conditions(
     recipe: Recipe,
     engine: &Engine,
@@ -181,15 +200,15 @@ pub(crate) fn conditions(
     time: usize,
 ) -> Vec<f32> {
     let s = start.len();
-    let path = match recipe {
+    let rollout = match recipe {
         Recipe::Neural => Vec::new(),
         _ => engine.rollout(start, actions, time),
     };
     let mut u = Vec::with_capacity(time * 2 * s);
     for t in 0..time {
         u.extend(start.iter().map(|v| *v as f32));
-        if !path.is_empty() {
-            u.extend(path[t * s..(t + 1) * s].iter().map(|v| *v as f32));
+        if !rollout.is_empty() {
+            u.extend(rollout[t * s..(t + 1) * s].iter().map(|v| *v as f32));
         }
     }
     if recipe == Recipe::HybridStandardised {

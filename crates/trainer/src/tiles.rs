@@ -1,5 +1,7 @@
-//! Batch tiles: the unit of parallel work. Tiles are fixed by the batch, not by the threads, and their
-//! gradients are added in tile order, so that a run gives the same bytes on any number of threads.
+//! Batch tiles, the units of parallel work.
+//!
+//! The batch alone determines the tiles, and their gradients are added in tile order, so that a run gives the
+//! same bits on any number of threads.
 
 use crate::nets::{Losses, Net, Tile};
 use crate::noise::normals;
@@ -8,12 +10,12 @@ use crate::{TILE, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Tape, TensorError};
 
-/// A net that learns from tiles.
+/// A net that is trained by gradients on tiles.
 pub(crate) trait Trainable: Sync {
-    /// Rows of noise that a sequence of `time` rows takes, and values per row.
+    /// Number of noise rows for a sequence of `time` rows, and number of values per row.
     fn noise_rows(&self, time: usize) -> (usize, usize);
 
-    /// Loss of a tile, and `scale` times its gradient at the variables of `p`.
+    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
     fn differentiate(
         &self,
         tape: &mut Tape<f32>,
@@ -39,7 +41,7 @@ impl Trainable for Net {
     }
 }
 
-/// Sums over the trajectories of one tile.
+/// Divergence and negative log-likelihood, nats, summed over the trajectories of a tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct TileLoss {
     pub kl: f64,
@@ -53,7 +55,7 @@ pub(crate) struct TileResult {
     pub loss: TileLoss,
 }
 
-/// Adds the gradients of tiles up in their order; their losses, each times `scale`.
+/// Sums the gradients of tiles in tile order; returns the sum of their losses times `scale`.
 pub(crate) fn gather<'t>(
     tiles: impl IntoIterator<Item = &'t TileResult>,
     scale: f64,
@@ -69,7 +71,7 @@ pub(crate) fn gather<'t>(
     sum
 }
 
-/// Cuts a gradient to a norm of at most `limit`; the norm that it had.
+/// Rescales a gradient to a norm of at most `limit`; returns its norm before.
 pub(crate) fn clip(grads: &mut [f32], limit: Option<f64>) -> f64 {
     let norm = grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
     if let Some(limit) = limit
@@ -81,8 +83,9 @@ pub(crate) fn clip(grads: &mut [f32], limit: Option<f64>) -> f64 {
     norm
 }
 
-/// Memory that tiles are worked on in, one after another, kept from iteration to iteration. As many as
-/// threads: what a tile records (some 13 MB for the ball) then stays in cache for the next one.
+/// Buffers in which a thread processes its tiles one after another, kept between iterations.
+///
+/// One per thread, not per tile, so that the tape of a tile (about 13 MB for the ball) is reused from cache.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     tape: Tape<f32>,
@@ -91,25 +94,27 @@ pub(crate) struct Workspace {
     u: Vec<f32>,
     eps: Vec<f32>,
     mask: Vec<f32>,
-    /// Results of its tiles, in their order.
+    /// Results of its tiles, in tile order.
     pub results: Vec<TileResult>,
 }
 
-/// Everything that the tiles of an iteration share.
+/// Inputs that all tiles of an iteration share.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<'a> {
     pub net: &'a dyn Trainable,
     pub params: &'a Params<f32>,
     /// The training set.
     pub all: &'a [Prepared],
-    /// Factor of the gradients.
+    /// Factor of the gradients (1 / batch size).
     pub scale: f64,
     pub seed: u64,
 }
 
 impl Workspace {
-    /// Works on all of its tiles, of which `items` lists the trajectories (indices into the training set), the first of
-    /// them number `first` of all ever drawn: that number is the stream of its noise.
+    /// Processes the trajectories `items` (indices into the training set) in tiles.
+    ///
+    /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed
+    /// since the start of training, so that no stream is used twice.
     pub fn run_all(&mut self, shared: Shared<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
         let mut results = std::mem::take(&mut self.results);
         results.resize_with(items.len().div_ceil(TILE), TileResult::default);
@@ -120,7 +125,7 @@ impl Workspace {
         outcome
     }
 
-    /// Loss and gradient (this times `scale`) of the sum over the trajectories `items`.
+    /// Computes loss and scaled gradient, summed over the trajectories `items` of one tile.
     fn run(
         &mut self,
         shared: Shared<'_>,
@@ -141,22 +146,23 @@ impl Workspace {
         let loss = net.differentiate(&mut self.tape, &self.bound, tile, scale)?;
         params.gather_grads(&self.tape, &self.bound, &mut result.grads);
         result.loss = TileLoss { kl: f64::from(loss.kl), misfit: f64::from(loss.misfit) };
-        // Also here: what the tape needs to take its buffers back is then allocated by the first iteration.
+        // Resetting here as well makes the first iteration allocate all that the tape needs to recycle its
+        // buffers.
         self.tape.reset();
         Ok(())
     }
 
-    /// Makes room for a tile, and fills in all but the noise.
+    /// Sizes the buffers for a tile, and fills in all but the noise.
     fn fill(&mut self, net: &dyn Trainable, all: &[Prepared], items: &[usize], time: usize) {
         let lanes = items.len();
         let (x_width, u_width) = items.first().map_or((0, 0), |&i| (all[i].x_width, all[i].u_width));
         let (rows, latent) = net.noise_rows(time);
-        let equal = items.iter().all(|&i| all[i].time == time);
+        let has_equal_lengths = items.iter().all(|&i| all[i].time == time);
         for (buffer, n) in [
             (&mut self.x, time * x_width),
             (&mut self.u, time * u_width),
             (&mut self.eps, rows * latent),
-            (&mut self.mask, if equal { 0 } else { time }),
+            (&mut self.mask, if has_equal_lengths { 0 } else { time }),
         ] {
             buffer.clear();
             buffer.resize(n * lanes, 0.0);
@@ -168,7 +174,7 @@ impl Workspace {
                     *slot = *v;
                 }
             }
-            if !equal {
+            if !has_equal_lengths {
                 for slot in self.mask[lane..].iter_mut().step_by(lanes).take(item.time) {
                     *slot = 1.0;
                 }

@@ -1,4 +1,4 @@
-//! The training loop.
+//! The training loop, and the state that a checkpoint holds.
 
 use crate::difference::Difference;
 use crate::featuriser::{Featuriser, fits};
@@ -20,22 +20,22 @@ use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Means over the batch of one iteration.
+/// Losses of one iteration, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Losses {
     /// Iteration, from 1.
     pub iteration: u64,
-    /// Divergence plus misfit, nats per trajectory.
+    /// Sum of `kl` and `misfit`, nats per trajectory; some nets minimise a weighted sum instead.
     pub loss: f64,
-    /// Kullback-Leibler part.
+    /// Kullback-Leibler divergence, nats per trajectory.
     pub kl: f64,
-    /// Negative log-likelihood part, less constants.
+    /// Negative log-likelihood without constant terms, nats per trajectory.
     pub misfit: f64,
     /// Learning rate.
     pub learning_rate: f64,
 }
 
-/// Everything needed to go on as if never stopped: what a checkpoint holds.
+/// State of a training run, sufficient to resume it bit for bit; the content of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrainingState {
     /// Settings of the run.
@@ -44,19 +44,19 @@ pub struct TrainingState {
     pub columns: Vec<String>,
     /// Scales fitted on the training set.
     pub scales: Scales,
-    /// Fingerprint of the training set (CRC-32 of its values), so that a run is not resumed on other data.
+    /// CRC-32 of the training set, to refuse resuming on different data.
     pub data: u32,
-    /// Iterations done.
+    /// Number of completed iterations.
     pub iteration: u64,
     /// Values of all parameters.
     pub params: Vec<f32>,
-    /// Optimiser.
+    /// State of the optimiser.
     pub adam: AdamState<f32>,
-    /// Law of the trajectory latent, fitted when training has ended (Hybrid+ only).
+    /// Distribution of the trajectory latent, fitted at the end of training (Hybrid+ only).
     pub latent: Option<LatentLaw>,
 }
 
-/// A training run in memory.
+/// A training run.
 ///
 /// ```
 /// use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
@@ -81,33 +81,34 @@ pub struct Training {
     net: Net,
     params: Params<f32>,
     prepared: Vec<Prepared>,
+    /// Shuffled indices of the training set, and the epoch that they were shuffled for.
     order: Vec<usize>,
     order_epoch: Option<u64>,
-    /// The batch as (length, place in the batch, trajectory), longest first.
+    /// The batch as (length, position in the batch, trajectory index), longest first.
     batch: Vec<(usize, usize, usize)>,
-    /// The trajectories of the batch, longest first.
+    /// Trajectory indices of the batch, longest first.
     chosen: Vec<usize>,
     workspaces: Vec<Workspace>,
     grads: Vec<f32>,
-    /// The training set, for a class that is fitted to it directly.
-    whole: Option<Sequences>,
-    /// Records of equations that decide how far the net is trusted.
+    /// The training set, for a class that is fitted directly instead of by gradients.
+    fit_data: Option<Sequences>,
+    /// Held-out records of a system of equations, on which the shrinkage factors of the net are chosen.
     held_out: Vec<Sequence>,
 }
 
 impl Training {
-    /// A new run on `train`. The batch is at most the whole training set.
+    /// Starts a run on `train`. A batch larger than the training set is reduced to it.
     ///
     /// # Errors
-    /// A setting out of range, no trajectory, or columns that are not the engine's.
+    /// [`TrainerError`] if a setting is out of range, the set is empty, or its columns are not the engine's.
     pub fn new(settings: Settings, train: &Sequences) -> Result<Self, TrainerError> {
         settings.check()?;
         if train.items.is_empty() {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
         check_columns(&settings.engine, &train.columns, &train.action_columns)?;
-        let scales = match cut(&settings, train) {
-            Some(pieces) => Featuriser::of(&settings)?.fit(&pieces.train),
+        let scales = match cut_records(&settings, train) {
+            Some(segments) => Featuriser::of(&settings)?.fit(&segments.train),
             None => Featuriser::of(&settings)?.fit(train),
         };
         let mut params = Params::new(random_stream(settings.seed, "init", 0));
@@ -126,10 +127,10 @@ impl Training {
         Self::assemble(state, train)
     }
 
-    /// The run that `state` was taken from, to go on bit for bit as if never stopped.
+    /// Resumes the run that `state` was taken from, bit for bit as if it had not been stopped.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if `train` is not the data of that run or the state is inconsistent.
+    /// [`TrainerError::Foreign`] if `train` is not the training set of that run or the state is inconsistent.
     pub fn resume(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
         state.settings.check()?;
         if state.columns != train.columns {
@@ -141,22 +142,23 @@ impl Training {
         Self::assemble(state, train)
     }
 
+    /// Builds the net, the targets and the buffers of a run from its state.
     fn assemble(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
         if train.items.is_empty() {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
         }
         check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
-        let (net, params) = net_of(&state)?;
+        let (net, params) = rebuild_net(&state)?;
         let featuriser = Featuriser::of(&state.settings)?;
-        let whole = net.is_fitted().then(|| train.clone());
-        let pieces = cut(&state.settings, train);
-        let learned = pieces.as_ref().map_or(train, |pieces| &pieces.train);
+        let fit_data = net.is_fitted().then(|| train.clone());
+        let segments = cut_records(&state.settings, train);
+        let train_set = segments.as_ref().map_or(train, |segments| &segments.train);
         let prepared: Vec<Prepared> =
-            learned.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
+            train_set.items.par_iter().map(|q| featuriser.prepare(&state.scales, q)).collect();
         let batch = state.settings.batch.min(prepared.len());
         Ok(Training {
-            whole,
-            held_out: pieces.map_or_else(Vec::new, |pieces| pieces.held_out),
+            fit_data,
+            held_out: segments.map_or_else(Vec::new, |segments| segments.held_out),
             order: (0..prepared.len()).collect(),
             order_epoch: None,
             batch: Vec::with_capacity(batch),
@@ -170,7 +172,7 @@ impl Training {
         })
     }
 
-    /// Iterations done.
+    /// Number of completed iterations.
     pub fn iteration(&self) -> u64 {
         self.state.iteration
     }
@@ -180,16 +182,16 @@ impl Training {
         &self.state.settings
     }
 
-    /// The state of the run: the content of a checkpoint.
+    /// State of the run, the content of a checkpoint.
     pub fn state(&mut self) -> &TrainingState {
         self.state.params.copy_from_slice(self.params.values());
         &self.state
     }
 
-    /// Ends training: fits what forecasts need besides the parameters.
+    /// Ends training: fits the latent distribution and, for equations, the shrinkage factors.
     ///
     /// # Errors
-    /// [`TrainerError::Tensor`] if the encoder cannot be run.
+    /// [`TrainerError`] if the net cannot be run.
     pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
         if let Net::Stepwise(net) = &self.net {
             let mut law = LatentLaw::fit(net, &self.params, &self.prepared)?;
@@ -214,12 +216,14 @@ impl Training {
         &self.params
     }
 
-    /// One iteration: loss and gradient of a batch, one step of the optimiser.
+    /// Runs one iteration: loss and gradient of a batch, one optimiser step.
+    ///
+    /// A directly fitted class is fitted instead.
     ///
     /// # Errors
-    /// [`TrainerError::Diverged`] if the loss is not finite; the parameters are as before then.
+    /// [`TrainerError::Diverged`] if loss or gradient is not finite; the parameters are then unchanged.
     pub fn step(&mut self) -> Result<Losses, TrainerError> {
-        if let (Net::Class(ClassNet::Fitted(class, _)), Some(train)) = (&self.net, &self.whole) {
+        if let (Net::Class(ClassNet::Fitted(class, _)), Some(train)) = (&self.net, &self.fit_data) {
             let misfit = class.fit(&self.state.settings, train, &mut self.params)?;
             self.state.iteration += 1;
             let learning_rate = self.state.settings.learning_rate.initial;
@@ -243,19 +247,20 @@ impl Training {
             self.order_epoch = Some(epoch);
         }
         let start = (iteration % per_epoch) as usize * batch;
-        // Neighbours in length share a tile, which runs to its own longest only; equal lengths keep their order.
-        let in_order = self.order[start..start + batch].iter().enumerate();
+        // Sorting by length puts similar lengths into one tile, which is only as long as its longest
+        // trajectory.
+        let positions = self.order[start..start + batch].iter().enumerate();
         self.batch.clear();
-        self.batch.extend(in_order.map(|(place, &item)| (self.prepared[item].time, place, item)));
-        self.batch.sort_unstable_by_key(|&(time, place, _)| (std::cmp::Reverse(time), place));
+        self.batch.extend(positions.map(|(position, &item)| (self.prepared[item].time, position, item)));
+        self.batch.sort_unstable_by_key(|&(time, position, _)| (std::cmp::Reverse(time), position));
         self.chosen.clear();
         self.chosen.extend(self.batch.iter().map(|&(_, _, item)| item));
         let chosen = &self.chosen;
         let (net, params, all, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
         let shared = Shared { net, params, all, scale, seed };
-        // Neighbouring tiles share a workspace. Which one works on a tile does not change its result.
-        // The last tile may be a narrow one, so the last shares are the longer ones.
+        // Consecutive tiles share a workspace; the workspace does not affect a tile's result. The last tile
+        // may be a narrow one, so the rounding gives the later shares more tiles.
         let tiles = batch.div_ceil(TILE);
         let shares = tiles.min(rayon::current_num_threads());
         self.workspaces.resize_with(shares, Workspace::default);
@@ -276,18 +281,18 @@ impl Training {
     }
 }
 
-/// The pieces of records of equations.
-fn cut(settings: &Settings, train: &Sequences) -> Option<Pieces> {
-    // Classes of the league are trusted as they are: nothing is held out of their training.
+/// Cuts records of equations into training segments and held-out records; else `None`.
+fn cut_records(settings: &Settings, train: &Sequences) -> Option<Pieces> {
+    // Corrections of league classes are not shrunk, so nothing is held out of their training.
     settings.engine.rates().map(|_| pieces(train, settings.recipe.class().is_none()))
 }
 
-/// The net and parameters of a saved state.
+/// Rebuilds the net and its parameters from a saved state.
 ///
 /// # Errors
-/// [`TrainerError::Foreign`] if the number of parameters does not fit the settings.
-pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
-    // A file may hold any sizes: they are looked at before memory is asked for.
+/// [`TrainerError::Foreign`] if settings, columns, scales or the number of parameters are inconsistent.
+pub fn rebuild_net(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
+    // A corrupt file may hold any sizes, so they are checked before memory is allocated.
     state.settings.check().map_err(|e| Difference::Settings(Box::new(e)))?;
     if state.columns != state.settings.engine.columns() {
         return Err(Difference::ColumnsOfEngine.into());
@@ -305,7 +310,7 @@ pub fn net_of(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError>
     Ok((net, params))
 }
 
-/// The data must have the engine's columns.
+/// Checks that the data have the engine's columns.
 fn check_columns(engine: &Engine, states: &[String], actions: &[String]) -> Result<(), TrainerError> {
     for (role, expected, found) in
         [("states", engine.columns(), states), ("actions", engine.action_columns(), actions)]
@@ -318,7 +323,7 @@ fn check_columns(engine: &Engine, states: &[String], actions: &[String]) -> Resu
     Ok(())
 }
 
-/// CRC-32 over all lengths and values.
+/// Computes a CRC-32 over all lengths and values.
 fn fingerprint(data: &Sequences) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     for q in &data.items {

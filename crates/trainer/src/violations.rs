@@ -1,106 +1,117 @@
-//! Violations of mechanics in sampled trajectories: a ball below the ground or gaining energy in a rebound, a rod inside the object, an
-//! object that moves before it is touched.
+//! Physical violations in sampled trajectories of a ball or a push.
+//!
+//! A ball below the ground or gaining energy in a rebound; a rod that penetrates the object, an object that
+//! moves before contact.
 
 use crate::engine::{Engine, ModelPush};
 use crate::{Samples, Task};
 use augsim_physics::push::Pose;
 
-/// Allowance for the ground, m: what the engine's solver leaves alone and sensors round to.
-const SLOP_M: f64 = 1e-3;
-/// Energy that a rebound may seem to gain by rounding, J/kg.
-const ENERGY_SLOP: f64 = 1e-2;
-/// Gap at which rod and object count as touching, m: twice the noise of a pose or so.
+/// Tolerated ground penetration, m: the engine's solver accepts some, and sensors round.
+const PENETRATION_TOLERANCE_M: f64 = 1e-3;
+/// Tolerated energy gain of a rebound by rounding, J/kg.
+const ENERGY_TOLERANCE: f64 = 1e-2;
+/// Gap below which rod and object count as in contact, m: about twice the noise of a pose.
 pub(crate) const TOUCH_M: f64 = 7e-4;
 
-/// Violations of mechanics in the samples of one trajectory.
+/// Physical violations in the samples of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Violations {
     /// A ball over flat ground.
     Ball {
-        /// Share of the samples that lie deeper than a step of the fastest fall from the start, which is how deep an engine that
-        /// goes by steps may let the ball in.
+        /// Share of states deeper than one time step at the highest possible speed.
+        ///
+        /// That is how deep a time-stepping engine may let the ball sink.
         under_share: f64,
-        /// Mean over those samples of how much deeper, m; 0 without any.
+        /// Mean excess depth over those states, m; 0 without any.
         under_m: f64,
-        /// Share of the rebounds that leave with more energy than they came with; 0 without any.
+        /// Share of rebounds with more energy after than before; 0 without rebounds.
         gain_share: f64,
     },
-    /// An object and a rod.
+    /// An object pushed by a rod.
     Push {
-        /// Largest overlap of rod and object on a trajectory, m, mean over the samples.
+        /// Largest penetration of the object by the rod on a trajectory, m, mean over the samples.
         overlap_m: f64,
-        /// Largest distance of the object from its first place before the rod first touches it, m, mean over the samples: a way would
-        /// add up the noise of every pose.
+        /// Largest distance of the object from its initial position before contact, m, mean over the samples.
+        ///
+        /// A path length would accumulate the noise of every pose instead.
         untouched_m: f64,
     },
 }
 
-/// The violations of a forecast; none for a system of which no such law is known.
+/// Measures the violations of a forecast of a ball over flat ground or a push; else `None`.
 pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<Violations> {
     if let Some(push) = engine.pushing() {
-        return Some(pushed(push, task, samples));
+        return Some(push_violations(push, task, samples));
     }
-    Some(bounced(&BallLimits::of(engine, task.start)?, task, samples))
+    Some(ball_violations(&BallLimits::of(engine, task.start)?, task, samples))
 }
 
-/// The limits that ground and energy set a ball from a first state.
+/// Bounds on depth and energy of a ball, given its initial state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BallLimits {
     gravity: f64,
     step_s: f64,
     /// Height of the ground in the data, m.
     ground_m: f64,
-    /// How far below the ground a step of the fastest fall reaches, m.
-    deepest: f64,
-    /// Whether the engine has laws of a model file, which may feed energy (a table that moves, an updraught).
-    has_laws: bool,
+    /// Largest depth below the ground, m: one time step at the highest possible speed.
+    max_depth: f64,
+    /// Whether the engine runs a model file, whose effects may add energy (a moving table, an updraught).
+    has_effects: bool,
 }
 
 impl BallLimits {
-    /// For states of height, m, and velocity, m/s, over flat ground; none for others.
+    /// Computes the bounds for states (height, m; velocity, m/s) over flat ground; `None` for other states.
     pub fn of(engine: &Engine, start: &[f64]) -> Option<Self> {
         let (gravity, step_s) = (engine.expected().gravity_m_s2?, engine.step_s()?);
         let ground_m = engine.ground_m()?;
         let &[height, velocity] = start else { return None };
         let fastest = (velocity.powi(2) + 2.0 * gravity * (height - ground_m).max(0.0)).sqrt();
-        let has_laws = engine.model().is_some();
-        Some(BallLimits { gravity, step_s, ground_m, deepest: step_s * fastest, has_laws })
+        let has_effects = engine.model().is_some();
+        Some(BallLimits { gravity, step_s, ground_m, max_depth: step_s * fastest, has_effects })
     }
 
-    /// Most energy, J/kg, that a rebound from the state `before` leaves with: within the step the ball falls on, and arrives with more
-    /// speed than it had before.
-    fn most_energy(&self, before: [f64; 2]) -> f64 {
+    /// Largest energy, J/kg, after a rebound from the state `before`.
+    ///
+    /// Exceeds the energy of `before`, because PyBullet's ball keeps falling within the step before it
+    /// rebounds.
+    fn max_energy(&self, before: [f64; 2]) -> f64 {
         self.energy(before) + self.gravity * self.step_s * before[1].abs()
     }
 
+    /// Mechanical energy relative to the ground, J/kg.
     fn energy(&self, [height, velocity]: [f64; 2]) -> f64 {
         0.5 * velocity * velocity + self.gravity * (height - self.ground_m)
     }
 
-    /// The state nearest to `after` that ground and energy allow behind `before`. Where laws of a model file take the next state,
-    /// `expected`, further, this one may go as far. PyBullet's ball may not: it gains energy where it is pushed out of the ground.
+    /// Moves the state `after` to the nearest one that the bounds allow as a successor of `before`.
+    ///
+    /// If the engine has effects of a model file, a state may go as far as `expected`, the engine's own step.
+    /// For PyBullet's ball it may not, because that engine adds energy when it pushes the ball out of the
+    /// ground.
     pub fn allowed(&self, before: [f64; 2], expected: [f64; 2], after: [f64; 2]) -> [f64; 2] {
-        let (mut deepest, mut most) = (self.ground_m - self.deepest, self.most_energy(before));
-        if self.has_laws {
-            (deepest, most) = (deepest.min(expected[0]), most.max(self.energy(expected)));
+        let (mut lowest, mut max_energy) = (self.ground_m - self.max_depth, self.max_energy(before));
+        if self.has_effects {
+            (lowest, max_energy) = (lowest.min(expected[0]), max_energy.max(self.energy(expected)));
         }
-        let height = after[0].max(deepest);
-        let rebounds = before[1] < 0.0 && after[1] > 0.0;
-        if !rebounds || self.energy([height, after[1]]) <= most {
+        let height = after[0].max(lowest);
+        let is_rebound = before[1] < 0.0 && after[1] > 0.0;
+        if !is_rebound || self.energy([height, after[1]]) <= max_energy {
             return [height, after[1]];
         }
-        [height, (2.0 * (most - self.energy([height, 0.0]))).max(0.0).sqrt()]
+        [height, (2.0 * (max_energy - self.energy([height, 0.0]))).max(0.0).sqrt()]
     }
 }
 
-fn bounced(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Violations {
+/// Counts depth and energy violations in samples `[time, 2, sample]` of a ball.
+fn ball_violations(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Violations {
     let n = samples.count;
-    let at =
+    let state =
         |t: usize, sample: usize| [0, 1].map(|j: usize| f64::from(samples.values[(t * 2 + j) * n + sample]));
     let (mut under, mut depth, mut rebounds, mut gains) = (0.0, 0.0, 0.0, 0.0);
     for sample in 0..n {
         for t in 0..task.time {
-            let below = limits.ground_m - at(t, sample)[0] - (limits.deepest + SLOP_M);
+            let below = limits.ground_m - state(t, sample)[0] - (limits.max_depth + PENETRATION_TOLERANCE_M);
             if below > 0.0 {
                 under += 1.0;
                 depth += below;
@@ -108,10 +119,11 @@ fn bounced(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Violations
             if t == 0 {
                 continue;
             }
-            let (before, after) = (at(t - 1, sample), at(t, sample));
+            let (before, after) = (state(t - 1, sample), state(t, sample));
             if before[1] < 0.0 && after[1] > 0.0 {
                 rebounds += 1.0;
-                gains += f64::from(u8::from(limits.energy(after) > limits.most_energy(before) + ENERGY_SLOP));
+                let is_gain = limits.energy(after) > limits.max_energy(before) + ENERGY_TOLERANCE;
+                gains += f64::from(u8::from(is_gain));
             }
         }
     }
@@ -122,8 +134,9 @@ fn bounced(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Violations
     }
 }
 
-/// Gap between the rod at sample `t` and the object at a pose, m, and the direction from the object to the rod; negative where they
-/// overlap.
+/// Computes gap, m, and direction from object to rod, for the rod at sample `t` and an object pose.
+///
+/// The gap is negative if they overlap.
 pub(crate) fn gap(push: &ModelPush, task: &Task<'_>, t: usize, [x, y, angle]: [f64; 3]) -> (f64, [f64; 2]) {
     let pose = Pose::new(x, y, angle);
     let rod = [task.actions[3 * t], task.actions[3 * t + 1]];
@@ -133,30 +146,31 @@ pub(crate) fn gap(push: &ModelPush, task: &Task<'_>, t: usize, [x, y, angle]: [f
     (nearest.distance - push.rod_radius_m(), [cos * a - sin * b, sin * a + cos * b])
 }
 
-fn pushed(push: &ModelPush, task: Task<'_>, samples: &Samples) -> Violations {
+/// Measures penetration and motion before contact in samples `[time, 3, sample]` of a push.
+fn push_violations(push: &ModelPush, task: Task<'_>, samples: &Samples) -> Violations {
     let n = samples.count;
     let (mut overlap, mut untouched) = (0.0, 0.0);
     for sample in 0..n {
         let pose = |t: usize| [0, 1, 2].map(|j| f64::from(samples.values[(t * 3 + j) * n + sample]));
-        let (mut deepest, mut touched, mut way) = (0.0_f64, false, 0.0_f64);
+        let (mut max_overlap, mut has_touched, mut max_shift) = (0.0_f64, false, 0.0_f64);
         for t in 0..task.time {
             let (gap, _) = gap(push, &task, t, pose(t));
-            deepest = deepest.max(-gap);
-            touched |= gap < TOUCH_M;
-            if !touched {
+            max_overlap = max_overlap.max(-gap);
+            has_touched |= gap < TOUCH_M;
+            if !has_touched {
                 let [x, y, _] = pose(t);
-                way = (x - task.start[0]).hypot(y - task.start[1]).max(way);
+                max_shift = (x - task.start[0]).hypot(y - task.start[1]).max(max_shift);
             }
         }
-        overlap += deepest;
-        untouched += way;
+        overlap += max_overlap;
+        untouched += max_shift;
     }
     Violations::Push { overlap_m: overlap / n as f64, untouched_m: untouched / n as f64 }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: each violation by hand, and none for the engine itself.
+    //! Contract: violations agree with hand calculation, and the engine itself has none.
     use super::*;
     use augsim_physics::ball::bullet::BulletBall;
 
@@ -167,18 +181,19 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_moved_to_the_nearest_that_ground_and_energy_allow() {
+    fn a_state_beyond_the_bounds_is_moved_to_the_nearest_allowed_one() {
         let engine = Engine::PybulletBall(BulletBall::default());
         let limits = BallLimits::of(&engine, &[1.0, 0.0]).expect("a ball over flat ground");
         let free = [0.5, -3.0];
         assert_eq!(limits.allowed([0.6, -2.9], free, free), free);
-        // A step of the fastest fall below the ground, and no deeper.
+        // One time step at the highest speed below the ground, and no deeper.
         let deep = limits.allowed([0.05, -4.4], [0.01, 2.0], [-0.5, -4.5]);
-        assert!((deep[0] + limits.deepest).abs() < 1e-12 && deep[1] == -4.5, "{deep:?}");
+        assert!((deep[0] + limits.max_depth).abs() < 1e-12 && deep[1] == -4.5, "{deep:?}");
         let fast = limits.allowed([0.05, -3.0], [0.05, 2.0], [0.05, 9.0]);
-        assert!((limits.energy(fast) - limits.most_energy([0.05, -3.0])).abs() < 1e-9, "{fast:?}");
-        // Laws of a model may feed energy, and then so may the net.
-        let risen = BallLimits { has_laws: true, ..limits }.allowed([0.05, -3.0], [0.05, 9.0], [0.05, 8.9]);
+        assert!((limits.energy(fast) - limits.max_energy([0.05, -3.0])).abs() < 1e-9, "{fast:?}");
+        // Effects of a model file may add energy, and then the net may as well.
+        let risen =
+            BallLimits { has_effects: true, ..limits }.allowed([0.05, -3.0], [0.05, 9.0], [0.05, 8.9]);
         assert_eq!(risen, [0.05, 8.9]);
     }
 
@@ -193,8 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn depth_and_gains_by_hand() {
-        // Half of the samples lie 0.5 m below the ground; a step of the fastest fall from 1 m is 4.427 m/s / 60.
+    fn depth_and_energy_gains_agree_with_hand_calculation() {
+        // Half of the states are 0.5 m below the ground; one step at the highest speed from 1 m is 4.427 m/s
+        // / 60.
         let Violations::Ball { under_share, under_m, gain_share } = drop(vec![1.0, -3.0, -0.5, 4.0]) else {
             panic!("a ball")
         };

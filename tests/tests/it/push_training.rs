@@ -347,14 +347,13 @@ fn unfit_data_and_settings_are_refused() {
     blind.action_columns.clear();
     let text = refused(Training::new(settings(Recipe::Hybrid), &blind));
     assert!(
-        text.ends_with("the engine's actions are pusher_x_m, pusher_y_m, t_s, the data's are ")
-            || text.contains("actions are pusher_x_m"),
+        text.contains("the engine has the actions pusher_x_m, pusher_y_m, t_s, but the data have "),
         "{text}"
     );
     let ball = Engine::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
     let text =
         refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
-    let rule = "needs an engine of an object and a rod; correct single steps of any other";
+    let rule = "needs an engine of an object pushed by a rod; use `step` for other engines";
     assert_eq!(text, format!("setting `correction` = rollout: {rule}"));
     let steps = Settings { correction: Correction::Step, ..settings(Recipe::NeuralPlus) };
     let text = refused(Training::new(steps, &pushes));

@@ -167,7 +167,7 @@ fn a_run_is_not_resumed_on_other_data() {
         Training::resume(state, data).map_or_else(|e| e.to_string(), |_| "accepted".to_owned())
     };
     let foreign = |what: &str| {
-        let advice = "use the run's own data and settings, or start a new run";
+        let advice = "use the data and settings of the saved run, or start a new run";
         format!("the checkpoint does not belong to this run: {what}; {advice}")
     };
     let other = foreign("it was trained on other data");
@@ -181,13 +181,13 @@ fn a_run_is_not_resumed_on_other_data() {
     assert_eq!(refused(state.clone(), &swapped), other);
     let mut renamed = equal();
     renamed.columns[0] = "depth_m".into();
-    assert_eq!(refused(state.clone(), &renamed), foreign("its state columns are others"));
+    assert_eq!(refused(state.clone(), &renamed), foreign("its state columns differ from those of the data"));
 
     let mut cut = state.clone();
     cut.params.truncate(10);
     let text = refused(cut, &equal());
     let n = state.params.len();
-    assert_eq!(text, foreign(&format!("its settings make {n} parameters, but it holds 10")));
+    assert_eq!(text, foreign(&format!("its settings give a net of {n} parameters, but it holds 10")));
     assert_eq!(refused(state, &equal()), "accepted");
 }
 
@@ -197,7 +197,7 @@ fn nothing_to_train_on_and_settings_out_of_range_are_errors() {
         Training::new(settings, data).map_or_else(|e| e.to_string(), |_| "accepted".to_owned())
     };
     let empty = Sequences { items: Vec::new(), ..equal() };
-    let text = "the training set holds no trajectory; give at least one";
+    let text = "the training set contains no trajectory; give at least one";
     assert_eq!(refused(settings(Recipe::Neural), &empty), text);
     let none = Settings { batch: 0, ..settings(Recipe::Neural) };
     assert_eq!(refused(none, &equal()), "setting `batch` = 0: must be at least 1");

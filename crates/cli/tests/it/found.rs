@@ -154,7 +154,7 @@ fn a_forecast_that_leaves_the_numbers_is_an_error_with_its_first_step() {
     lines[1] = format!("{},{},1e39,{}", first[0], first[1], first[3]);
     std::fs::write(d.join("far.csv"), lines.join("\n") + "\n").expect("written");
     for command in [&["evaluate", "net"][..], &["predict", "net", "--out", "forecast.csv"]] {
-        fail(4, &[command, &["--data", "far.csv"]].concat(), d, &["trajectory `0`", "from step 0 on"]);
+        fail(4, &[command, &["--data", "far.csv"]].concat(), d, &["trajectory `0`", "diverged at step 0"]);
     }
     assert!(!d.join("forecast.csv").exists());
 }

@@ -1,6 +1,6 @@
-//! Which recipes are classes of the league, and what follows from it.
+//! Maps recipes to league classes, and answers questions about a recipe that depend on its class.
 
-use super::reads::Reads;
+use super::inputs::ClassInputs;
 use super::{
     CALIBRATED, CONDITIONAL_VRNN, CONVEX_QUARTIC, CONVEX_QUARTIC_DRAWN, Class, ENSEMBLE, ENSEMBLE_RESIDUAL,
     FEED_FORWARD, FEED_FORWARD_RESIDUAL, GP_RESIDUAL, GP_RESIDUAL_MEAN, Kind, MIXTURE_RESIDUAL,
@@ -9,7 +9,7 @@ use super::{
 use crate::recipe::Recipe;
 
 impl Recipe {
-    /// How a class of the league is built; none for the paper's nets and ours, which are in [`crate::nets`].
+    /// League class of the recipe; `None` for the nets in [`crate::nets`].
     pub(crate) fn class(self) -> Option<&'static Class> {
         Some(match self {
             Recipe::PhysicsCalibrated => &CALIBRATED,
@@ -36,26 +36,26 @@ impl Recipe {
         })
     }
 
-    /// Whether it learns the whole motion, and no physics takes part.
+    /// Whether the recipe uses no physics.
     pub fn is_blind(self) -> bool {
         match self.class() {
-            Some(class) => !class.reads.physics(),
+            Some(class) => !class.inputs.uses_physics(),
             None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
         }
     }
 
-    /// Whether it can correct the rates of a system of equations.
+    /// Whether the recipe can correct the rates of a system of equations.
     pub fn corrects_rates(self) -> bool {
-        let strides = |class: &Class| matches!(class.reads, Reads::Strides { physics: true, .. });
-        self == Recipe::HybridPlus || self.class().is_some_and(strides)
+        let corrects_steps = |class: &Class| matches!(class.inputs, ClassInputs::Steps { physics: true, .. });
+        self == Recipe::HybridPlus || self.class().is_some_and(corrects_steps)
     }
 
-    /// Whether it is made for an object and a rod.
+    /// Whether the recipe supports pushing only.
     pub fn is_of_pushing(self) -> bool {
-        self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.pushing_only)
+        self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.is_pushing_only)
     }
 
-    /// Whether it is fitted directly, in one iteration, and has no settings to try.
+    /// Whether the class is fitted directly in one iteration, so that it has no hyperparameters to tune.
     pub fn is_fitted(self) -> bool {
         self.class().is_some_and(|class| matches!(class.kind, Kind::Fitted(_)))
     }

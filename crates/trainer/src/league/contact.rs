@@ -1,35 +1,35 @@
-//! The quasi-static contact of a stride of a push, for classes that put something of their own into the analytical model.
+//! Quasi-static contact model of one stride of a push, with replaceable friction and contact.
 
 use crate::engine::ModelPush;
 use augsim_physics::Scalar as Real;
 use augsim_physics::push::planar::{Rotation, add, dot, rot90, scale};
 use augsim_physics::push::{ContactFriction, Outline, Pose, Support, Touch, respond};
 
-/// Straight pieces of a stride that the model is asked about.
-const PIECES: usize = 4;
+/// Number of equal time steps per stride, in each of which the contact is linearised.
+const SUBSTEPS: usize = 4;
 
-/// The object and the rod, with what is declared about their friction.
+/// Object, rod and declared friction parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
     outline: Outline,
     rod_radius_m: f64,
-    /// Ratio of the largest moment to the largest force of the support's friction, m.
+    /// Ratio of the largest moment to the largest force of the support friction, m.
     pub c_m: f64,
-    /// Friction between rod and object.
+    /// Friction coefficient between rod and object.
     pub friction: f64,
 }
 
-/// A contact elsewhere than the outline says.
+/// Offset of the contact from the one that the outline gives.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Misplaced<S> {
-    /// Way of the contact along the side, m.
+pub(super) struct ContactOffset<S> {
+    /// Shift of the contact point along the side, m.
     pub shift: S,
-    /// Turn of its normal, rad.
+    /// Rotation of the contact normal, rad.
     pub turn: S,
 }
 
 impl Contact {
-    /// That of a declared model.
+    /// Takes object, rod and friction of a declared model.
     pub fn of(push: &ModelPush) -> Self {
         Contact {
             outline: push.world().object().outline.clone(),
@@ -39,27 +39,29 @@ impl Contact {
         }
     }
 
-    /// Displacement (m, m, rad) in the object's frame at the beginning of the stride, while the rod goes from `rod` by `travel`, m.
+    /// Computes the object's displacement (m, m, rad) while the rod moves from `rod` by `travel`, m.
+    ///
+    /// All in the object's frame at the start of the stride.
     pub fn displacement<S: Real>(
         &self,
         rod: [f64; 2],
         travel: [f64; 2],
         support: &Support<'_, S>,
-        law: &ContactFriction<S>,
-        misplaced: Option<&Misplaced<S>>,
+        friction: &ContactFriction<S>,
+        offset: Option<&ContactOffset<S>>,
     ) -> [S; 3] {
         let mut pose = Pose::new(S::zero(), S::zero(), S::zero());
-        let step = travel.map(|v| S::constant(v / PIECES as f64));
-        for piece in 0..PIECES {
-            let share = piece as f64 / PIECES as f64;
-            let at = [0, 1].map(|j| S::constant(rod[j] + share * travel[j]));
-            let nearest = self.outline.nearest(pose.to_body(at));
+        let step = travel.map(|v| S::constant(v / SUBSTEPS as f64));
+        for substep in 0..SUBSTEPS {
+            let fraction = substep as f64 / SUBSTEPS as f64;
+            let position = [0, 1].map(|j| S::constant(rod[j] + fraction * travel[j]));
+            let nearest = self.outline.nearest(pose.to_body(position));
             let rotation = Rotation::new(pose.angle);
             let inward = rotation.to_world(nearest.outward.map(|n| -n));
             let gap = nearest.distance - self.rod_radius_m;
             let approach = dot(step, inward);
-            // The rod moves freely until it touches.
-            let pushing = if gap.value() <= 0.0 {
+            // The rod moves freely until contact, so only the remaining fraction of the substep pushes.
+            let pushing_fraction = if gap.value() <= 0.0 {
                 S::constant(1.0)
             } else if approach.value() > gap.value() {
                 -(gap / approach) + 1.0
@@ -67,15 +69,15 @@ impl Contact {
                 continue;
             };
             let point = rotation.to_world(nearest.point);
-            let (point, normal) = match misplaced {
-                Some(Misplaced { shift, turn }) => {
+            let (point, normal) = match offset {
+                Some(ContactOffset { shift, turn }) => {
                     let normal = Rotation::new(*turn).to_world(inward);
                     (add(point, scale(rot90(normal), *shift)), normal)
                 }
                 None => (point, inward),
             };
-            let touch = Touch { point, normal, velocity: scale(step, pushing) };
-            let twist = respond(support, &touch, law).twist;
+            let touch = Touch { point, normal, velocity: scale(step, pushing_fraction) };
+            let twist = respond(support, &touch, friction).twist;
             pose = Pose { position: add(pose.position, twist.velocity), angle: pose.angle + twist.rotation };
         }
         [pose.position[0], pose.position[1], pose.angle]

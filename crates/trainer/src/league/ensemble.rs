@@ -1,9 +1,13 @@
-//! Five probabilistic perceptrons, each trained on a bootstrap of the trajectories (PETS: Chua, Calandra, McAllister, Levine 2018), as a
-//! model of the motion or of what a physics step leaves. A sample stays with one member over the whole roll-out (their TS-infinity).
+//! An ensemble of five probabilistic perceptrons (PETS).
+//!
+//! Chua, Calandra, McAllister, Levine 2018. Each is trained on a bootstrap sample of the trajectories, and
+//! predicts the next state or the residual of a physics step.
+//!
+//! A sampled trajectory uses one member for the whole roll-out (TS-infinity in the paper of PETS).
 
-use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
-use crate::league::reads::Reads;
+use super::strides::{self, CorrectionSampler};
+use super::{Class, Defaults, Extents, Kind, Learned, Trained, operands, zero};
+use crate::league::inputs::ClassInputs;
 use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -13,22 +17,22 @@ use augsim_tensor::{Scalar, Tape, TensorError};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Members of the ensemble.
+/// Number of ensemble members.
 const MEMBERS: usize = 5;
 
 const fn class(physics: bool) -> Class {
     Class {
         kind: Kind::Ensemble,
-        reads: Reads::Strides { physics, members: MEMBERS },
-        plan: Plan { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
-        pushing_only: false,
+        inputs: ClassInputs::Steps { physics, members: MEMBERS },
+        defaults: Defaults { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
+        is_pushing_only: false,
     }
 }
 
 pub(crate) static ENSEMBLE: Class = class(false);
 pub(crate) static ENSEMBLE_RESIDUAL: Class = class(true);
 
-/// The members.
+/// The ensemble.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     extents: Extents,
@@ -39,9 +43,9 @@ pub struct Ensemble {
 impl Ensemble {
     pub fn new<T: Scalar>(settings: &Settings, extents: Extents, params: &mut Params<T>) -> Self {
         let (h, floor) = (settings.net.hidden, settings.net.sd_floor);
-        let seen = extents.condition - MEMBERS;
+        let features = extents.condition - MEMBERS;
         let member = |k: usize| {
-            let step = Mlp::new(params, &format!("member{k}.step"), &[seen, h, h]);
+            let step = Mlp::new(params, &format!("member{k}.step"), &[features, h, h]);
             (step, GaussianHead::new(params, &format!("member{k}"), h, extents.state, floor))
         };
         Ensemble {
@@ -60,20 +64,21 @@ impl Learned for Ensemble {
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError> {
         let (x, u, mask) = operands(tape, &tile, self.extents)?;
-        let seen = self.extents.condition - MEMBERS;
-        let features = tape.slice(u, 1, 0, seen)?;
+        // The last columns of a condition row are the bootstrap weights.
+        let width = self.extents.condition - MEMBERS;
+        let features = tape.slice(u, 1, 0, width)?;
         let (mut totals, mut misfits) = (Vec::new(), Vec::new());
         for (k, (step, head)) in self.members.iter().enumerate() {
             let h = step.forward(tape, p, features)?;
-            let law = head.forward(tape, p, h)?;
-            let nll = tape.gaussian_nll(x, law.mean, law.sd)?;
-            let weight = tape.slice(u, 1, seen + k, seen + k + 1)?;
+            let predicted = head.forward(tape, p, h)?;
+            let nll = tape.gaussian_nll(x, predicted.mean, predicted.sd)?;
+            let weight = tape.slice(u, 1, width + k, width + k + 1)?;
             let nll = tape.mul(nll, weight)?;
-            // The weight of beta-NLL, for the reason that `gaussian_loss` gives.
-            let sd = tape.detach(law.sd)?;
+            // Weight of beta-NLL, as in `gaussian_loss`.
+            let sd = tape.detach(predicted.sd)?;
             let variance = tape.mul(sd, sd)?;
-            let tempered = tape.mul(nll, variance)?;
-            totals.push(masked_sum(tape, tempered, mask)?);
+            let weighted = tape.mul(nll, variance)?;
+            totals.push(masked_sum(tape, weighted, mask)?);
             misfits.push(masked_sum(tape, nll, mask)?);
         }
         let mut sum = |parts: Vec<_>| {
@@ -94,7 +99,7 @@ impl Learned for Ensemble {
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        // Sample i belongs to member i mod 5, whose lanes lie side by side.
+        // Sample i uses member i mod 5; each member runs its samples as one batch.
         let lanes = samples.div_ceil(MEMBERS);
         let runner = |(step, head): &(Mlp, GaussianHead)| {
             (
@@ -104,30 +109,32 @@ impl Learned for Ensemble {
         };
         let mut runner = Runner {
             members: self.members.iter().map(runner).collect(),
-            seen: vec![0.0; (self.extents.condition - MEMBERS) * lanes],
+            features: vec![0.0; (self.extents.condition - MEMBERS) * lanes],
             lanes,
         };
-        Ok(strides::roll(trained, self.physics, task, samples, &mut runner))
+        Ok(strides::roll_out(trained, self.physics, task, samples, &mut runner))
     }
 }
 
 struct Runner {
     members: Vec<(MlpRunner, GaussianRunner)>,
-    seen: Vec<f32>,
+    /// Features of one member's samples, `[U, lane]`.
+    features: Vec<f32>,
     lanes: usize,
 }
 
-impl Steps for Runner {
-    fn draw(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
+impl CorrectionSampler for Runner {
+    fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
         let lanes = self.lanes;
-        let samples = u.len() / (self.seen.len() / lanes);
+        let samples = u.len() / (self.features.len() / lanes);
         for (k, (step, head)) in self.members.iter_mut().enumerate() {
-            for (row, own) in u.chunks_exact(samples).zip(self.seen.chunks_exact_mut(lanes)) {
-                own.iter_mut()
+            for (row, member_row) in u.chunks_exact(samples).zip(self.features.chunks_exact_mut(lanes)) {
+                member_row
+                    .iter_mut()
                     .zip(row[k.min(row.len())..].iter().step_by(MEMBERS))
-                    .for_each(|(o, v)| *o = *v);
+                    .for_each(|(slot, v)| *slot = *v);
             }
-            let (mean, sd) = head.run(step.run(&self.seen, 1), 1);
+            let (mean, sd) = head.run(step.run(&self.features, 1), 1);
             for (j, row) in out.chunks_exact_mut(samples).enumerate() {
                 for (lane, sample) in (k..samples).step_by(MEMBERS).enumerate() {
                     let noise: f32 = StandardNormal.sample(rng);

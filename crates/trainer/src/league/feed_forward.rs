@@ -1,9 +1,10 @@
-//! A perceptron of two hidden layers that gives the next state, or corrects a physics step: the paper's classes (b) and (c).
-//! Deterministic, fitted by squared errors.
+//! A perceptron that predicts the next state, or corrects a physics step.
+//!
+//! The paper's classes (b) and (c), with two hidden layers. Deterministic, trained on squared errors.
 
-use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
-use crate::league::reads::Reads;
+use super::strides::{self, CorrectionSampler};
+use super::{Class, Defaults, Extents, Kind, Learned, Trained, operands, zero};
+use crate::league::inputs::ClassInputs;
 use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -15,16 +16,16 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 const fn class(physics: bool) -> Class {
     Class {
         kind: Kind::FeedForward,
-        reads: Reads::Strides { physics, members: 0 },
-        plan: Plan { hidden: 32, sd_floor: 0.0, learning_rate: 3e-3 },
-        pushing_only: false,
+        inputs: ClassInputs::Steps { physics, members: 0 },
+        defaults: Defaults { hidden: 32, sd_floor: 0.0, learning_rate: 3e-3 },
+        is_pushing_only: false,
     }
 }
 
 pub(crate) static FEED_FORWARD: Class = class(false);
 pub(crate) static FEED_FORWARD_RESIDUAL: Class = class(true);
 
-/// The perceptron.
+/// The perceptron, with or without physics.
 #[derive(Debug, Clone)]
 pub struct FeedForward {
     extents: Extents,
@@ -74,7 +75,7 @@ impl Learned for FeedForward {
             hidden: MlpRunner::new(&self.hidden, trained.params, samples, 1),
             out: LinearRunner::new(self.out, trained.params, samples, 1),
         };
-        Ok(strides::roll(trained, self.physics, task, samples, &mut runner))
+        Ok(strides::roll_out(trained, self.physics, task, samples, &mut runner))
     }
 }
 
@@ -83,8 +84,8 @@ struct Runner {
     out: LinearRunner,
 }
 
-impl Steps for Runner {
-    fn draw(&mut self, u: &[f32], _: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
+impl CorrectionSampler for Runner {
+    fn sample(&mut self, u: &[f32], _: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
         out.copy_from_slice(self.out.run(self.hidden.run(u, 1), 1));
     }
 }

@@ -1,80 +1,92 @@
-//! Gaussian processes for what the contact model leaves of the object's motion (Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts;
-//! here for pushing): the residual twist in the frame of the contact, per unit of the rod's travel, as a function of the arm of the rod
-//! along and across the side, the direction of its motion, how far the friction cone is used, and its speed.
+//! Gaussian processes for the residual of the contact model.
 //!
-//! Three independent processes with one length scale an input (ARD) and constant noise, on at most [`POINTS`] strides. The forecast adds
-//! the residual to the physics at each stride: the mean alone, or a draw a stride, whose variance is that along the mean path (it costs the
-//! square of the points, and samples stay near each other).
+//! Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts; here for pushing.
+//!
+//! The target is the residual twist in the frame of the contact, per unit of the rod's travel. The inputs are
+//! the coordinates of the contact point along and across the side, the direction of the rod's motion, the
+//! used fraction of the friction cone, and the logarithm of the rod's speed.
+//!
+//! Three independent processes with one length scale per input (ARD) and constant noise, on at most
+//! [`MAX_POINTS`] strides. The forecast adds the residual to the physics at each stride: its mean, or a
+//! random draw. The variance of the draws is evaluated only along the mean path, because it costs O(points^2)
+//! and the samples stay close to each other.
 
-use super::strides::{Stride, strides_of, touching_share};
-use super::{Class, Fitted, Kind, Plan, Trained};
+use super::strides::{Stride, split_into_strides, travel_before_contact};
+use super::{Class, Defaults, Fitted, Kind, Trained};
 use crate::engine::ModelPush;
-use crate::league::reads::Reads;
+use crate::league::inputs::ClassInputs;
 use crate::push::StartFrame;
 use crate::push::gp::Homoscedastic;
 use crate::settings::Settings;
 use crate::{Samples, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
-use augsim_nn::Params;
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::{Arc, OnceLock};
 
-/// Most strides that the processes stand on.
-const POINTS: usize = 400;
-/// Inputs, and outputs.
+/// Maximum number of strides in the training set of the processes.
+const MAX_POINTS: usize = 400;
+/// Number of inputs of a process.
 const INPUTS: usize = 5;
+/// Number of outputs, each with its own process.
 const OUTPUTS: usize = 3;
-/// Least spread of an input, in units of c, rad and e-folds: below it what differs is rounding.
-const LEAST: f64 = 1e-2;
-/// Logarithms of a kernel.
+/// Lower bound of the standard deviation of an input; smaller ones are rounding.
+///
+/// In units of c, rad or ln speed.
+const MIN_INPUT_SD: f64 = 1e-2;
+/// Number of hyperparameters of a kernel (their logarithms).
 const KERNEL: usize = INPUTS + 2;
 
 const fn class(make: fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>) -> Class {
     Class {
         kind: Kind::Fitted(make),
-        reads: Reads::Sequences,
-        plan: Plan { hidden: 1, sd_floor: 0.0, learning_rate: 1.0 },
-        pushing_only: true,
+        inputs: ClassInputs::Unprepared,
+        defaults: Defaults { hidden: 1, sd_floor: 0.0, learning_rate: 1.0 },
+        is_pushing_only: true,
     }
 }
 
 pub(crate) static GP_RESIDUAL: Class =
-    class(|_| Ok(Arc::new(GpResidual { drawn: true, built: OnceLock::new() })));
+    class(|_| Ok(Arc::new(GpResidual { is_sampled: true, processes: OnceLock::new() })));
 pub(crate) static GP_RESIDUAL_MEAN: Class =
-    class(|_| Ok(Arc::new(GpResidual { drawn: false, built: OnceLock::new() })));
+    class(|_| Ok(Arc::new(GpResidual { is_sampled: false, processes: OnceLock::new() })));
 
 #[derive(Debug)]
 struct GpResidual {
-    /// Whether forecasts are drawn, or the mean propagated.
-    drawn: bool,
-    /// The processes of the parameters, made by the first forecast: parameters do not change after training.
-    built: OnceLock<Option<Processes>>,
+    /// Whether forecasts sample the residual, or use its mean.
+    is_sampled: bool,
+    /// Processes, built from the parameters by the first forecast.
+    ///
+    /// The parameters do not change after training.
+    processes: OnceLock<Option<Processes>>,
 }
 
-/// The processes with the scales of their inputs and outputs.
+/// The processes, one per output, with the scales of inputs and outputs.
 #[derive(Debug)]
 struct Processes {
+    /// Mean and standard deviation of each input.
     inputs: [[f64; 2]; INPUTS],
+    /// Root mean square of each output.
     outputs: [f64; OUTPUTS],
-    each: Vec<Homoscedastic<INPUTS>>,
+    per_output: Vec<Homoscedastic<INPUTS>>,
 }
 
-/// A stride in training: input and residual.
+/// Inputs and targets of a training stride.
 type Row = ([f64; INPUTS], [f64; OUTPUTS]);
 
-/// A stride as the contact sees it.
-struct Look {
+/// Inputs and physics prediction of a stride with contact.
+struct ContactStride {
     input: [f64; INPUTS],
-    /// Angle of the inward normal in the object's frame, rad, and the rod's travel, m.
+    /// Angle of the inward contact normal in the object's frame, rad.
     normal: f64,
+    /// Travel of the rod, m.
     travel_m: f64,
-    /// Displacement that the physics expects, in the object's frame.
+    /// Displacement that the physics predicts, in the object's frame (m, m, rad).
     physical: [f64; 3],
 }
 
-/// The contact of a stride from a pose; none where the rod does not touch before its end.
-fn look(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Option<Look> {
+/// Computes inputs and physics prediction of a stride; `None` without contact.
+fn contact_stride(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Option<ContactStride> {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
     let path = push.follow(pose, &[a, b].concat());
@@ -87,50 +99,51 @@ fn look(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Option<Look> 
     let normal = inward[1].atan2(inward[0]);
     let c = push.c_m();
     let (sin, cos) = normal.sin_cos();
-    let turned = |v: [f64; 2]| [cos * v[0] + sin * v[1], cos * v[1] - sin * v[0]];
+    let to_contact_frame = |v: [f64; 2]| [cos * v[0] + sin * v[1], cos * v[1] - sin * v[0]];
     let travel = frame.vector([b[0] - a[0], b[1] - a[1]]);
     let travel_m = travel[0].hypot(travel[1]);
-    let arm = turned(instant.contact);
-    let direction = turned(travel);
-    let force = turned(frame.vector(instant.force));
-    let used = force[1] / (push.contact_friction() * force[0].max(1e-9));
+    let arm = to_contact_frame(instant.contact);
+    let direction = to_contact_frame(travel);
+    let force = to_contact_frame(frame.vector(instant.force));
+    let cone_fraction = force[1] / (push.contact_friction() * force[0].max(1e-9));
     let speed = travel_m / (b[2] - a[2]).max(1e-6);
     let input = [
         arm[1] / c,
         arm[0] / c,
         direction[1].atan2(direction[0]),
-        used.clamp(-1.5, 1.5),
+        cone_fraction.clamp(-1.5, 1.5),
         speed.max(1e-4).ln(),
     ];
-    (travel_m > 1e-4).then_some(Look { input, normal, travel_m, physical })
+    (travel_m > 1e-4).then_some(ContactStride { input, normal, travel_m, physical })
 }
 
-/// A vector of the contact's frame in the object's.
-fn back(normal: f64, [n, t]: [f64; 2]) -> [f64; 2] {
+/// Rotates a vector from the contact frame to the object's frame.
+fn to_object_frame(normal: f64, [n, t]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = normal.sin_cos();
     [cos * n - sin * t, sin * n + cos * t]
 }
 
 impl Processes {
-    fn standard(&self, input: &[f64; INPUTS]) -> [f64; INPUTS] {
+    /// Converts an input to standard units.
+    fn standardise(&self, input: &[f64; INPUTS]) -> [f64; INPUTS] {
         std::array::from_fn(|k| (input[k] - self.inputs[k][0]) / self.inputs[k][1])
     }
 
-    /// Reads the fit from the parameters of a run; `None` if they are none of a fit.
-    fn of(values: &[f64]) -> Option<Self> {
-        let (head, data) = values.split_at_checked(1 + 2 * INPUTS + OUTPUTS + OUTPUTS * KERNEL)?;
-        let count = head[0] as usize;
-        let (scales, kernels) = head[1..].split_at(2 * INPUTS + OUTPUTS);
+    /// Rebuilds the processes from the parameters of a run; `None` if they do not come from a fit.
+    fn restore(values: &[f64]) -> Option<Self> {
+        let (hyperparameters, data) = values.split_at_checked(1 + 2 * INPUTS + OUTPUTS + OUTPUTS * KERNEL)?;
+        let count = hyperparameters[0] as usize;
+        let (scales, kernels) = hyperparameters[1..].split_at(2 * INPUTS + OUTPUTS);
         let rows: Vec<&[f64]> = data.chunks_exact(INPUTS + OUTPUTS).take(count).collect();
         let x: Vec<[f64; INPUTS]> = rows.iter().map(|r| std::array::from_fn(|k| r[k])).collect();
-        let each = (0..OUTPUTS).map(|j| {
+        let per_output = (0..OUTPUTS).map(|j| {
             let y: Vec<f64> = rows.iter().map(|r| r[INPUTS + j]).collect();
             Homoscedastic::restore(&kernels[j * KERNEL..(j + 1) * KERNEL], &x, &y)
         });
         Some(Processes {
             inputs: std::array::from_fn(|k| [scales[2 * k], scales[2 * k + 1]]),
             outputs: std::array::from_fn(|j| scales[2 * INPUTS + j]),
-            each: each.collect::<Option<_>>()?,
+            per_output: per_output.collect::<Option<_>>()?,
         })
     }
 }
@@ -141,62 +154,64 @@ impl Fitted for GpResidual {
             ("points", 1),
             ("scales", 2 * INPUTS + OUTPUTS),
             ("kernels", OUTPUTS * KERNEL),
-            ("data", POINTS * (INPUTS + OUTPUTS)),
+            ("data", MAX_POINTS * (INPUTS + OUTPUTS)),
         ]
     }
 
     fn is_deterministic(&self) -> bool {
-        !self.drawn
+        !self.is_sampled
     }
 
     fn fit(&self, settings: &Settings, train: &Sequences) -> Result<(Vec<f64>, f64), TrainerError> {
-        let few = || TrainerError::Setting {
+        let too_few = || TrainerError::Setting {
             key: "train",
             value: format!("{} pushes", train.items.len()),
-            rule: "must hold at least 20 strides with contact for a Gaussian process",
+            rule: "must contain at least 20 strides with contact to fit a Gaussian process",
         };
-        let push = settings.engine.pushing().ok_or_else(few)?;
+        let push = settings.engine.pushing().ok_or_else(too_few)?;
         let mut rows: Vec<Row> = Vec::new();
-        // Every push is looked at until there are ten times as many strides as are kept.
-        let every = (train.items.len() / POINTS).max(1);
-        for q in train.items.iter().step_by(every) {
-            for stride in strides_of(&q.actions) {
+        // Large sets are thinned to about MAX_POINTS pushes, each of which has several strides.
+        let spacing = (train.items.len() / MAX_POINTS).max(1);
+        for q in train.items.iter().step_by(spacing) {
+            for stride in split_into_strides(&q.actions) {
                 let pose = [0, 1, 2].map(|j| q.state(stride.first)[j]);
-                let Some(look) = look(push, &pose, &stride) else { continue };
-                let moved = StartFrame::new(&pose, 0.0).pose(q.state(stride.last));
-                let left = [0, 1, 2].map(|j| (moved[j] - look.physical[j]) / look.travel_m);
-                let [n, t] = back(-look.normal, [left[0], left[1]]);
-                rows.push((look.input, [n, t, push.c_m() * left[2]]));
+                let Some(contact) = contact_stride(push, &pose, &stride) else { continue };
+                let displacement = StartFrame::new(&pose, 0.0).pose(q.state(stride.last));
+                let residual = [0, 1, 2].map(|j| (displacement[j] - contact.physical[j]) / contact.travel_m);
+                // The inverse rotation, into the contact frame.
+                let [normal, tangent] = to_object_frame(-contact.normal, [residual[0], residual[1]]);
+                rows.push((contact.input, [normal, tangent, push.c_m() * residual[2]]));
             }
         }
         rows.shuffle(&mut random_stream(settings.seed, "gp-residual", 0));
-        rows.truncate(POINTS);
+        rows.truncate(MAX_POINTS);
         let n = rows.len() as f64;
         if rows.len() < 20 {
-            return Err(few());
+            return Err(too_few());
         }
-        let moments = |of: &dyn Fn(&Row) -> f64| {
-            let mean = rows.iter().map(of).sum::<f64>() / n;
-            [mean, (rows.iter().map(|r| (of(r) - mean).powi(2)).sum::<f64>() / n).sqrt().max(LEAST)]
+        let moments = |value: &dyn Fn(&Row) -> f64| {
+            let mean = rows.iter().map(value).sum::<f64>() / n;
+            [mean, (rows.iter().map(|r| (value(r) - mean).powi(2)).sum::<f64>() / n).sqrt().max(MIN_INPUT_SD)]
         };
         let inputs: [[f64; 2]; INPUTS] = std::array::from_fn(|k| moments(&|r| r.0[k]));
         let outputs: [f64; OUTPUTS] =
             std::array::from_fn(|j| (rows.iter().map(|r| r.1[j] * r.1[j]).sum::<f64>() / n).sqrt().max(1e-9));
-        // Kept in single precision: what is fitted must be what is restored.
-        let single = |v: f64| f64::from(v as f32);
+        // Parameters are stored in single precision, so the fit must use the rounded data as well.
+        let round = |v: f64| f64::from(v as f32);
         let x: Vec<[f64; INPUTS]> = (rows.iter())
-            .map(|r| std::array::from_fn(|k| single((r.0[k] - inputs[k][0]) / inputs[k][1])))
+            .map(|r| std::array::from_fn(|k| round((r.0[k] - inputs[k][0]) / inputs[k][1])))
             .collect();
         let y: Vec<[f64; OUTPUTS]> =
-            rows.iter().map(|r| std::array::from_fn(|j| single(r.1[j] / outputs[j]))).collect();
+            rows.iter().map(|r| std::array::from_fn(|j| round(r.1[j] / outputs[j]))).collect();
         let mut values = vec![n];
         values.extend(inputs.iter().flatten());
         values.extend(outputs);
-        let mut left = 0.0;
+        let mut mean_square = 0.0;
         for j in 0..OUTPUTS {
             let targets: Vec<f64> = y.iter().map(|y| y[j]).collect();
-            let process = Homoscedastic::fit(&x, &targets).ok_or_else(few)?;
-            left += (x.iter().zip(&targets)).map(|(x, y)| (process.mean(x) - y).powi(2)).sum::<f64>() / n;
+            let process = Homoscedastic::fit(&x, &targets).ok_or_else(too_few)?;
+            mean_square +=
+                (x.iter().zip(&targets)).map(|(x, y)| (process.mean(x) - y).powi(2)).sum::<f64>() / n;
             values.extend(process.logarithms());
         }
         for (x, y) in x.iter().zip(&y) {
@@ -204,53 +219,58 @@ impl Fitted for GpResidual {
             values.extend(y);
         }
         values.resize(self.parameters().iter().map(|p| p.1).sum(), 0.0);
-        Ok((values, left))
+        Ok((values, mean_square))
     }
 
     fn forecast(
         &self,
-        Trained { settings, params, .. }: Trained<'_>,
+        trained: Trained<'_>,
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        let built = self.built.get_or_init(|| Processes::of(&wide(params)));
-        let (Some(processes), Some(push)) = (built, settings.engine.pushing()) else {
+        let settings = trained.settings;
+        let processes = self.processes.get_or_init(|| Processes::restore(&trained.values()));
+        let (Some(processes), Some(push)) = (processes, settings.engine.pushing()) else {
             return Err(crate::Difference::Unfinished.into());
         };
         let mut rng = random_stream(settings.seed, "gp-residual", 1 + task.index);
         let start = [task.start[0], task.start[1], task.start[2]];
-        // Lane 0 is the mean path.
-        let lanes = if self.drawn { samples + 1 } else { 1 };
+        // With sampling, lane 0 is the mean path, on which the variance is evaluated; its poses are not
+        // returned.
+        let lanes = if self.is_sampled { samples + 1 } else { 1 };
         let mut now = vec![start; lanes];
         let mut values = vec![0.0_f32; task.time * 3 * samples];
         (0..3).for_each(|j| values[j * samples..][..samples].fill(start[j] as f32));
-        for stride in strides_of(task.actions) {
+        for stride in split_into_strides(task.actions) {
             let mut sd = [0.0; OUTPUTS];
             for (lane, now) in now.iter_mut().enumerate() {
                 let pose = *now;
-                let moved = match look(push, &pose, &stride) {
+                let displacement = match contact_stride(push, &pose, &stride) {
                     None => [0.0; 3],
-                    Some(look) => {
-                        let x = processes.standard(&look.input);
-                        if lane == 0 && self.drawn {
-                            sd = std::array::from_fn(|j| processes.each[j].variance(&x).max(0.0).sqrt());
+                    Some(contact) => {
+                        let x = processes.standardise(&contact.input);
+                        if lane == 0 && self.is_sampled {
+                            let variance = |j: usize| processes.per_output[j].variance(&x);
+                            sd = std::array::from_fn(|j| variance(j).max(0.0).sqrt());
                         }
-                        let left: [f64; OUTPUTS] = std::array::from_fn(|j| {
+                        let residual: [f64; OUTPUTS] = std::array::from_fn(|j| {
                             let noise: f64 = if lane == 0 { 0.0 } else { StandardNormal.sample(&mut rng) };
                             processes.outputs[j]
-                                * (processes.each[j].mean(&x) + sd[j] * noise)
-                                * look.travel_m
+                                * (processes.per_output[j].mean(&x) + sd[j] * noise)
+                                * contact.travel_m
                         });
-                        let [x, y] = back(look.normal, [left[0], left[1]]);
-                        [look.physical[0] + x, look.physical[1] + y, look.physical[2] + left[2] / push.c_m()]
+                        let [x, y] = to_object_frame(contact.normal, [residual[0], residual[1]]);
+                        let [px, py, angle] = contact.physical;
+                        [px + x, py + y, angle + residual[2] / push.c_m()]
                     }
                 };
-                let next = StartFrame::new(&pose, 0.0).pose_back(moved);
+                let next = StartFrame::new(&pose, 0.0).pose_back(displacement);
                 if lane + 1 > lanes - samples {
                     let sample = lane + samples - lanes;
-                    for (t, share) in stride.shares(touching_share(push, &pose, &stride)) {
+                    let free_fraction = travel_before_contact(push, &pose, &stride);
+                    for (t, fraction) in stride.motion_fractions(free_fraction) {
                         for j in 0..3 {
-                            let v = pose[j] + share * (next[j] - pose[j]);
+                            let v = pose[j] + fraction * (next[j] - pose[j]);
                             values[(t * 3 + j) * samples + sample] = v as f32;
                         }
                     }
@@ -260,8 +280,4 @@ impl Fitted for GpResidual {
         }
         Ok(Samples { count: samples, values })
     }
-}
-
-fn wide(params: &Params<f32>) -> Vec<f64> {
-    params.values().iter().map(|v| f64::from(*v)).collect()
 }

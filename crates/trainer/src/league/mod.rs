@@ -1,8 +1,9 @@
-//! The classes that people would use instead of ours: one file each, with its loss or fit and its forecast.
+//! The league: alternative model classes to compare Hybrid+ with, one file each.
 //!
-//! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class that learns by gradients implements [`Learned`] and
-//! has a variant of [`LearnedNet`]; one that is fitted directly implements [`Fitted`]. Both are trained, saved, resumed and scored as
-//! every other recipe is.
+//! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class
+//! that is trained by gradients implements [`Learned`] and has a variant of [`LearnedNet`]; one that is
+//! fitted directly implements [`Fitted`]. Both are trained, saved, resumed and scored like every other
+//! recipe.
 
 mod calibrated;
 mod classes;
@@ -11,13 +12,13 @@ mod convex_quartic;
 mod ensemble;
 mod feed_forward;
 mod gp_residual;
+pub(crate) mod inputs;
 mod predicted_parameters;
-pub(crate) mod reads;
 mod recurrent;
 mod rigid_flow;
-mod states;
 mod strides;
 mod trained;
+mod trajectories;
 mod vrnn;
 
 pub(crate) use calibrated::CALIBRATED;
@@ -31,7 +32,7 @@ pub(crate) use rigid_flow::RIGID_FLOW;
 pub use trained::Trained;
 pub(crate) use vrnn::{CONDITIONAL_VRNN, VRNN};
 
-use crate::league::reads::Reads;
+use crate::league::inputs::ClassInputs;
 use crate::nets::tile::{LossVars, Tile, mask_of, masked_sum};
 use crate::recipe::Recipe;
 use crate::settings::{Correction, NetSettings, Settings};
@@ -47,22 +48,22 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use vrnn::Vrnn;
 
-/// Sizes and schedule that a class begins with.
+/// Default sizes and learning rate of a class.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Plan {
-    /// Units of each hidden layer.
+pub(crate) struct Defaults {
+    /// Number of units of each hidden layer.
     pub hidden: usize,
-    /// Added to learned deviations, in the units of what is given.
+    /// Lower bound that is added to learned standard deviations, in units of the targets.
     pub sd_floor: f64,
-    /// Learning rate at the beginning; it is halved eight times.
+    /// Initial learning rate; it is halved every eighth of the iterations.
     pub learning_rate: f64,
 }
 
-/// How the net of a class is made.
+/// Which net or fit a class uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
     FeedForward,
-    /// Gaussians of the mixture; 1 is a plain Gaussian head.
+    /// A recurrent net with a mixture of `components` Gaussians; 1 for a plain Gaussian head.
     Recurrent {
         components: usize,
     },
@@ -78,26 +79,26 @@ pub(crate) enum Kind {
     Fitted(fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>),
 }
 
-/// A model class.
+/// A model class of the league.
 #[derive(Debug)]
 pub(crate) struct Class {
     pub kind: Kind,
-    pub reads: Reads,
-    pub plan: Plan,
-    /// Whether it is made for an object and a rod.
-    pub pushing_only: bool,
+    pub inputs: ClassInputs,
+    pub defaults: Defaults,
+    /// Whether it supports pushing only.
+    pub is_pushing_only: bool,
 }
 
 impl Class {
-    /// The rule that an engine breaks which the class cannot work with.
-    pub fn refuses(&self, engine: &Engine) -> Option<&'static str> {
-        (self.pushing_only && engine.pushing().is_none()).then_some("is for pushing only")
+    /// Reason why the class cannot work with an engine, if it cannot.
+    pub fn rejection_reason(&self, engine: &Engine) -> Option<&'static str> {
+        (self.is_pushing_only && engine.pushing().is_none()).then_some("is for pushing only")
     }
 
-    /// The settings that a run of `recipe` begins with.
+    /// Default settings of a run of `recipe`, which has this class.
     pub fn settings(&self, recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Settings {
         let iterations = if matches!(self.kind, Kind::Fitted(_)) { 1 } else { iterations };
-        let Plan { hidden, sd_floor, learning_rate } = self.plan;
+        let Defaults { hidden, sd_floor, learning_rate } = self.defaults;
         Settings {
             recipe,
             seed,
@@ -117,28 +118,28 @@ impl Class {
     }
 }
 
-/// The extents of a net: state columns and width of a condition row.
+/// Widths of a net's rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extents {
-    /// State columns.
+    /// Width of a target row (state columns).
     pub state: usize,
     /// Width of a condition row.
     pub condition: usize,
 }
 
-/// A class that learns by gradients.
+/// A class that is trained by gradients.
 pub trait Learned {
-    /// Rows of noise that a sequence of `time` rows takes in training, and values per row.
+    /// Number of noise rows in training for a sequence of `time` rows, and number of values per row.
     fn noise_rows(&self, _time: usize) -> (usize, usize) {
         (0, 0)
     }
 
-    /// Whether every forecast from the same start is the same.
+    /// Whether forecasts from the same task are always identical.
     fn is_deterministic(&self) -> bool {
         false
     }
 
-    /// Records the loss of a tile: a sum over its trajectories.
+    /// Records the loss of a tile, summed over its trajectories.
     fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -146,47 +147,48 @@ pub trait Learned {
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError>;
 
-    /// Trajectories from a first state under its actions.
+    /// Samples `samples` trajectories for a task.
     fn forecast(&self, trained: Trained<'_>, task: Task<'_>, samples: usize)
     -> Result<Samples, TrainerError>;
 }
 
 /// A class that is fitted directly.
 pub trait Fitted: Debug + Send + Sync {
-    /// Names and numbers of its parameters.
+    /// Names and sizes of its parameters.
     fn parameters(&self) -> Vec<(&'static str, usize)>;
 
-    /// Whether every forecast from the same start is the same.
+    /// Whether forecasts from the same task are always identical.
     fn is_deterministic(&self) -> bool {
         false
     }
 
-    /// The parameters that fit the training set, in the order of [`parameters`](Self::parameters), and the mean square of what they
-    /// leave.
+    /// Fits the parameters; returns them with the mean square residual.
+    ///
+    /// They are in the order of [`parameters`](Self::parameters).
     fn fit(&self, settings: &Settings, train: &Sequences) -> Result<(Vec<f64>, f64), TrainerError>;
 
-    /// Trajectories from a first state under its actions.
+    /// Samples `samples` trajectories for a task.
     fn forecast(&self, trained: Trained<'_>, task: Task<'_>, samples: usize)
     -> Result<Samples, TrainerError>;
 }
 
-/// The net of a class.
+/// The net or fit of a class, with the widths of its rows.
 #[derive(Debug, Clone)]
 pub enum ClassNet {
-    /// It learns by gradients.
+    /// Trained by gradients.
     Learned(Box<LearnedNet>, Extents),
-    /// It is fitted directly.
+    /// Fitted directly.
     Fitted(FittedNet, Extents),
 }
 
-/// A class that is fitted directly, with the parameters that a run holds.
+/// A directly fitted class; `None` if the engine does not suit it.
 #[derive(Debug, Clone)]
 pub struct FittedNet(Option<Arc<dyn Fitted>>);
 
-/// Makes the enumeration of the nets that learn, with what each of them does.
+/// Defines the enum [`LearnedNet`] and dispatches the methods of [`Learned`] to its variants.
 macro_rules! learned {
     ($($variant:ident($net:ty),)*) => {
-        /// A net that learns by gradients.
+        /// A net that is trained by gradients.
         #[derive(Debug, Clone)]
         pub enum LearnedNet {
             $($variant($net),)*
@@ -222,7 +224,7 @@ learned! {
 }
 
 impl ClassNet {
-    /// Registers the net of a class.
+    /// Builds the net of a class, and registers its parameters.
     pub(crate) fn new<T: Scalar>(
         class: &Class,
         settings: &Settings,
@@ -241,7 +243,7 @@ impl ClassNet {
             ),
             Kind::RigidFlow => LearnedNet::RigidFlow(RigidFlow::new(settings, extents, params)),
             Kind::Fitted(make) => {
-                // An engine that the class cannot work with is refused by the settings' check, before a net is made.
+                // An engine that does not suit the class was already rejected by `Settings::check`.
                 let class = make(settings).ok();
                 for (name, count) in class.iter().flat_map(|c| c.parameters()) {
                     params.add(name.to_owned(), &[count], Init::Constant(0.0));
@@ -272,7 +274,7 @@ impl ClassNet {
         }
     }
 
-    /// The loss of a tile; 0 for a class that is fitted directly.
+    /// Records the loss of a tile; 0 for a class that is fitted directly.
     pub(crate) fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -282,7 +284,7 @@ impl ClassNet {
         match self {
             ClassNet::Learned(net, _) => net.loss(tape, p, tile),
             ClassNet::Fitted(..) => {
-                let zero = tape.constant(&[], &[T::ZERO])?;
+                let zero = zero(tape)?;
                 Ok(LossVars { total: zero, kl: zero, misfit: zero })
             }
         }
@@ -294,9 +296,10 @@ impl ClassNet {
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        // Rates of equations may be given a start of each sample.
-        let is_one = task.start.len() == trained.settings.engine.columns().len();
-        let samples = if self.is_deterministic() && is_one { 1 } else { samples };
+        // A deterministic class needs one sample, unless each sample has its own initial state (systems of
+        // equations).
+        let has_one_start = task.start.len() == trained.settings.engine.columns().len();
+        let samples = if self.is_deterministic() && has_one_start { 1 } else { samples };
         match self {
             ClassNet::Learned(net, _) => net.forecast(trained, task, samples),
             ClassNet::Fitted(net, _) => net.class()?.forecast(trained, task, samples),
@@ -309,29 +312,32 @@ impl FittedNet {
         self.0.as_deref().ok_or_else(|| crate::Difference::OtherSystem.into())
     }
 
-    /// Fits the parameters to a training set; the mean square of what they leave.
+    /// Fits the parameters to a training set; returns the mean square residual.
     pub(crate) fn fit(
         &self,
         settings: &Settings,
         train: &Sequences,
         params: &mut Params<f32>,
     ) -> Result<f64, TrainerError> {
-        let (values, left) = self.class()?.fit(settings, train)?;
+        let (values, mean_square) = self.class()?.fit(settings, train)?;
         params.values_mut().iter_mut().zip(values).for_each(|(to, v)| *to = v as f32);
-        Ok(left)
+        Ok(mean_square)
     }
 }
 
-/// The loss of a Gaussian for each target, weighted by the predicted variance (beta-NLL with beta = 1, Seitzer et al. 2022): without
-/// the weight nets call impacts unpredictable and stop learning them, as for Hybrid+.
+/// Records the Gaussian loss of a tile, weighted by the predicted variance.
+///
+/// This is beta-NLL with beta = 1 (Seitzer et al. 2022).
+///
+/// Without the weight nets predict a large variance at impacts and stop learning them, as Hybrid+ would.
 fn gaussian_loss<T: Scalar>(
     tape: &mut Tape<T>,
     x: Var,
-    law: Gaussian,
+    predicted: Gaussian,
     mask: Option<Var>,
 ) -> Result<LossVars, TensorError> {
-    let nll = tape.gaussian_nll(x, law.mean, law.sd)?;
-    let sd = tape.detach(law.sd)?;
+    let nll = tape.gaussian_nll(x, predicted.mean, predicted.sd)?;
+    let sd = tape.detach(predicted.sd)?;
     let variance = tape.mul(sd, sd)?;
     let weighted = tape.mul(nll, variance)?;
     let total = masked_sum(tape, weighted, mask)?;
@@ -339,7 +345,7 @@ fn gaussian_loss<T: Scalar>(
     Ok(LossVars { total, kl: zero(tape)?, misfit })
 }
 
-/// Targets `[time, S, lane]`, the first features of the conditions `[time, U, lane]`, and the mask of a tile.
+/// Records a tile's targets `[time, S, lane]`, conditions `[time, U, lane]` and mask.
 pub(crate) fn operands<T: Scalar>(
     tape: &mut Tape<T>,
     tile: &Tile<'_, T>,
@@ -351,6 +357,7 @@ pub(crate) fn operands<T: Scalar>(
     Ok((x, u, mask))
 }
 
+/// Records the scalar 0.
 pub(crate) fn zero<T: Scalar>(tape: &mut Tape<T>) -> Result<Var, TensorError> {
     tape.constant(&[], &[T::ZERO])
 }

@@ -1,9 +1,11 @@
-//! A recurrent net without latent that corrects a physics step, with learned deviations: the paper's class (d); also with a mixture of
-//! Gaussians for each step (Bishop 1994).
+//! A recurrent net without latent that corrects a physics step: the paper's class (d).
+//!
+//! Standard deviations are learned. The second variant predicts a mixture of Gaussians per step (Bishop
+//! 1994).
 
-use super::strides::{self, Steps};
-use super::{Class, Extents, Kind, Learned, Plan, Trained, gaussian_loss, operands, zero};
-use crate::league::reads::Reads;
+use super::strides::{self, CorrectionSampler};
+use super::{Class, Defaults, Extents, Kind, Learned, Trained, gaussian_loss, operands, zero};
+use crate::league::inputs::ClassInputs;
 use crate::nets::tile::{LossVars, Tile, masked_sum};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
@@ -16,22 +18,23 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 const fn class(components: usize) -> Class {
     Class {
         kind: Kind::Recurrent { components },
-        reads: Reads::Strides { physics: true, members: 0 },
-        plan: Plan { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
-        pushing_only: false,
+        inputs: ClassInputs::Steps { physics: true, members: 0 },
+        defaults: Defaults { hidden: 32, sd_floor: 1e-2, learning_rate: 3e-3 },
+        is_pushing_only: false,
     }
 }
 
 pub(crate) static RECURRENT_RESIDUAL: Class = class(1);
 pub(crate) static MIXTURE_RESIDUAL: Class = class(5);
 
+/// Output distribution of a correction.
 #[derive(Debug, Clone)]
 enum Head {
     Gaussian(GaussianHead),
     Mixture(MixtureHead),
 }
 
-/// The net: a GRU over the steps' features, and a head for the correction of each.
+/// The net: a GRU over the features of the steps, and a head that predicts the correction of each step.
 #[derive(Debug, Clone)]
 pub struct Recurrent {
     extents: Extents,
@@ -67,8 +70,8 @@ impl Learned for Recurrent {
         let h = self.memory.forward(tape, p, u, &[])?;
         match &self.head {
             Head::Gaussian(head) => {
-                let law = head.forward(tape, p, h)?;
-                gaussian_loss(tape, x, law, mask)
+                let predicted = head.forward(tape, p, h)?;
+                gaussian_loss(tape, x, predicted, mask)
             }
             Head::Mixture(head) => {
                 let nll = head.nll(tape, p, h, x)?;
@@ -93,7 +96,7 @@ impl Learned for Recurrent {
                 Head::Mixture(head) => HeadRunner::Mixture(MixtureRunner::new(head, params, samples)),
             },
         };
-        Ok(strides::roll(trained, true, task, samples, &mut runner))
+        Ok(strides::roll_out(trained, true, task, samples, &mut runner))
     }
 }
 
@@ -108,8 +111,8 @@ struct Runner {
     uniform: Vec<f32>,
 }
 
-impl Steps for Runner {
-    fn draw(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
+impl CorrectionSampler for Runner {
+    fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]) {
         let h = self.memory.run(u, 1);
         let (mean, sd) = match &mut self.head {
             HeadRunner::Gaussian(head) => head.run(h, 1),

@@ -1,15 +1,16 @@
-//! Motion cut into strides: from one state to the next of a ball, or of a push between places along the rod's path.
+//! Features, targets and roll-outs of classes that predict single steps, or strides of a push.
 //!
-//! A stride of a push is [`STRIDE_M`] of the rod's travel, because poses are too noisy for every sample to start a step from (0.3 mm
-//! each, as far as a slow rod moves in one). Between the ends of a stride poses are interpolated by the rod's travel. What is read is in
-//! the object's own frame at the beginning of the stride, so that a forecast does not depend on where on the table the push happens.
+//! A stride is a segment of a push in which the rod travels [`STRIDE_M`]. Single samples would be too short:
+//! the noise of a pose (0.3 mm) is as large as the motion of a slow rod per sample. Between the ends of a
+//! stride, poses are interpolated by the rod's travel. Features and targets are in the object's frame at the
+//! start of the stride, so that a forecast does not depend on the position on the table.
 
 use super::trained::Trained;
 use crate::engine::{Engine, ModelPush, WrittenMotion};
 use crate::prepared::Prepared;
 use crate::push::StartFrame;
 use crate::rates::features as rates;
-use crate::rates::roll::{Motions, roll as roll_out, starts_of};
+use crate::rates::roll::{Motions, roll as roll_out_motion, starts_of};
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
@@ -18,31 +19,33 @@ use augsim_data::random_stream;
 use augsim_physics::push::GRAVITY_M_S2;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Travel of the rod in a stride of a push, m.
+/// Travel of the rod in a stride, m.
 const STRIDE_M: f64 = 8e-3;
-/// Standard units beyond which a feature is cut: what lies further was never trained on.
-const CUT: f64 = 6.0;
-/// Least scale that is not rounding.
-const LEAST: f64 = 1e-9;
-/// Features of a stride of a push without physics, and what physics adds.
-const PUSH_FEATURES: [usize; 2] = [9, 6];
+/// Limit to which features are clipped, in standard units; larger ones are outside the training range.
+const FEATURE_LIMIT: f64 = 6.0;
+/// Smallest scale that is not rounding error.
+const MIN_SCALE: f64 = 1e-9;
+/// Number of features of a stride without physics.
+const PUSH_FEATURES: usize = 9;
+/// Number of additional features of a stride with physics.
+const PHYSICS_FEATURES: usize = 6;
 
-/// Draws of the correction of one stride, for many samples at once.
-pub(crate) trait Steps {
-    /// The corrections `[S, lane]` for features `u [U, lane]`, in their own units, with noise drawn from `rng`.
-    fn draw(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
+/// Samples the correction of one step, for many trajectories at once.
+pub(crate) trait CorrectionSampler {
+    /// Writes corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`.
+    fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
 
-    /// Whether the rows of [`raw`] follow the features.
-    fn reads_contacts(&self) -> bool {
+    /// Whether the features must be followed by the columns of [`rod_motion_row`].
+    fn needs_rod_motion(&self) -> bool {
         false
     }
 }
 
-/// Width of what [`raw`] gives.
-pub(crate) const RAW: usize = 7;
+/// Width of [`rod_motion_row`].
+pub(crate) const ROD_MOTION_WIDTH: usize = 7;
 
-/// The rod's place and way in the object's frame, m, and the units of the corrections.
-fn raw(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; RAW] {
+/// Position and travel of the rod in the object's frame, m, and units of the corrections.
+fn rod_motion_row(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; ROD_MOTION_WIDTH] {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
     let ([x, y], [dx, dy]) = (frame.point([a[0], a[1]]), frame.vector([b[0] - a[0], b[1] - a[1]]));
@@ -50,30 +53,30 @@ fn raw(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; RAW] {
     [x, y, dx, dy, unit[0], unit[1], unit[2]].map(|v| v as f32)
 }
 
-/// Targets and conditions of a push outright, with [`raw`] behind the features.
-pub(crate) fn prepare_contacts(settings: &Settings, scales: &Scales, q: &Sequence) -> Prepared {
-    let plain = prepare(settings, false, scales, q);
-    let mut u = Vec::with_capacity(plain.time * (plain.u_width + RAW));
-    for (row, stride) in plain.u.chunks_exact(plain.u_width).zip(strides_of(&q.actions)) {
+/// Computes targets and conditions of a push without physics; each row ends with [`rod_motion_row`].
+pub(crate) fn prepare_push_strides(settings: &Settings, scales: &Scales, q: &Sequence) -> Prepared {
+    let rows = prepare(settings, false, scales, q);
+    let mut u = Vec::with_capacity(rows.time * (rows.u_width + ROD_MOTION_WIDTH));
+    for (row, stride) in rows.u.chunks_exact(rows.u_width).zip(split_into_strides(&q.actions)) {
         let pose = [0, 1, 2].map(|j| q.state(stride.first)[j]);
         u.extend_from_slice(row);
-        u.extend(raw(scales, &pose, &stride));
+        u.extend(rod_motion_row(scales, &pose, &stride));
     }
-    Prepared { u_width: plain.u_width + RAW, u, ..plain }
+    Prepared { u_width: rows.u_width + ROD_MOTION_WIDTH, u, ..rows }
 }
 
-/// Width of the features.
+/// Returns the number of features per step.
 pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
     if let Some(motion) = settings.engine.rates() {
         return rates::width(motion);
     }
     match settings.engine.pushing() {
-        Some(_) => PUSH_FEATURES[0] + if physics { PUSH_FEATURES[1] } else { 0 },
+        Some(_) => PUSH_FEATURES + if physics { PHYSICS_FEATURES } else { 0 },
         None => (if physics { 5 } else { 2 }) * settings.engine.columns().len(),
     }
 }
 
-/// Sizes of the scales: means, deviations, steps, corrections.
+/// Sizes of the scales: mean, sd, step, correction.
 pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
     if let Some(motion) = settings.engine.rates() {
         return rates::scale_sizes(motion);
@@ -84,16 +87,16 @@ pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [
     }
 }
 
-/// The step that is corrected: the physics', or none at all.
-fn advance(engine: &Engine, physics: bool, now: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
+/// Computes the step that is corrected: the physics step, or without physics no motion.
+fn uncorrected_step(engine: &Engine, physics: bool, now: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
     match physics {
         true => engine.step(now, from, to, next),
         false => next.copy_from_slice(now),
     }
 }
 
-/// Features of a step of a ball from `now` to `next`; without physics those of `now` alone.
-fn ball_features(scales: &Scales, physics: bool, now: &[f64], next: &[f64], out: &mut [f32]) {
+/// Writes the features of a ball's step from `now` to `next`; without physics those of `now` alone.
+fn write_ball_features(scales: &Scales, physics: bool, now: &[f64], next: &[f64], out: &mut [f32]) {
     if physics {
         return scales.write_features(now, next, out);
     }
@@ -109,12 +112,15 @@ pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
         return rates::fit(motion, train);
     }
     let Some(push) = engine.pushing() else {
-        return steps::fit_with(&|now, from, to, next| advance(engine, physics, now, from, to, next), train);
+        return steps::fit_with(
+            &|now, from, to, next| uncorrected_step(engine, physics, now, from, to, next),
+            train,
+        );
     };
     let width = width(settings, physics);
     let (mut n, mut sum, mut sum2, mut square) = (0.0, vec![0.0; width], vec![0.0; width], [0.0; 3]);
     for q in &train.items {
-        each_stride(push, physics, q, |u, target| {
+        for_each_stride(push, physics, q, |u, target| {
             n += 1.0;
             u.iter().zip(sum.iter_mut().zip(&mut sum2)).for_each(|(v, (s, s2))| {
                 *s += v;
@@ -124,12 +130,13 @@ pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
         });
     }
     let mean: Vec<f64> = sum.iter().map(|v| v / n).collect();
-    let sd = sum2.iter().zip(&mean).map(|(v, m)| positive((v / n - m * m).max(0.0).sqrt(), LEAST)).collect();
-    let correction = square.iter().map(|v| positive((v / n).sqrt(), LEAST)).collect();
+    let sd =
+        sum2.iter().zip(&mean).map(|(v, m)| positive((v / n - m * m).max(0.0).sqrt(), MIN_SCALE)).collect();
+    let correction = square.iter().map(|v| positive((v / n).sqrt(), MIN_SCALE)).collect();
     Scales { mean, sd, step: Vec::new(), correction }
 }
 
-/// Targets and conditions of a whole trajectory, a row a stride.
+/// Computes targets and conditions of a whole trajectory, one row per step or stride.
 pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
     if let Some(motion) = settings.engine.rates() {
         return rates::prepare(motion, scales, q);
@@ -138,8 +145,8 @@ pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &S
     let (mut x, mut u) = (Vec::new(), Vec::new());
     let engine = &settings.engine;
     match engine.pushing() {
-        Some(push) => each_stride(push, physics, q, |features, target| {
-            u.extend(standard(scales, features));
+        Some(push) => for_each_stride(push, physics, q, |features, target| {
+            u.extend(standardised(scales, features));
             x.extend(target.iter().zip(&scales.correction).map(|(v, unit)| (v / unit) as f32));
         }),
         None => {
@@ -147,8 +154,8 @@ pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &S
             let (mut next, mut row) = (vec![0.0; s], vec![0.0; u_width]);
             for t in 0..q.time - 1 {
                 let (now, after) = (q.state(t), q.state(t + 1));
-                advance(engine, physics, now, q.action(t), q.action(t + 1), &mut next);
-                ball_features(scales, physics, now, &next, &mut row);
+                uncorrected_step(engine, physics, now, q.action(t), q.action(t + 1), &mut next);
+                write_ball_features(scales, physics, now, &next, &mut row);
                 u.extend_from_slice(&row);
                 x.extend((0..s).map(|j| ((after[j] - next[j]) / scales.unit(j, now, &next)) as f32));
             }
@@ -158,55 +165,58 @@ pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &S
     Prepared { time: u.len() / u_width, x_width, u_width, x, u }
 }
 
-fn standard<'a>(scales: &'a Scales, u: &'a [f64]) -> impl Iterator<Item = f32> + 'a {
-    let each = u.iter().zip(scales.mean.iter().zip(&scales.sd));
-    each.map(|(v, (mean, sd))| ((v - mean) / sd).clamp(-CUT, CUT) as f32)
+/// Converts features to standard units, clipped to [`FEATURE_LIMIT`].
+fn standardised<'a>(scales: &'a Scales, u: &'a [f64]) -> impl Iterator<Item = f32> + 'a {
+    let pairs = u.iter().zip(scales.mean.iter().zip(&scales.sd));
+    pairs.map(|(v, (mean, sd))| ((v - mean) / sd).clamp(-FEATURE_LIMIT, FEATURE_LIMIT) as f32)
 }
 
-/// Rolls strides out from the first state; `steps` draws each correction.
-pub(crate) fn roll(
+/// Rolls out corrected steps from the initial state; `sampler` samples the corrections.
+pub(crate) fn roll_out(
     trained: Trained<'_>,
     physics: bool,
     task: Task<'_>,
     samples: usize,
-    steps: &mut dyn Steps,
+    sampler: &mut dyn CorrectionSampler,
 ) -> Samples {
     let mut rng = random_stream(trained.settings.seed, "league", task.index);
     if let Some(motion) = trained.settings.engine.rates() {
-        return roll_rates(trained, motion, task, samples, steps, &mut rng);
+        return roll_out_rates(trained, motion, task, samples, sampler, &mut rng);
     }
     match trained.settings.engine.pushing() {
-        Some(push) => roll_push(trained, push, physics, task, samples, steps, &mut rng),
-        None => roll_ball(trained, physics, task, samples, steps, &mut rng),
+        Some(push) => roll_out_push(trained, push, physics, task, samples, sampler, &mut rng),
+        None => roll_out_ball(trained, physics, task, samples, sampler, &mut rng),
     }
 }
 
-fn roll_rates(
+/// Rolls out a system of equations with corrected rates.
+fn roll_out_rates(
     Trained { scales, .. }: Trained<'_>,
     motion: &WrittenMotion,
     task: Task<'_>,
     samples: usize,
-    steps: &mut dyn Steps,
+    sampler: &mut dyn CorrectionSampler,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
     let starts = starts_of(task.start, motion.periods().len(), samples);
     let motions = Motions { starts: &starts, actions: task.actions, time: task.time };
-    let (d, unit) = (motion.corrected(), rates::Units::of(scales).target);
-    let mut correction = vec![0.0; d * samples];
-    roll_out(motion, scales, motions, &mut |u, out| {
-        steps.draw(u, rng, &mut correction);
+    let (corrected, unit) = (motion.corrected(), rates::Units::of(scales).target);
+    let mut correction = vec![0.0; corrected * samples];
+    roll_out_motion(motion, scales, motions, &mut |u, out| {
+        sampler.sample(u, rng, &mut correction);
         for (i, (out, v)) in out.iter_mut().zip(&correction).enumerate() {
             *out = unit[i / samples] * f64::from(*v);
         }
     })
 }
 
-fn roll_ball(
+/// Rolls out a ball with corrected sample steps.
+fn roll_out_ball(
     Trained { settings, scales, .. }: Trained<'_>,
     physics: bool,
     task: Task<'_>,
     samples: usize,
-    steps: &mut dyn Steps,
+    sampler: &mut dyn CorrectionSampler,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
     let s = task.start.len();
@@ -227,16 +237,16 @@ fn roll_ball(
         }
         for lane in 0..samples {
             let (from, to) = (&now[lane * s..][..s], &mut next[lane * s..][..s]);
-            advance(&settings.engine, physics, from, action(t), action(t + 1), to);
-            ball_features(scales, physics, from, to, &mut row);
+            uncorrected_step(&settings.engine, physics, from, action(t), action(t + 1), to);
+            write_ball_features(scales, physics, from, to, &mut row);
             u[lane..].iter_mut().step_by(samples).zip(&row).for_each(|(slot, v)| *slot = *v);
         }
-        steps.draw(&u, rng, &mut correction);
+        sampler.sample(&u, rng, &mut correction);
         for lane in 0..samples {
             for j in 0..s {
-                let at = lane * s + j;
-                let unit = scales.unit_of(j, next[at] - now[at]);
-                next[at] += unit * f64::from(correction[j * samples + lane]);
+                let index = lane * s + j;
+                let unit = scales.unit_of(j, next[index] - now[index]);
+                next[index] += unit * f64::from(correction[j * samples + lane]);
             }
         }
         now.copy_from_slice(&next);
@@ -244,50 +254,52 @@ fn roll_ball(
     Samples { count: samples, values }
 }
 
-fn roll_push(
+/// Rolls out a push with corrected strides, and interpolates the poses within each stride.
+fn roll_out_push(
     Trained { settings, scales, .. }: Trained<'_>,
     push: &ModelPush,
     physics: bool,
     task: Task<'_>,
     samples: usize,
-    steps: &mut dyn Steps,
+    sampler: &mut dyn CorrectionSampler,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
-    let contacts = steps.reads_contacts();
-    let width = width(settings, physics) + if contacts { RAW } else { 0 };
+    let needs_rod_motion = sampler.needs_rod_motion();
+    let width = width(settings, physics) + if needs_rod_motion { ROD_MOTION_WIDTH } else { 0 };
     let mut values = vec![0.0_f32; task.time * 3 * samples];
     let start = [task.start[0], task.start[1], task.start[2]];
     let (mut now, mut before) = (vec![start; samples], vec![[0.0; 3]; samples]);
     let mut physical = vec![[0.0; 3]; samples];
     let (mut u, mut correction) = (vec![0.0; width * samples], vec![0.0; 3 * samples]);
     (0..3).for_each(|j| values[j * samples..][..samples].fill(start[j] as f32));
-    for stride in strides_of(task.actions) {
+    for stride in split_into_strides(task.actions) {
         for lane in 0..samples {
-            let (features, moved) = look(push, physics, &now[lane], &before[lane], &stride);
-            physical[lane] = moved;
-            let behind = contacts.then(|| raw(scales, &now[lane], &stride));
-            let row = standard(scales, &features).chain(behind.into_iter().flatten());
+            let (features, displacement) = push_features(push, physics, &now[lane], &before[lane], &stride);
+            physical[lane] = displacement;
+            let rod_motion = needs_rod_motion.then(|| rod_motion_row(scales, &now[lane], &stride));
+            let row = standardised(scales, &features).chain(rod_motion.into_iter().flatten());
             u[lane..].iter_mut().step_by(samples).zip(row).for_each(|(slot, v)| *slot = v);
         }
-        steps.draw(&u, rng, &mut correction);
+        sampler.sample(&u, rng, &mut correction);
         for lane in 0..samples {
-            let moved = [0, 1, 2].map(|j| {
+            let displacement = [0, 1, 2].map(|j| {
                 physical[lane][j] + scales.correction[j] * f64::from(correction[j * samples + lane])
             });
-            let next = StartFrame::new(&now[lane], 0.0).pose_back(moved);
-            for (t, share) in stride.shares(touching_share(push, &now[lane], &stride)) {
+            let next = StartFrame::new(&now[lane], 0.0).pose_back(displacement);
+            let free_fraction = travel_before_contact(push, &now[lane], &stride);
+            for (t, fraction) in stride.motion_fractions(free_fraction) {
                 for j in 0..3 {
-                    let v = now[lane][j] + share * (next[j] - now[lane][j]);
+                    let v = now[lane][j] + fraction * (next[j] - now[lane][j]);
                     values[(t * 3 + j) * samples + lane] = v as f32;
                 }
             }
-            (now[lane], before[lane]) = (next, moved);
+            (now[lane], before[lane]) = (next, displacement);
         }
     }
     Samples { count: samples, values }
 }
 
-/// A stride of a push: the samples from `first` to `last`.
+/// A stride of a push: samples `first` to `last` of the rod's path.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stride<'a> {
     actions: &'a [f64],
@@ -296,34 +308,38 @@ pub(crate) struct Stride<'a> {
 }
 
 impl Stride<'_> {
-    /// The rod at sample `t`: position, m, and time, s.
+    /// Position of the rod at sample `t`, m, m, and time, s.
     pub fn rod(&self, t: usize) -> [f64; 3] {
         [self.actions[3 * t], self.actions[3 * t + 1], self.actions[3 * t + 2]]
     }
 
-    /// The samples after the first with their share of the object's motion: that of the rod's travel after the share `free` at which it
-    /// touches; of time, where the rod rests.
-    pub fn shares(&self, free: f64) -> impl Iterator<Item = (usize, f64)> + '_ {
+    /// Iterates over the samples after the first, with the fraction of the object's motion by then.
+    ///
+    /// The object moves in proportion to the rod's travel after contact, which happens at the fraction
+    /// `free_fraction` of the travel. If the rod rests, the fraction of time replaces that of travel.
+    pub fn motion_fractions(&self, free_fraction: f64) -> impl Iterator<Item = (usize, f64)> + '_ {
         let travel = |t: usize| {
             let (a, b) = (self.rod(t - 1), self.rod(t));
             (b[0] - a[0]).hypot(b[1] - a[1])
         };
-        let whole: f64 = (self.first + 1..=self.last).map(travel).sum();
-        let lapse = self.rod(self.last)[2] - self.rod(self.first)[2];
+        let total: f64 = (self.first + 1..=self.last).map(travel).sum();
+        let duration = self.rod(self.last)[2] - self.rod(self.first)[2];
         let mut done = 0.0;
         (self.first + 1..=self.last).map(move |t| {
             done += travel(t);
-            let share = match whole > 1e-9 {
-                true => done / whole,
-                false => (self.rod(t)[2] - self.rod(self.first)[2]) / lapse.max(1e-9),
+            let fraction = match total > 1e-9 {
+                true => done / total,
+                false => (self.rod(t)[2] - self.rod(self.first)[2]) / duration.max(1e-9),
             };
-            (t, ((share - free) / (1.0 - free)).max(0.0))
+            (t, ((fraction - free_fraction) / (1.0 - free_fraction)).max(0.0))
         })
     }
 }
 
-/// Share of a stride's travel after which the rod touches the object at rest; 0 where it touches at once, or not at all.
-pub(crate) fn touching_share(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
+/// Fraction of a stride's travel before the rod touches the resting object.
+///
+/// 0 if they are in contact from the start, or never.
+pub(crate) fn travel_before_contact(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
     let nearest = push.world().object().outline.nearest(frame.point([a[0], a[1]]));
@@ -333,8 +349,10 @@ pub(crate) fn touching_share(push: &ModelPush, pose: &[f64; 3], stride: &Stride<
     if gap > 0.0 && gap < 0.99 * approach { gap / approach } else { 0.0 }
 }
 
-/// The strides along rod positions `[time, (x, y, t)]`: each ends where the rod has travelled [`STRIDE_M`], or with the push.
-pub(crate) fn strides_of(actions: &[f64]) -> Vec<Stride<'_>> {
+/// Splits rod positions `[time, (x, y, t)]` into strides.
+///
+/// A stride ends at the first sample at which the rod has travelled [`STRIDE_M`], or at the end of the push.
+pub(crate) fn split_into_strides(actions: &[f64]) -> Vec<Stride<'_>> {
     let time = actions.len() / 3;
     let (mut out, mut first, mut travel) = (Vec::new(), 0, 0.0);
     for t in 1..time {
@@ -348,44 +366,53 @@ pub(crate) fn strides_of(actions: &[f64]) -> Vec<Stride<'_>> {
     out
 }
 
-/// Visits the strides of a measured push: features, and the target in the units of the data, both in the object's frame.
-fn each_stride(push: &ModelPush, physics: bool, q: &Sequence, mut visit: impl FnMut(&[f64], [f64; 3])) {
+/// Calls `visit` with features and target of each stride of a measured push.
+///
+/// The target is in units of the data; both are in the object's frame.
+fn for_each_stride(push: &ModelPush, physics: bool, q: &Sequence, mut visit: impl FnMut(&[f64], [f64; 3])) {
     let mut before = [0.0; 3];
     let pose = |t: usize| [q.state(t)[0], q.state(t)[1], q.state(t)[2]];
-    for stride in strides_of(&q.actions) {
+    for stride in split_into_strides(&q.actions) {
         let now = pose(stride.first);
-        let (u, physical) = look(push, physics, &now, &before, &stride);
-        let moved = StartFrame::new(&now, 0.0).pose(&pose(stride.last));
-        visit(&u, [0, 1, 2].map(|j| moved[j] - physical[j]));
-        before = moved;
+        let (u, physical) = push_features(push, physics, &now, &before, &stride);
+        let displacement = StartFrame::new(&now, 0.0).pose(&pose(stride.last));
+        visit(&u, [0, 1, 2].map(|j| displacement[j] - physical[j]));
+        before = displacement;
     }
 }
 
-/// A measured stride in the object's frame at its beginning: place and way of the rod, m, and displacement of the object, m, m, rad.
+/// Motion of rod and object in a measured stride, in the object's frame at its start.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RodWay {
+pub(crate) struct RodMotion {
+    /// Position of the rod, m.
     pub rod: [f64; 2],
+    /// Travel of the rod, m.
     pub travel: [f64; 2],
-    pub moved: [f64; 3],
+    /// Displacement of the object, m, m, rad.
+    pub displacement: [f64; 3],
 }
 
-/// The strides of a measured push.
-pub(crate) fn contacts(q: &Sequence) -> Vec<RodWay> {
-    let of = |stride: Stride<'_>| {
+/// Extracts the motions of rod and object in all strides of a measured push.
+pub(crate) fn rod_motions(q: &Sequence) -> Vec<RodMotion> {
+    let rod_motion = |stride: Stride<'_>| {
         let frame = StartFrame::new(q.state(stride.first), 0.0);
         let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
-        RodWay {
+        RodMotion {
             rod: frame.point([a[0], a[1]]),
             travel: frame.vector([b[0] - a[0], b[1] - a[1]]),
-            moved: frame.pose(q.state(stride.last)),
+            displacement: frame.pose(q.state(stride.last)),
         }
     };
-    strides_of(&q.actions).into_iter().map(of).collect()
+    split_into_strides(&q.actions).into_iter().map(rod_motion).collect()
 }
 
-/// Features of a stride from a pose, and the displacement that the physics expects; 0 without physics. `before` is the displacement
-/// of the stride before: whether the object coasts does not show in a pose. Lengths are divided by c.
-fn look(
+/// Computes the features of a stride, and the displacement that the physics predicts.
+///
+/// The displacement is 0 without physics.
+///
+/// `before` is the displacement in the previous stride, which shows whether the object coasts; a pose does
+/// not. Lengths are divided by c.
+fn push_features(
     push: &ModelPush,
     physics: bool,
     pose: &[f64; 3],
@@ -397,8 +424,8 @@ fn look(
     let frame = StartFrame::new(pose, 0.0);
     let rod = frame.point([a[0], a[1]]);
     let travel = frame.vector([b[0] - a[0], b[1] - a[1]]);
-    let lapse = (b[2] - a[2]).max(1e-6);
-    let speed = travel[0].hypot(travel[1]) / lapse;
+    let duration = (b[2] - a[2]).max(1e-6);
+    let speed = travel[0].hypot(travel[1]) / duration;
     let unit_speed = (c * push.support_friction() * GRAVITY_M_S2).sqrt();
     let mut u = vec![
         rod[0] / c,
@@ -406,7 +433,7 @@ fn look(
         travel[0] / c,
         travel[1] / c,
         (speed / unit_speed).asinh(),
-        (lapse * unit_speed / c).sqrt(),
+        (duration * unit_speed / c).sqrt(),
         before[0] / c,
         before[1] / c,
         before[2],
@@ -416,9 +443,9 @@ fn look(
     }
     let path = push.follow(pose, &[a, b].concat());
     let Some(((end, _), (_, instant))) = path.last().zip(path.first()) else { return (u, [0.0; 3]) };
-    let moved = frame.pose(&[end.position[0], end.position[1], end.angle]);
+    let displacement = frame.pose(&[end.position[0], end.position[1], end.angle]);
     let inward = instant.outward.map(|n| -n);
     let gap = (instant.gap / (0.03 * c)).clamp(-3.0, 3.0).tanh();
-    u.extend([moved[0] / c, moved[1] / c, moved[2], inward[0], inward[1], gap]);
-    (u, moved)
+    u.extend([displacement[0] / c, displacement[1] / c, displacement[2], inward[0], inward[1], gap]);
+    (u, displacement)
 }

@@ -1,20 +1,22 @@
-//! The variational recurrent net, coupled as Chung et al. (NeurIPS 2015) have it, and conditioned on the physics: what the paper's
-//! decoupled net was made of.
+//! The variational recurrent net of Chung et al. (NeurIPS 2015).
 //!
-//! From the first state x_0, which is known, h_0 = GRU(phi_x(x_0)). At every later step
-//! - prior p(z_t) = N(mu_p, sd_p)(h_{t-1}, phi_u(u_t)),
-//! - encoder q(z_t | x_t) = N(mu_q, sd_q)(phi_x(x_t), h_{t-1}, phi_u(u_t)), in training only,
-//! - decoder p(x_t) = N(mu, sd)(phi_z(z_t), h_{t-1}),
-//! - h_t = GRU(phi_x(x_t), phi_z(z_t), phi_u(u_t); h_{t-1}).
+//! Optionally conditioned on the physics roll-out. The paper's decoupled net is derived from it.
 //!
-//! Loss: sum over t of KL(q || p) - ln p(x_t), with KL(N(m, s) || N(n, r)) = ln(r / s) + (s^2 + (m - n)^2) / (2 r^2) - 1/2 for each
-//! latent: encoder and prior see the same h, so that, unlike in the decoupled net, the divergence bounds what z carries. Without
-//! condition phi_u is left out.
+//! The initial state x_0 is given: h_0 = GRU(phi_x(x_0)). At every later step t:
+//! 1. prior p(z_t) = N(mu_p, sd_p)(h_{t-1}, phi_u(u_t))
+//! 2. encoder q(z_t | x_t) = N(mu_q, sd_q)(phi_x(x_t), h_{t-1}, phi_u(u_t)), in training only
+//! 3. decoder p(x_t) = N(mu, sd)(phi_z(z_t), h_{t-1})
+//! 4. h_t = GRU(phi_x(x_t), phi_z(z_t), phi_u(u_t); h_{t-1})
+//! 5. loss = sum over t of KL(q || p) - ln p(x_t), with, for each latent, KL(N(m, s) || N(n, r)) = ln(r / s)
+//!    + (s^2 + (m - n)^2) / (2 r^2) - 1/2
+//!
+//! Encoder and prior read the same h. So, unlike in the decoupled net, the divergence bounds the information
+//! in z. Without condition phi_u is omitted.
 
-use super::states::Given;
-use super::{Class, Extents, Kind, Learned, Plan, Trained, operands, zero};
-use crate::league::reads::Reads;
-use crate::nets::tile::{LossVars, Tile, masked_sum};
+use super::trajectories::StandardTask;
+use super::{Class, Defaults, Extents, Kind, Learned, Trained, operands, zero};
+use crate::league::inputs::ClassInputs;
+use crate::nets::tile::{LossVars, Tile, masked_sum, repeat_lanes};
 use crate::settings::Settings;
 use crate::{Samples, Task, TrainerError};
 use augsim_data::random_stream;
@@ -31,16 +33,16 @@ const FEATURES: usize = 16;
 const fn class(conditional: bool) -> Class {
     Class {
         kind: Kind::Vrnn { conditional },
-        reads: Reads::States { physics: conditional },
-        plan: Plan { hidden: 32, sd_floor: 1e-3, learning_rate: 3e-3 },
-        pushing_only: false,
+        inputs: ClassInputs::Trajectories { physics: conditional },
+        defaults: Defaults { hidden: 32, sd_floor: 1e-3, learning_rate: 3e-3 },
+        is_pushing_only: false,
     }
 }
 
 pub(crate) static VRNN: Class = class(false);
 pub(crate) static CONDITIONAL_VRNN: Class = class(true);
 
-/// The net.
+/// The variational recurrent net.
 #[derive(Debug, Clone)]
 pub struct Vrnn {
     extents: Extents,
@@ -83,19 +85,20 @@ impl Vrnn {
         }
     }
 
-    fn physics(&self) -> bool {
+    fn uses_physics(&self) -> bool {
         self.phi_u.is_some()
     }
 }
 
-fn law<T: Scalar>(
+/// Records the Gaussian that a hidden layer and a head predict from concatenated inputs.
+fn gaussian<T: Scalar>(
     tape: &mut Tape<T>,
     p: &Bound,
     (hidden, head): &(Mlp, GaussianHead),
-    seen: &[Var],
+    inputs: &[Var],
 ) -> Result<Gaussian, TensorError> {
-    let seen = if let [one] = seen { *one } else { tape.concat(seen, 1)? };
-    let h = hidden.forward(tape, p, seen)?;
+    let input = if let [single] = inputs { *single } else { tape.concat(inputs, 1)? };
+    let h = hidden.forward(tape, p, input)?;
     head.forward(tape, p, h)
 }
 
@@ -113,9 +116,9 @@ impl Learned for Vrnn {
         let (x, u, mask) = operands(tape, &tile, self.extents)?;
         let (time, lanes) = (tile.time, tile.lanes);
         if time < 2 {
-            // The first state is known: there is nothing to learn.
-            let none = zero(tape)?;
-            return Ok(LossVars { total: none, kl: none, misfit: none });
+            // The initial state is given, so there is nothing to learn.
+            let zero = zero(tape)?;
+            return Ok(LossVars { total: zero, kl: zero, misfit: zero });
         }
         let eps = tape.constant(&[time, LATENT, lanes], tile.eps)?;
         let x_features = self.phi_x.forward(tape, p, x)?;
@@ -123,30 +126,30 @@ impl Learned for Vrnn {
             Some(phi) => Some(phi.forward(tape, p, u)?),
             None => None,
         };
-        let at = |tape: &mut Tape<T>, v: Var, t: usize| tape.slice(v, 0, t, t + 1);
-        let none = tape.constant(&[1, FEATURES, lanes], &vec![T::ZERO; FEATURES * lanes])?;
+        let row = |tape: &mut Tape<T>, v: Var, t: usize| tape.slice(v, 0, t, t + 1);
+        let zero_z = tape.constant(&[1, FEATURES, lanes], &vec![T::ZERO; FEATURES * lanes])?;
         let zero_h = tape.constant(&[self.hidden, lanes], &vec![T::ZERO; self.hidden * lanes])?;
         let mut h = tape.reshape(zero_h, &[1, self.hidden, lanes])?;
-        // Rows 1 to time - 1 of q, p and what the decoder reads.
-        let (mut rows, mut remembered): ([Vec<Var>; 5], Vec<Var>) = Default::default();
+        // Per step from 1 on: mean and sd of encoder and prior, phi_z(z_t), and h_{t-1}.
+        let (mut columns, mut hidden): ([Vec<Var>; 5], Vec<Var>) = Default::default();
         for t in 0..time {
-            let fx = at(tape, x_features, t)?;
+            let fx = row(tape, x_features, t)?;
             let fu = match u_features {
-                Some(u) => Some(at(tape, u, t)?),
+                Some(u) => Some(row(tape, u, t)?),
                 None => None,
             };
-            let mut fz = none;
+            let mut fz = zero_z;
             if t > 0 {
-                let prior = law(tape, p, &self.prior, &[&[h][..], fu.as_slice()].concat())?;
-                let q = law(tape, p, &self.encoder, &[&[fx, h][..], fu.as_slice()].concat())?;
-                let e = at(tape, eps, t)?;
+                let prior = gaussian(tape, p, &self.prior, &[&[h][..], fu.as_slice()].concat())?;
+                let q = gaussian(tape, p, &self.encoder, &[&[fx, h][..], fu.as_slice()].concat())?;
+                let e = row(tape, eps, t)?;
                 let noise = tape.mul(e, q.sd)?;
                 let z = tape.add(q.mean, noise)?;
                 fz = self.phi_z.forward(tape, p, z)?;
-                for (row, v) in rows.iter_mut().zip([q.mean, q.sd, prior.mean, prior.sd, fz]) {
-                    row.push(v);
+                for (column, v) in columns.iter_mut().zip([q.mean, q.sd, prior.mean, prior.sd, fz]) {
+                    column.push(v);
                 }
-                remembered.push(h);
+                hidden.push(h);
             }
             if t + 1 < time {
                 let input = tape.concat(&[&[fx, fz][..], fu.as_slice()].concat(), 1)?;
@@ -154,21 +157,21 @@ impl Learned for Vrnn {
                 h = self.gru.forward(tape, p, input, &[before])?;
             }
         }
-        let [q_mean, q_sd, p_mean, p_sd, fz] = rows;
-        let mut whole = |rows: &[Var]| tape.concat(rows, 0);
-        let (q_mean, q_sd) = (whole(&q_mean)?, whole(&q_sd)?);
-        let (p_mean, p_sd) = (whole(&p_mean)?, whole(&p_sd)?);
-        let (fz, remembered) = (whole(&fz)?, whole(&remembered)?);
-        let later = match mask {
+        let [q_mean, q_sd, p_mean, p_sd, fz] = columns;
+        let mut stack = |rows: &[Var]| tape.concat(rows, 0);
+        let (q_mean, q_sd) = (stack(&q_mean)?, stack(&q_sd)?);
+        let (p_mean, p_sd) = (stack(&p_mean)?, stack(&p_sd)?);
+        let (fz, hidden) = (stack(&fz)?, stack(&hidden)?);
+        let mask = match mask {
             Some(mask) => Some(tape.slice(mask, 0, 1, time)?),
             None => None,
         };
         let kl = tape.gaussian_kl((q_mean, q_sd), (p_mean, p_sd))?;
-        let kl = masked_sum(tape, kl, later)?;
-        let out = law(tape, p, &self.decoder, &[fz, remembered])?;
+        let kl = masked_sum(tape, kl, mask)?;
+        let decoded = gaussian(tape, p, &self.decoder, &[fz, hidden])?;
         let target = tape.slice(x, 0, 1, time)?;
-        let nll = tape.gaussian_nll(target, out.mean, out.sd)?;
-        let misfit = masked_sum(tape, nll, later)?;
+        let nll = tape.gaussian_nll(target, decoded.mean, decoded.sd)?;
+        let misfit = masked_sum(tape, nll, mask)?;
         Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
     }
 
@@ -178,7 +181,7 @@ impl Learned for Vrnn {
         task: Task<'_>,
         samples: usize,
     ) -> Result<Samples, TrainerError> {
-        let given = Given::of(trained, self.physics(), task);
+        let standard_task = StandardTask::new(trained, self.uses_physics(), task);
         let params = trained.params;
         let mlp = |mlp: &Mlp| MlpRunner::new(mlp, params, samples, 1);
         let pair = |(h, head): &(Mlp, GaussianHead)| (mlp(h), GaussianRunner::new(*head, params, samples, 1));
@@ -188,34 +191,34 @@ impl Learned for Vrnn {
         let mut gru = GruRunner::new(&self.gru, params, samples, 1);
         let mut rng = random_stream(trained.settings.seed, "league", task.index);
         let mut draw = |(mean, sd): (&[f32], &[f32])| -> Vec<f32> {
-            let noise = |(m, s): (&f32, &f32)| {
-                let e: f32 = StandardNormal.sample(&mut rng);
-                m + s * e
+            let sample = |(mean, sd): (&f32, &f32)| {
+                let noise: f32 = StandardNormal.sample(&mut rng);
+                mean + sd * noise
             };
-            mean.iter().zip(sd).map(noise).collect()
+            mean.iter().zip(sd).map(sample).collect()
         };
-        let wide =
-            |row: &[f32]| -> Vec<f32> { row.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect() };
-        let width = given.u.len() / task.time;
-        let mut values = Vec::with_capacity(task.time * given.first.len() * samples);
+        let width = standard_task.u.len() / task.time;
+        let mut values = Vec::with_capacity(task.time * standard_task.initial_state.len() * samples);
         let mut h = vec![0.0; self.hidden * samples];
         for t in 0..task.time {
             let fu = match &mut phi_u {
-                Some(phi) => phi.run(&wide(&given.u[t * width..(t + 1) * width]), 1).to_vec(),
+                Some(phi) => {
+                    phi.run(&repeat_lanes(&standard_task.u[t * width..(t + 1) * width], samples), 1).to_vec()
+                }
                 None => Vec::new(),
             };
             let mut fz = vec![0.0; FEATURES * samples];
             let x = if t == 0 {
-                wide(&given.first)
+                repeat_lanes(&standard_task.initial_state, samples)
             } else {
-                let seen = [&h[..], &fu].concat();
-                let z = draw(prior.1.run(prior.0.run(&seen, 1), 1));
+                let input = [&h[..], &fu].concat();
+                let z = draw(prior.1.run(prior.0.run(&input, 1), 1));
                 fz = phi_z.run(&z, 1).to_vec();
                 draw(decoder.1.run(decoder.0.run(&[&fz[..], &h].concat(), 1), 1))
             };
             h = gru.run(&[phi_x.run(&x, 1), &fz, &fu].concat(), 1).to_vec();
             values.extend(x);
         }
-        Ok(given.restore(trained, task, values, samples))
+        Ok(standard_task.restore(trained, task, values, samples))
     }
 }

@@ -1,16 +1,18 @@
-//! The true law of the generated data, as a predictor: no forecast from s_0 can be better calibrated.
+//! The true distribution of the generated drops as a forecaster.
+//!
+//! No forecast from s_0 can be better calibrated.
 
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::PaperLaw;
 
-/// Exact samples of the paper's data law given the drop height.
+/// Samples drops from the paper's data distribution, given the initial state.
 #[derive(Debug, Clone, Copy)]
 pub struct Law {
-    /// The law.
+    /// Data distribution: random restitution, and the ball.
     pub law: PaperLaw,
-    /// Seed of the draws.
+    /// Seed of the random restitutions.
     pub seed: u64,
 }
 

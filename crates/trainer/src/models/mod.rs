@@ -1,16 +1,16 @@
-//! The model classes behind [`crate::Forecaster`].
+//! Implementations of [`crate::Forecaster`]: trained nets and baselines.
 
-mod apart;
 mod law;
 mod net;
+mod non_penetrating;
 mod physics;
 mod scattered;
 mod still;
 mod zero;
 
-pub use apart::Apart;
 pub use law::Law;
 pub use net::NetModel;
+pub use non_penetrating::Apart;
 pub use physics::Physics;
 pub use scattered::ScatteredBall;
 pub use still::Still;

@@ -1,10 +1,11 @@
-//! A trained net as a predictor.
+//! A trained net as a forecaster, and its reconstructions.
 
 use crate::difference::Difference;
 use crate::engine::{Engine, ModelPush};
 use crate::featuriser::Featuriser;
-use crate::latent::infer;
+use crate::latent::encode;
 use crate::league::Trained;
+use crate::nets::tile::repeat_lanes;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
@@ -15,7 +16,7 @@ use crate::recipe::Recipe;
 use crate::sequences::Sequence;
 use crate::settings::Correction;
 use crate::steps::{StepReading, conditions};
-use crate::training::{TrainingState, net_of};
+use crate::training::{TrainingState, rebuild_net};
 use crate::violations::BallLimits;
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
 use augsim_data::random_stream;
@@ -23,10 +24,10 @@ use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Time steps that a sampler takes at once: short enough to stay in cache.
-const BLOCK: usize = 32;
+/// Number of time steps per call of a sampler; small enough for the buffers to stay in cache.
+const BLOCK_STEPS: usize = 32;
 
-/// A trained net with everything that a forecast needs.
+/// A trained net with its parameters, scales and settings.
 #[derive(Debug)]
 pub struct NetModel {
     state: TrainingState,
@@ -34,74 +35,76 @@ pub struct NetModel {
     params: Params<f32>,
 }
 
-/// The random part that a roll-out adds to the mean correction of each step.
+/// Whether a roll-out adds noise to the mean correction of each step.
 #[derive(Debug, Clone, Copy)]
 enum StepNoise {
-    /// A draw from the predicted distribution: a forecast.
+    /// Noise from the predicted distribution, for a forecast.
     Drawn,
-    /// Nothing: the decoder's mean given the latent, as the reconstructions of the paper's nets are.
+    /// No noise: the decoder's mean given the latent, as in the paper's reconstructions.
     Mean,
 }
 
 impl NetModel {
-    /// The net of a saved state.
+    /// Rebuilds the net from a saved state.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the state is inconsistent.
     pub fn new(state: TrainingState) -> Result<Self, TrainerError> {
-        let (net, params) = net_of(&state)?;
+        let (net, params) = rebuild_net(&state)?;
         Ok(NetModel { state, net, params })
     }
 
-    /// The saved state that the model was made of.
+    /// Saved state that the model was built from.
     pub fn state(&self) -> &TrainingState {
         &self.state
     }
 
-    /// Reconstructions `[time, S, sample]` of a trajectory that the encoder sees. Not a prediction.
+    /// Samples reconstructions `[time, S, sample]`; the encoder observes the trajectory.
+    ///
+    /// Not a prediction.
     ///
     /// # Errors
-    /// [`TrainerError`] if the net cannot be run.
+    /// [`TrainerError::Foreign`] for nets that can only forecast; [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         if settings.correction != Correction::Step {
-            return Err(Difference::OnlyForecasts.into());
+            return Err(Difference::NotReconstructable.into());
         }
         let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
         match &self.net {
-            Net::Class(_) => Err(Difference::OnlyForecasts.into()),
+            Net::Class(_) => Err(Difference::NotReconstructable.into()),
             Net::Dcvrnn(net) => {
-                let (mut tape, bound) = self.frozen()?;
+                let (mut tape, bound) = self.frozen_tape()?;
                 let x =
-                    tape.constant(&[q.time, prepared.x_width, samples], &repeated(&prepared.x, samples))?;
+                    tape.constant(&[q.time, prepared.x_width, samples], &repeat_lanes(&prepared.x, samples))?;
                 let u =
-                    tape.constant(&[q.time, prepared.u_width, samples], &repeated(&prepared.u, samples))?;
+                    tape.constant(&[q.time, prepared.u_width, samples], &repeat_lanes(&prepared.u, samples))?;
                 let eps = self.noise("reconstruction", index, q.time * net.sizes().latent * samples);
                 let eps = tape.constant(&[q.time, net.sizes().latent, samples], &eps)?;
                 let passed = net.pass(&mut tape, &bound, [x, u, eps])?;
-                Ok(self.samples(samples, tape.value(passed.mean_x).to_vec()))
+                Ok(self.restored_samples(samples, tape.value(passed.mean_x).to_vec()))
             }
             Net::Stepwise(net) => {
-                let (mean, sd) = infer(net, &self.params, &prepared)?;
+                let (mean, sd) = encode(net, &self.params, &prepared)?;
                 let mut w = self.noise("reconstruction", index, mean.len() * samples);
                 for (i, w) in w.iter_mut().enumerate() {
                     let l = i / samples;
                     *w = (mean[l] + sd[l] * f64::from(*w)) as f32;
                 }
                 let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index };
-                self.roll(net, task, &w, samples, StepNoise::Mean)
+                self.roll_out(net, task, &w, samples, StepNoise::Mean)
             }
         }
     }
 
-    /// Trust in corrections of rates of equations, which held-out records decided; none for other nets.
+    /// Shrinkage factors of rate corrections, chosen on held-out records; `None` for other nets.
     pub fn trust(&self) -> Option<Trust> {
-        let is_judged =
+        let has_trust =
             matches!(self.net, Net::Stepwise(_)) && self.state.settings.correction == Correction::Rates;
-        is_judged.then(|| trusted(&self.state.scales))
+        has_trust.then(|| trusted(&self.state.scales))
     }
 
-    /// The net itself.
+    /// The net: layers with the ids of their parameters.
     pub(crate) fn net(&self) -> &Net {
         &self.net
     }
@@ -111,21 +114,21 @@ impl NetModel {
         &self.params
     }
 
-    /// Copies the net with another engine: another object or support, the same scenario.
+    /// Copies the net with another engine of the same scenario, e.g. another object or support.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the engine is that of another scenario.
+    /// [`TrainerError::Foreign`] if the engine has different columns.
     pub fn with_engine(&self, engine: Engine) -> Result<Self, TrainerError> {
         let mut state = self.state.clone();
-        let there = &state.settings.engine;
-        if (there.columns(), there.action_columns()) != (engine.columns(), engine.action_columns()) {
+        let old = &state.settings.engine;
+        if (old.columns(), old.action_columns()) != (engine.columns(), engine.action_columns()) {
             return Err(Difference::OtherSystem.into());
         }
         state.settings.engine = engine;
         Self::new(state)
     }
 
-    /// Copies the net with forecasts that draw from another seed than that of its training.
+    /// Copies the net with another seed for the random streams of its forecasts.
     ///
     /// # Errors
     /// As [`NetModel::new`].
@@ -135,25 +138,28 @@ impl NetModel {
         Self::new(state)
     }
 
-    fn samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
+    /// Wraps sampled values, converted back from standard units if the recipe standardises states.
+    fn restored_samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
         if self.state.settings.recipe == Recipe::HybridStandardised {
             self.state.scales.restore(&mut values, count);
         }
         Samples { count, values }
     }
 
-    fn frozen(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
+    /// Creates a tape with the parameters bound as constants.
+    fn frozen_tape(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
         let (mut tape, mut bound) = (Tape::new(), Bound::default());
         self.params.bind_frozen(&mut tape, &mut bound)?;
         Ok((tape, bound))
     }
 
+    /// Draws `n` standard normals from the stream of (purpose, index) of the run's seed.
     fn noise(&self, purpose: &str, index: u64, n: usize) -> Vec<f32> {
         standard(self.state.settings.seed, purpose, index, n)
     }
 
-    /// Rolls the net and the physics out together for latents `w [L, samples]`.
-    fn roll(
+    /// Rolls out physics and corrections step by step for latents `w [L, samples]`.
+    fn roll_out(
         &self,
         net: &Stepwise,
         task: Task<'_>,
@@ -173,7 +179,7 @@ impl NetModel {
         let mut values = vec![0.0_f32; time * s * samples];
         let mut now: Vec<f64> = start.repeat(samples);
         let mut next = now.clone();
-        let mut moved = vec![0.0; s];
+        let mut corrected = vec![0.0; s];
         let (mut row, mut reading) = (vec![0.0_f32; sizes.condition], StepReading::default());
         let mut u = vec![0.0_f32; sizes.condition * samples];
         for t in 0..time {
@@ -201,101 +207,107 @@ impl NetModel {
             let (mean, sd) = (tape.value(g.mean), tape.value(g.sd));
             for sample in 0..samples {
                 for j in 0..s {
-                    let at = j * samples + sample;
+                    let index = j * samples + sample;
                     let draw: f64 = match noise {
                         StepNoise::Drawn => StandardNormal.sample(&mut rng),
                         StepNoise::Mean => 0.0,
                     };
-                    let correction = f64::from(mean[at]) + f64::from(sd[at]) * draw;
+                    let correction = f64::from(mean[index]) + f64::from(sd[index]) * draw;
                     let (from, to) = (&now[sample * s..][..s], &next[sample * s..][..s]);
-                    moved[j] = to[j] + scales.unit(j, from, to) * correction;
+                    corrected[j] = to[j] + scales.unit(j, from, to) * correction;
                 }
-                if let (Some(limits), [height, velocity]) = (&limits, &mut moved[..]) {
+                if let (Some(limits), [height, velocity]) = (&limits, &mut corrected[..]) {
                     let (from, expected) = (&now[sample * s..][..s], &next[sample * s..][..s]);
                     let [from, expected] = [from, expected].map(|v| [v[0], v[1]]);
                     [*height, *velocity] = limits.allowed(from, expected, [*height, *velocity]);
                 }
-                now[sample * s..][..s].copy_from_slice(&moved);
+                now[sample * s..][..s].copy_from_slice(&corrected);
             }
         }
         Ok(Samples { count: samples, values })
     }
 
+    /// Samples forecasts of one of the paper's nets: prior and decoder, in blocks of steps.
     fn generate(&self, net: &Dcvrnn, task: Task<'_>, samples: usize) -> Samples {
         let Task { start, actions, time, index } = task;
         let (settings, sizes) = (&self.state.settings, net.sizes());
         let u = conditions(settings.recipe, &settings.engine, &self.state.scales, start, actions, time);
         let mut values = vec![0.0; time * sizes.state * samples];
-        let mut wide = Vec::new();
+        let mut repeated_u = Vec::new();
         let mut eps = Vec::new();
         for first in (0..samples).step_by(TILE) {
             let lanes = TILE.min(samples - first);
-            let mut sampler = DcvrnnSampler::new(net, &self.params, lanes, BLOCK);
-            // Up to 2^32 samples of each trajectory.
+            let mut sampler = DcvrnnSampler::new(net, &self.params, lanes, BLOCK_STEPS);
+            // One stream per (trajectory, sample); the shift leaves room for 2^32 samples per trajectory.
             let mut noise = normals(settings.seed, "forecast", (index << 32) + first as u64, lanes);
-            for start in (0..time).step_by(BLOCK) {
-                let steps = BLOCK.min(time - start);
-                wide.clear();
+            for start in (0..time).step_by(BLOCK_STEPS) {
+                let steps = BLOCK_STEPS.min(time - start);
+                repeated_u.clear();
                 for v in &u[start * sizes.condition..][..steps * sizes.condition] {
-                    wide.extend(std::iter::repeat_n(*v, lanes));
+                    repeated_u.extend(std::iter::repeat_n(*v, lanes));
                 }
                 eps.resize(steps * sizes.latent * lanes, 0.0);
                 noise.fill(&mut eps);
-                let mean = sampler.advance(&wide, &eps).mean;
+                let mean = sampler.advance(&repeated_u, &eps).mean;
                 for (i, row) in mean.chunks_exact(lanes).enumerate() {
-                    let at = (start * sizes.state + i) * samples + first;
-                    values[at..at + lanes].copy_from_slice(row);
+                    let offset = (start * sizes.state + i) * samples + first;
+                    values[offset..offset + lanes].copy_from_slice(row);
                 }
             }
         }
-        self.samples(samples, values)
+        self.restored_samples(samples, values)
     }
 
-    /// Latents drawn from the fitted law, `[L, samples]`.
-    fn latents(&self, net: &Stepwise, index: u64, samples: usize) -> Result<Vec<f32>, TrainerError> {
+    /// Draws latents `[L, samples]` from the fitted distribution.
+    fn draw_latents(&self, net: &Stepwise, index: u64, samples: usize) -> Result<Vec<f32>, TrainerError> {
         let Some(law) = &self.state.latent else {
             return Err(Difference::Unfinished.into());
         };
         Ok(law.draw(&self.noise("forecast", index, net.sizes().latent * samples), samples))
     }
 
-    /// A push from its first pose and the rod's path: draws of the decoder, its own noise included.
-    fn push(&self, engine: &ModelPush, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
+    /// Samples forecasts of a push from its initial pose and the rod's path, decoder noise included.
+    fn forecast_push(
+        &self,
+        engine: &ModelPush,
+        task: Task<'_>,
+        samples: usize,
+    ) -> Result<Samples, TrainerError> {
         let scales = &self.state.scales;
         let condition = Condition::new(self.state.settings.recipe, engine, task.start, task.actions);
         let u = features::standard(scales, &condition);
         let (time, width) = (condition.time, condition.width);
-        let (mut tape, bound) = self.frozen()?;
+        let (mut tape, bound) = self.frozen_tape()?;
         let (mean, sd) = match &self.net {
-            Net::Class(_) => return Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => return Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => {
                 let latent = net.sizes().latent;
-                let u = tape.constant(&[time, width, samples], &repeated(&u, samples))?;
+                let u = tape.constant(&[time, width, samples], &repeat_lanes(&u, samples))?;
                 let eps = self.noise("forecast", task.index, time * latent * samples);
                 let eps = tape.constant(&[time, latent, samples], &eps)?;
                 net.generate(&mut tape, &bound, u, eps)?
             }
             Net::Stepwise(net) => {
-                let w = self.latents(net, task.index, samples)?;
+                let w = self.draw_latents(net, task.index, samples)?;
                 let u = tape.constant(&[time, width, 1], &u)?;
-                let read = net.remember(&mut tape, &bound, u)?;
-                let shape = [time, tape.shape(read).dims()[1], samples];
-                let read = repeated(tape.value(read), samples);
-                let read = tape.constant(&shape, &read)?;
+                let input = net.read_features(&mut tape, &bound, u)?;
+                let shape = [time, tape.shape(input).dims()[1], samples];
+                let input = repeat_lanes(tape.value(input), samples);
+                let input = tape.constant(&shape, &input)?;
                 let w = tape.constant(&[1, net.sizes().latent, samples], &w)?;
-                let g = net.correct(&mut tape, &bound, read, w)?;
+                let g = net.correct(&mut tape, &bound, input, w)?;
                 (g.mean, Some(g.sd))
             }
         };
         let mut values = tape.value(mean).to_vec();
         if let Some(sd) = sd {
             let noise = self.noise("step-noise", task.index, values.len());
-            for ((v, sd), e) in values.iter_mut().zip(tape.value(sd)).zip(noise) {
-                *v += sd * e;
+            for ((v, sd), noise) in values.iter_mut().zip(tape.value(sd)).zip(noise) {
+                *v += sd * noise;
             }
         }
         features::restore(scales, &condition, &mut values, samples);
-        // What is measured at the start is known.
+        // The initial pose is given, so it has no uncertainty.
         for (row, start) in values.chunks_exact_mut(samples).zip(task.start) {
             row.fill(*start as f32);
         }
@@ -316,7 +328,7 @@ impl Forecaster for NetModel {
         let settings = &self.state.settings;
         let (states, actions) = (settings.engine.columns(), settings.engine.action_columns());
         let starts = match settings.correction {
-            // Equations may be started in a state of each sample.
+            // For systems of equations each sample may have its own initial state.
             Correction::Rates if task.start.len() == states.len() * samples => 1,
             _ => task.start.len() / states.len().max(1),
         };
@@ -329,10 +341,10 @@ impl Forecaster for NetModel {
             return net.forecast(trained, task, samples);
         }
         if let Some(push) = settings.rollouts()? {
-            return self.push(push, task, samples);
+            return self.forecast_push(push, task, samples);
         }
         match &self.net {
-            Net::Class(_) => Err(Difference::OnlyRollouts.into()),
+            Net::Class(_) => Err(Difference::NotSteppable.into()),
             Net::Dcvrnn(net) => Ok(self.generate(net, task, samples)),
             Net::Stepwise(net) if settings.correction == Correction::Rates => {
                 let law = self.state.latent.as_ref().ok_or(Difference::Unfinished)?;
@@ -340,14 +352,9 @@ impl Forecaster for NetModel {
                 forecast(Hybrid { settings, scales, params, net, law }, task, samples)
             }
             Net::Stepwise(net) => {
-                let w = self.latents(net, task.index, samples)?;
-                self.roll(net, task, &w, samples, StepNoise::Drawn)
+                let w = self.draw_latents(net, task.index, samples)?;
+                self.roll_out(net, task, &w, samples, StepNoise::Drawn)
             }
         }
     }
-}
-
-/// Each value `samples` times: `[row]` to `[row, sample]`.
-fn repeated(values: &[f32], samples: usize) -> Vec<f32> {
-    values.iter().flat_map(|v| std::iter::repeat_n(*v, samples)).collect()
 }

@@ -1,8 +1,8 @@
-//! The analytical model alone.
+//! The physics engine alone, as a baseline.
 
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 
-/// Rolls the engine out from the first state.
+/// Forecasts by rolling the engine out from the initial state.
 #[derive(Debug, Clone)]
 pub struct Physics(
     /// The engine.

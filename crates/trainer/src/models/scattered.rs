@@ -1,5 +1,4 @@
-//! The analytical model with what a discovery says about its restitution: calibrated, and different from drop to drop or
-//! from bounce to bounce.
+//! A ball whose restitution is a random effect per drop or per bounce, as a discovery may estimate it.
 
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
@@ -7,16 +6,16 @@ use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::system::ScatterPer;
 use rand_distr::{Distribution, StandardNormal};
 
-/// PyBullet's stepping of a ball whose restitution is drawn at random.
+/// Forecasts with PyBullet's time stepping and a normally distributed restitution, cut off at 0.
 #[derive(Debug, Clone, Copy)]
 pub struct ScatteredBall {
     /// The engine, with the mean restitution.
     pub ball: BulletBall,
     /// Standard deviation of the restitution.
     pub sd: f64,
-    /// The scope of one draw.
+    /// Whether restitution is drawn per trajectory or per event (bounce).
     pub per: ScatterPer,
-    /// Seed of the draws.
+    /// Seed of the random restitutions.
     pub seed: u64,
 }
 
@@ -29,20 +28,21 @@ impl Forecaster for ScatteredBall {
         let s = task.start.len();
         let mut values = vec![0.0; task.time * s * samples];
         let mut rng = random_stream(self.seed, "scattered-ball", task.index);
-        let mut draw = || -> f64 {
-            let xi: f64 = StandardNormal.sample(&mut rng);
-            (self.ball.restitution + self.sd * xi).max(0.0)
+        let mut draw_restitution = || -> f64 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            (self.ball.restitution + self.sd * noise).max(0.0)
         };
         let mut next = vec![0.0; s];
         for sample in 0..samples {
             let engine = |restitution| Engine::PybulletBall(BulletBall { restitution, ..self.ball });
-            let mut ball = engine(draw());
+            let mut ball = engine(draw_restitution());
             let mut state = task.start.to_vec();
             for t in 0..task.time {
                 if t > 0 {
                     ball.step(&state, &[], &[], &mut next);
-                    if self.per == ScatterPer::Event && state[1] < 0.0 && next[1] > 0.0 {
-                        ball = engine(draw());
+                    let is_rebound = state[1] < 0.0 && next[1] > 0.0;
+                    if self.per == ScatterPer::Event && is_rebound {
+                        ball = engine(draw_restitution());
                     }
                     state.copy_from_slice(&next);
                 }

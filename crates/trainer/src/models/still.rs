@@ -1,8 +1,8 @@
-//! Nothing moves.
+//! Baseline that predicts no motion.
 
 use crate::{Forecaster, Samples, Task, TrainerError};
 
-/// Predicts the first state for ever.
+/// Predicts the initial state at all times.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Still;
 

@@ -1,4 +1,4 @@
-//! Always predicts zero: the paper's scale for errors.
+//! Baseline that always predicts zero, the paper's reference for errors.
 
 use crate::{Forecaster, Samples, Task, TrainerError};
 

@@ -1,21 +1,22 @@
-//! The decoupled conditional variational recurrent net (paper, section III): three recurrent nets that
-//! whole sequences run through without waiting for one another.
+//! The decoupled conditional variational recurrent net, DCVRNN (paper, section III).
 //!
-//! - encoder: GRU(x_t, u_t, eps_t) gives mu_z, sigma_z; z_t = mu_z + eps_t sigma_z
-//! - prior: GRU(u_t, eps_t) gives mu_0, sigma_0; in prediction z_t = mu_0 + eps_t sigma_0
-//! - decoder: GRU(z_t) gives mu_x (and sigma_x, if it is learned)
+//! Three recurrent nets whose states do not depend on each other's outputs, so that each processes a whole
+//! sequence at once.
 //!
-//! x_t, u_t and z_t pass through feature extractors first (phi_x, phi_u, phi_z), the identity for the ball.
+//! 1. encoder: GRU(x_t, u_t, eps_t) gives mu_z, sigma_z; z_t = mu_z + eps_t sigma_z
+//! 2. prior: GRU(u_t, eps_t) gives mu_0, sigma_0; in a forecast z_t = mu_0 + eps_t sigma_0
+//! 3. decoder: GRU(z_t) gives mu_x (and sigma_x, if it is learned)
+//! 4. loss = sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln p(x_t | z_t), without constant terms
 //!
-//! Loss: sum over t of KL(N(mu_z, sigma_z) || N(mu_0, sigma_0)) - ln P(x_t | z_t), less constants. The same
-//! eps_t enters encoder, prior and z_t, as the paper writes it; so the divergence is taken given eps and
-//! does not bound what z carries. The README of this crate says what that means for forecasts.
+//! x_t, u_t and z_t first pass through feature extractors (phi_x, phi_u, phi_z), which are the identity for
+//! the ball. As in the paper, the same eps_t enters encoder, prior and z_t. So the divergence is conditional
+//! on eps and does not bound the information in z; the crate's README explains the effect on forecasts.
 
 use super::tile::{LossVars, Losses, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// The source of the decoder's standard deviation.
+/// How the decoder's standard deviation is determined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decoder {
     /// Fixed to 1 (bouncing ball).
@@ -24,42 +25,42 @@ pub enum Decoder {
     Learned,
 }
 
-/// Extents of a [`Dcvrnn`].
+/// Sizes of a [`Dcvrnn`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DcvrnnSizes {
-    /// State columns: width of x_t.
+    /// Number of state columns, the width of x_t.
     pub state: usize,
     /// Width of the condition u_t.
     pub condition: usize,
     /// Width of the latent z_t.
     pub latent: usize,
-    /// Units of each GRU layer.
+    /// Number of units of each GRU layer.
     pub hidden: usize,
-    /// GRU layers.
+    /// Number of GRU layers.
     pub layers: usize,
-    /// Added to learned standard deviations.
+    /// Lower bound that is added to learned standard deviations.
     pub sd_floor: f64,
-    /// The decoder's standard deviation.
+    /// How the decoder's standard deviation is determined.
     pub decoder: Decoder,
 }
 
-/// Widths of the layers of the feature extractors, each followed by tanh; none for the identity.
+/// Layer widths of the feature extractors, tanh after each layer; empty for the identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Extractors {
-    /// Of targets.
+    /// Extractor phi_x of targets.
     pub x: &'static [usize],
-    /// Of conditions.
+    /// Extractor phi_u of conditions.
     pub u: &'static [usize],
-    /// Of latents.
+    /// Extractor phi_z of latents.
     pub z: &'static [usize],
 }
 
 impl Extractors {
-    /// The paper's for pushing.
+    /// The paper's extractors for pushing.
     pub const PUSH: Extractors = Extractors { x: &[32, 16], u: &[32, 16], z: &[16] };
 }
 
-/// The net: ids of its parameters, named `enc.gru.weight_ih_l0`, `enc.mean.weight` and so on.
+/// The DCVRNN: ids of its parameters, named as in PyTorch (`enc.gru.weight_ih_l0`, ...).
 #[derive(Debug, Clone)]
 pub struct Dcvrnn {
     sizes: DcvrnnSizes,
@@ -71,9 +72,9 @@ pub struct Dcvrnn {
     decoder_std: Option<Linear>,
 }
 
-/// The distributions that a forward pass gives, all `[time, feature, lane]`.
+/// Distributions of a forward pass, all `[time, feature, lane]`.
 #[derive(Debug, Clone, Copy)]
-pub struct Passed {
+pub struct ForwardPass {
     /// Posterior of z.
     pub posterior: Gaussian,
     /// Prior of z.
@@ -82,12 +83,12 @@ pub struct Passed {
     pub z: Var,
     /// Mean of x given z.
     pub mean_x: Var,
-    /// Standard deviation of x given z; absent where it is 1.
+    /// Standard deviation of x given z; `None` if it is fixed to 1.
     pub sd_x: Option<Var>,
 }
 
-/// The layers that generate.
-pub(super) struct Generating<'a> {
+/// Layers that a forecast uses: prior and decoder.
+pub(super) struct GenerativeParts<'a> {
     pub prior: &'a Gru,
     pub prior_head: GaussianHead,
     pub decoder: &'a Gru,
@@ -101,11 +102,11 @@ impl Dcvrnn {
         Self::with_extractors(params, s, Extractors::default())
     }
 
-    /// Registers the parameters; those of the extractors are named `phi_x.0.weight` and so on.
+    /// Registers the parameters of a net with feature extractors, named `phi_x.0.weight` and so on.
     pub fn with_extractors<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes, phi: Extractors) -> Self {
         let mut extractor = |name: &str, inputs: usize, widths: &[usize]| {
-            let all: Vec<usize> = std::iter::once(inputs).chain(widths.iter().copied()).collect();
-            (Mlp::new(params, name, &all), all.last().copied().unwrap_or(inputs))
+            let layers: Vec<usize> = std::iter::once(inputs).chain(widths.iter().copied()).collect();
+            (Mlp::new(params, name, &layers), layers.last().copied().unwrap_or(inputs))
         };
         let (phi_x, x) = extractor("phi_x", s.state, phi.x);
         let (phi_u, u) = extractor("phi_u", s.condition, phi.u);
@@ -126,40 +127,42 @@ impl Dcvrnn {
         }
     }
 
-    /// Extents.
+    /// Sizes of the net.
     pub fn sizes(&self) -> DcvrnnSizes {
         self.sizes
     }
 
-    /// The parts that a forecast uses: the prior and the decoder.
-    pub(super) fn generating(&self) -> Generating<'_> {
+    /// Layers that a forecast uses: prior and decoder.
+    pub(super) fn generative_parts(&self) -> GenerativeParts<'_> {
         let (prior, prior_head) = &self.prior;
         let (mean, std) = (self.decoder_mean, self.decoder_std);
-        Generating { prior, prior_head: *prior_head, decoder: &self.decoder, mean, std }
+        GenerativeParts { prior, prior_head: *prior_head, decoder: &self.decoder, mean, std }
     }
 
-    /// Posterior, prior and decoder for `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
+    /// Records posterior, prior and decoder.
+    ///
+    /// For `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
     ///
     /// # Errors
-    /// [`TensorError`] if the extents do not fit.
+    /// [`TensorError`] if the shapes do not match the net's sizes.
     pub fn pass<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
         p: &Bound,
         [x, u, eps]: [Var; 3],
-    ) -> Result<Passed, TensorError> {
+    ) -> Result<ForwardPass, TensorError> {
         let u = self.phi[1].forward(tape, p, u)?;
         let posterior = self.posterior(tape, p, [x, u, eps])?;
         let prior = self.prior(tape, p, u, eps)?;
         let z = draw(tape, posterior, eps)?;
         let (mean_x, sd_x) = self.decode(tape, p, z)?;
-        Ok(Passed { posterior, prior, z, mean_x, sd_x })
+        Ok(ForwardPass { posterior, prior, z, mean_x, sd_x })
     }
 
-    /// Loss of a tile: sums over time and lanes.
+    /// Records the loss of a tile, summed over time and lanes.
     ///
     /// # Errors
-    /// [`TensorError`] if the tile does not have the net's extents.
+    /// [`TensorError`] if the tile's shapes do not match the net's sizes.
     pub fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -175,12 +178,13 @@ impl Dcvrnn {
         Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
     }
 
-    /// Loss of a tile, and `scale` times its gradient at the variables of `p`: as [`Dcvrnn::loss`], but the
-    /// prior and the decoder are differentiated and forgotten one after the other, so that a tile takes two
-    /// thirds of the memory.
+    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
+    ///
+    /// Same values as [`Dcvrnn::loss`], but prior and decoder are differentiated and dropped from the tape
+    /// one after the other, which saves 33 % of the memory of a tile.
     ///
     /// # Errors
-    /// [`TensorError`] if the tile does not have the net's extents.
+    /// [`TensorError`] if the tile's shapes do not match the net's sizes.
     pub fn differentiate<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -194,8 +198,8 @@ impl Dcvrnn {
         let q = self.posterior(tape, p, [x, u, eps])?;
 
         let mark = tape.mark();
-        // The sum of a term of the loss, whose gradient times `scale` is taken back to the mark.
-        let differentiate = |tape: &mut Tape<T>, term: Var| -> Result<T, TensorError> {
+        // Sums a term of the loss, backpropagates `scale` times it to the mark, and returns the sum.
+        let backward_term = |tape: &mut Tape<T>, term: Var| -> Result<T, TensorError> {
             let sum = masked_sum(tape, term, mask)?;
             let value = tape.value(sum)[0];
             let scaled = tape.scale(sum, scale)?;
@@ -205,36 +209,36 @@ impl Dcvrnn {
 
         let prior = self.prior(tape, p, u, eps)?;
         let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
-        let kl = differentiate(tape, kl)?;
+        let kl = backward_term(tape, kl)?;
 
         let z = draw(tape, q, eps)?;
         let decoded = self.decode(tape, p, z)?;
-        let misfit = misfit(tape, x, decoded)?;
-        let misfit = differentiate(tape, misfit)?;
+        let misfit = negative_log_likelihood(tape, x, decoded)?;
+        let misfit = backward_term(tape, misfit)?;
 
         tape.finish_backward();
         Ok(Losses { kl, misfit })
     }
 
-    /// Divergence `[time, L, lanes]` and negative log-likelihood `[time, S, lanes]`.
+    /// Records the divergence `[time, L, lanes]` and the negative log-likelihood `[time, S, lanes]`.
     ///
     /// # Errors
-    /// [`TensorError`] if the extents do not fit.
+    /// [`TensorError`] if the shapes do not match the net's sizes.
     pub fn parts<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
         x: Var,
-        passed: Passed,
+        passed: ForwardPass,
     ) -> Result<(Var, Var), TensorError> {
         let (q, prior) = (passed.posterior, passed.prior);
         let kl = tape.gaussian_kl((q.mean, q.sd), (prior.mean, prior.sd))?;
-        Ok((kl, misfit(tape, x, (passed.mean_x, passed.sd_x))?))
+        Ok((kl, negative_log_likelihood(tape, x, (passed.mean_x, passed.sd_x))?))
     }
 
-    /// Mean (and deviation) of x for latents drawn from the prior: a forecast, from `u` alone.
+    /// Records a forecast: mean (and standard deviation) of x for latents drawn from the prior, given `u`.
     ///
     /// # Errors
-    /// [`TensorError`] if the extents do not fit.
+    /// [`TensorError`] if the shapes do not match the net's sizes.
     pub fn generate<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -258,7 +262,7 @@ impl Dcvrnn {
         ])
     }
 
-    /// For targets, features of conditions, and noise.
+    /// Records the posterior of z for targets, features of conditions, and noise.
     fn posterior<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -266,10 +270,11 @@ impl Dcvrnn {
         [x, u, eps]: [Var; 3],
     ) -> Result<Gaussian, TensorError> {
         let x = self.phi[0].forward(tape, p, x)?;
-        let seen = tape.concat(&[x, u, eps], 1)?;
-        run(tape, p, &self.encoder, seen)
+        let input = tape.concat(&[x, u, eps], 1)?;
+        gru_gaussian(tape, p, &self.encoder, input)
     }
 
+    /// Records the prior of z for features of conditions, and noise.
     fn prior<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -277,10 +282,11 @@ impl Dcvrnn {
         u: Var,
         eps: Var,
     ) -> Result<Gaussian, TensorError> {
-        let seen = tape.concat(&[u, eps], 1)?;
-        run(tape, p, &self.prior, seen)
+        let input = tape.concat(&[u, eps], 1)?;
+        gru_gaussian(tape, p, &self.prior, input)
     }
 
+    /// Records mean and standard deviation of x for latents.
     fn decode<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -297,7 +303,8 @@ impl Dcvrnn {
     }
 }
 
-fn run<T: Scalar>(
+/// Records a GRU followed by a Gaussian head.
+fn gru_gaussian<T: Scalar>(
     tape: &mut Tape<T>,
     p: &Bound,
     (gru, head): &(Gru, GaussianHead),
@@ -307,14 +314,18 @@ fn run<T: Scalar>(
     head.forward(tape, p, h)
 }
 
-/// mean + eps * sd.
+/// Records mean + eps * sd.
 fn draw<T: Scalar>(tape: &mut Tape<T>, g: Gaussian, eps: Var) -> Result<Var, TensorError> {
     let noise = tape.mul(eps, g.sd)?;
     tape.add(g.mean, noise)
 }
 
-/// Negative log-likelihood of x given mean and, where it is not 1, deviation; less constants.
-fn misfit<T: Scalar>(tape: &mut Tape<T>, x: Var, (mean, sd): (Var, Option<Var>)) -> Result<Var, TensorError> {
+/// Records the negative log-likelihood of x without constant terms; `sd` is `None` if it is fixed to 1.
+fn negative_log_likelihood<T: Scalar>(
+    tape: &mut Tape<T>,
+    x: Var,
+    (mean, sd): (Var, Option<Var>),
+) -> Result<Var, TensorError> {
     match sd {
         None => tape.squared_error(x, mean),
         Some(sd) => tape.gaussian_nll(x, mean, sd),

@@ -1,4 +1,4 @@
-//! The nets: what is recorded on a tape for one tile of a batch.
+//! The nets: their layers, their losses on a batch tile (recorded on a tape), and tape-free inference.
 
 mod dcvrnn;
 mod sampler;
@@ -27,27 +27,28 @@ pub enum Net {
     Dcvrnn(Dcvrnn),
     /// Hybrid+ and Neural+.
     Stepwise(Stepwise),
-    /// A class of the league.
+    /// A net or fit of a league class.
     Class(ClassNet),
 }
 
 impl Net {
-    /// Registers the net of `settings` for states of `state` columns.
+    /// Builds the net of `settings` for states of `state` columns, and registers its parameters.
     pub fn new<T: Scalar>(settings: &Settings, state: usize, params: &mut Params<T>) -> Self {
         let condition = width(settings, state);
-        // Of equations the rates of force and flow are corrected, not every state.
+        // For systems of equations only some rates (those of force and flow equations) are corrected, not all
+        // states.
         let state = settings.engine.rates().map_or(state, WrittenMotion::corrected);
         if let Some(class) = settings.recipe.class() {
             return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));
         }
         let net = settings.net;
-        let rollouts = settings.correction == Correction::Rollout;
+        let has_rollouts = settings.correction == Correction::Rollout;
         if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
-            let own =
+            let physics_parameters =
                 if settings.correction == Correction::Step { settings.engine.own_parameters() } else { 0 };
-            let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor, own };
-            return Net::Stepwise(match rollouts {
+            let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor, physics_parameters };
+            return Net::Stepwise(match has_rollouts {
                 true => Stepwise::with_memory(params, sizes),
                 false => Stepwise::new(params, sizes),
             });
@@ -59,13 +60,13 @@ impl Net {
             hidden: net.hidden,
             layers: net.layers,
             sd_floor: net.sd_floor,
-            decoder: if rollouts { Decoder::Learned } else { Decoder::Fixed },
+            decoder: if has_rollouts { Decoder::Learned } else { Decoder::Fixed },
         };
-        let phi = if rollouts { Extractors::PUSH } else { Extractors::default() };
+        let phi = if has_rollouts { Extractors::PUSH } else { Extractors::default() };
         Net::Dcvrnn(Dcvrnn::with_extractors(params, sizes, phi))
     }
 
-    /// Rows of noise that a sequence of `time` steps takes, and values per row.
+    /// Number of noise rows for a sequence of `time` steps, and number of values per row.
     pub fn noise_rows(&self, time: usize) -> (usize, usize) {
         match self {
             Net::Dcvrnn(net) => (time, net.sizes().latent),
@@ -74,7 +75,7 @@ impl Net {
         }
     }
 
-    /// State columns, and width of a condition row.
+    /// Width of a target row, and width of a condition row.
     pub fn extents(&self) -> (usize, usize) {
         match self {
             Net::Dcvrnn(net) => (net.sizes().state, net.sizes().condition),
@@ -83,15 +84,15 @@ impl Net {
         }
     }
 
-    /// Whether it is fitted directly, not by gradients.
+    /// Whether the class is fitted directly instead of by gradients.
     pub(crate) fn is_fitted(&self) -> bool {
         matches!(self, Net::Class(ClassNet::Fitted(..)))
     }
 
-    /// Records the loss of a tile.
+    /// Records the loss of a tile on the tape.
     ///
     /// # Errors
-    /// [`TensorError`] if the tile does not have the net's extents.
+    /// [`TensorError`] if the tile's shapes do not match the net's sizes.
     pub fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -105,10 +106,10 @@ impl Net {
         }
     }
 
-    /// Loss of a tile, and `scale` times its gradient at the variables of `p`.
+    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
     ///
     /// # Errors
-    /// [`TensorError`] if the tile does not have the net's extents.
+    /// [`TensorError`] if the tile's shapes do not match the net's sizes.
     pub fn differentiate<T: Scalar>(
         &self,
         tape: &mut Tape<T>,

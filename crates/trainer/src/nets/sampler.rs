@@ -1,11 +1,12 @@
-//! A trained DCVRNN as a generator: prior and decoder without a tape, step by step or in blocks of steps.
+//! Tape-free sampling from a trained DCVRNN: prior and decoder, step by step or in blocks of steps.
 
 use super::Dcvrnn;
 use augsim_nn::Params;
 use augsim_nn::inference::{DrawRunner, GruRunner, LinearRunner, SdRunner};
 
-/// Prior and decoder with their states, for a number of trajectories in lanes. Nothing is allocated after
-/// construction, and no activation outlives a call.
+/// Samples trajectories, one per lane, from prior and decoder of a [`Dcvrnn`].
+///
+/// Nothing is allocated after construction.
 ///
 /// ```
 /// use augsim_data::random_stream;
@@ -32,26 +33,27 @@ pub struct DcvrnnSampler {
     decoder: GruRunner,
     mean: LinearRunner,
     sd: Option<SdRunner>,
-    seen: Vec<f32>,
+    /// Input rows of the prior: condition and noise.
+    input: Vec<f32>,
     condition: usize,
     latent: usize,
     lanes: usize,
 }
 
-/// Distribution of x: mean `[steps, S, lane]`, and deviation where it is not fixed to 1.
+/// Predicted distribution of x, `[steps, S, lane]` each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted<'a> {
     /// Mean.
     pub mean: &'a [f32],
-    /// Standard deviation.
+    /// Standard deviation; `None` where it is fixed to 1.
     pub sd: Option<&'a [f32]>,
 }
 
 impl DcvrnnSampler {
-    /// The generating half of `net` for `lanes` trajectories and at most `steps` steps a call.
+    /// Creates a sampler of `net` for `lanes` trajectories and at most `steps` steps per call.
     pub fn new(net: &Dcvrnn, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let s = net.sizes();
-        let parts = net.generating();
+        let parts = net.generative_parts();
         DcvrnnSampler {
             prior: (
                 GruRunner::new(parts.prior, params, lanes, steps),
@@ -60,30 +62,33 @@ impl DcvrnnSampler {
             decoder: GruRunner::new(parts.decoder, params, lanes, steps),
             mean: LinearRunner::new(parts.mean, params, lanes, steps),
             sd: parts.std.map(|std| SdRunner::new(std, s.sd_floor, params, lanes, steps)),
-            seen: vec![0.0; steps * (s.condition + s.latent) * lanes],
+            input: vec![0.0; steps * (s.condition + s.latent) * lanes],
             condition: s.condition,
             latent: s.latent,
             lanes,
         }
     }
 
-    /// Back to the start of a trajectory.
+    /// Resets the recurrent states to the start of a trajectory.
     pub fn reset(&mut self) {
         self.prior.0.reset();
         self.decoder.reset();
     }
 
-    /// Goes on by the steps of `u [steps, U, lane]` with draws `eps [steps, L, lane]`. The number of steps
-    /// is read off the length of `eps`.
+    /// Advances by the steps of conditions `u [steps, U, lane]`.
+    ///
+    /// `eps [steps, L, lane]` are standard normal draws.
+    ///
+    /// The length of `eps` determines the number of steps.
     pub fn advance(&mut self, u: &[f32], eps: &[f32]) -> Predicted<'_> {
         let (u_row, eps_row) = (self.condition * self.lanes, self.latent * self.lanes);
         let steps = eps.len() / eps_row.max(1);
-        let seen = &mut self.seen[..steps * (u_row + eps_row)];
-        for (s, row) in seen.chunks_exact_mut((u_row + eps_row).max(1)).enumerate() {
+        let input = &mut self.input[..steps * (u_row + eps_row)];
+        for (s, row) in input.chunks_exact_mut((u_row + eps_row).max(1)).enumerate() {
             row[..u_row].copy_from_slice(&u[s * u_row..][..u_row]);
             row[u_row..].copy_from_slice(&eps[s * eps_row..][..eps_row]);
         }
-        let z = self.prior.1.run(self.prior.0.run(seen, steps), eps, steps);
+        let z = self.prior.1.run(self.prior.0.run(input, steps), eps, steps);
         let h = self.decoder.run(z, steps);
         let sd = self.sd.as_mut().map(|sd| sd.run(h, steps));
         Predicted { mean: self.mean.run(h, steps), sd }

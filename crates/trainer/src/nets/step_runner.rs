@@ -1,59 +1,67 @@
-//! The decoder of Hybrid+ without a tape: corrections of single physics steps, many at once.
+//! Tape-free decoder of Hybrid+: corrections of single physics steps, many at once.
 
 use super::Stepwise;
 use augsim_nn::Params;
 use augsim_nn::inference::{GaussianRunner, LinearRunner, MlpRunner};
 
-/// The decoder of a [`Stepwise`] net without memory, for a number of steps in lanes. Nothing is allocated after construction.
+/// Runs the decoder of a [`Stepwise`] net without memory on a batch of steps, one per lane.
+///
+/// Nothing is allocated after construction.
 #[derive(Debug, Clone)]
 pub struct StepRunner {
     step: MlpRunner,
     head: GaussianRunner,
-    own: Option<LinearRunner>,
+    /// Layer from the latent to shifts of physics parameters.
+    shifts: Option<LinearRunner>,
     mean: Vec<f32>,
-    read: Vec<f32>,
+    /// Features `[U, lane]`, then latents `[L, lane]`.
+    input: Vec<f32>,
     condition: usize,
     lanes: usize,
 }
 
 impl StepRunner {
-    /// The decoder of `net` for `lanes` steps at once.
+    /// Creates the decoder of `net` for `lanes` steps at once.
     pub fn new(net: &Stepwise, params: &Params<f32>, lanes: usize) -> Self {
         let sizes = net.sizes();
-        let (step, head, own) = net.decoder();
+        let (step, head, shifts) = net.decoder();
         StepRunner {
             step: MlpRunner::new(step, params, lanes, 1),
             head: GaussianRunner::new(head, params, lanes, 1),
-            own: own.map(|own| LinearRunner::new(own, params, lanes, 1)),
+            shifts: shifts.map(|layer| LinearRunner::new(layer, params, lanes, 1)),
             mean: vec![0.0; sizes.state * lanes],
-            read: vec![0.0; (sizes.condition + sizes.latent) * lanes],
+            input: vec![0.0; (sizes.condition + sizes.latent) * lanes],
             condition: sizes.condition,
             lanes,
         }
     }
 
-    /// Steps at once.
+    /// Number of steps per call.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Where the features `[U, lane]` and the latents `[L, lane]` of the next call are written.
+    /// Buffers to fill with features `[U, lane]` and latents `[L, lane]` before [`run`](Self::run).
     pub fn input(&mut self) -> (&mut [f32], &mut [f32]) {
-        self.read.split_at_mut(self.condition * self.lanes)
+        self.input.split_at_mut(self.condition * self.lanes)
     }
 
-    /// Mean and standard deviation `[S, lane]` of the corrections for what [`input`](Self::input) holds.
+    /// Computes mean and standard deviation `[S, lane]` of the corrections for the [`input`](Self::input).
     pub fn run(&mut self) -> (&[f32], &[f32]) {
-        let (features, w) = self.read.split_at(self.condition * self.lanes);
-        let (mean, sd) = self.head.run(self.step.run(&self.read, 1), 1);
+        let (features, w) = self.input.split_at(self.condition * self.lanes);
+        let (mean, sd) = self.head.run(self.step.run(&self.input, 1), 1);
         self.mean.copy_from_slice(mean);
-        if let Some(own) = &mut self.own {
-            let shifts = own.run(w, 1);
+        if let Some(layer) = &mut self.shifts {
+            let shifts = layer.run(w, 1);
+            // The sensitivities `[P, S, lane]` of the step to the physics parameters are the last features.
             let changes = &features[features.len() - self.mean.len() * shifts.len() / self.lanes..];
             for (changes, shift) in changes.chunks_exact(self.mean.len()).zip(shifts.chunks_exact(self.lanes))
             {
-                let moved = changes.iter().zip(shift.iter().cycle());
-                self.mean.iter_mut().zip(moved).for_each(|(mean, (change, shift))| *mean += change * shift);
+                let products = changes.iter().zip(shift.iter().cycle());
+                self.mean
+                    .iter_mut()
+                    .zip(products)
+                    .for_each(|(mean, (change, shift))| *mean += change * shift);
             }
         }
         (&self.mean, sd)
@@ -62,7 +70,7 @@ impl StepRunner {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the runner gives what the tape gives, with and without parameters of the physics that the latent moves.
+    //! Contract: the runner agrees with the tape, with and without shifted physics parameters.
     use super::*;
     use crate::nets::StepwiseSizes;
     use augsim_data::random_stream;
@@ -71,20 +79,20 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     #[test]
-    fn runner_gives_what_the_tape_gives() {
+    fn the_runner_agrees_with_the_tape() {
         let lanes = 5;
-        for own in [0, 1, 2] {
+        for physics_parameters in [0, 1, 2] {
             let sizes = StepwiseSizes {
                 state: 2,
-                condition: 10 + 2 * own,
+                condition: 10 + 2 * physics_parameters,
                 latent: 3,
                 hidden: 8,
                 sd_floor: 1e-2,
-                own,
+                physics_parameters,
             };
-            let mut params = Params::<f32>::new(random_stream(1, "init", own as u64));
+            let mut params = Params::<f32>::new(random_stream(1, "init", physics_parameters as u64));
             let net = Stepwise::new(&mut params, sizes);
-            let mut rng = random_stream(1, "features", own as u64);
+            let mut rng = random_stream(1, "features", physics_parameters as u64);
             let mut draws =
                 |n: usize| -> Vec<f32> { (0..n * lanes).map(|_| StandardNormal.sample(&mut rng)).collect() };
             let (features, latents) = (draws(sizes.condition), draws(sizes.latent));
@@ -102,8 +110,8 @@ mod tests {
             let taped = net.correct(&mut tape, &bound, u, w).unwrap();
             for (ours, theirs) in [(mean, taped.mean), (sd, taped.sd)] {
                 for (a, b) in ours.iter().zip(tape.value(theirs)) {
-                    // Sums of some ten products in another order.
-                    assert!((a - b).abs() < 1e-5, "{own} parameters: {a} and {b}");
+                    // The two sum about ten products in different orders.
+                    assert!((a - b).abs() < 1e-5, "{physics_parameters} parameters: {a} and {b}");
                 }
             }
         }

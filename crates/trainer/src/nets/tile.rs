@@ -1,46 +1,47 @@
-//! One tile of a batch, and the loss that a net records for it.
+//! Batch tiles (inputs of a net), their losses, and masked sums over them.
 
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
 /// A tile of a batch: up to [`crate::TILE`] trajectories, `[time, feature, lane]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tile<'a, T> {
-    /// Time steps (of the longest trajectory).
+    /// Number of time steps of the longest trajectory.
     pub time: usize,
-    /// Trajectories.
+    /// Number of trajectories.
     pub lanes: usize,
     /// Targets `[time, X, lanes]`.
     pub x: &'a [T],
     /// Conditions `[time, U, lanes]`.
     pub u: &'a [T],
-    /// Standard normal draws `[rows, L, lanes]`, rows as [`super::Net::noise_rows`] says.
+    /// Standard normal draws `[rows, L, lanes]`, with as many rows as [`super::Net::noise_rows`] returns.
     pub eps: &'a [T],
-    /// 1 where a sample exists and 0 beyond the end of a shorter trajectory, `[time, 1, lanes]`; empty
-    /// if all have the same length.
+    /// Mask `[time, 1, lanes]`: 1 for samples, 0 beyond the end of shorter trajectories.
+    ///
+    /// Empty if all lengths are equal.
     pub mask: &'a [T],
 }
 
-/// Loss of a tile and its two parts, each a scalar: sums over the tile's trajectories.
+/// Tape variables of a tile's loss and its two parts: scalars, summed over the tile's trajectories.
 #[derive(Debug, Clone, Copy)]
 pub struct LossVars {
-    /// Divergence plus misfit.
+    /// Loss that is differentiated.
     pub total: Var,
-    /// Kullback-Leibler part.
+    /// Kullback-Leibler divergence, nats.
     pub kl: Var,
-    /// Negative log-likelihood part (less constants).
+    /// Negative log-likelihood without constant terms, nats.
     pub misfit: Var,
 }
 
-/// Values of the two parts of a tile's loss.
+/// Values of the two parts of a tile's loss, nats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses<T> {
-    /// Kullback-Leibler part.
+    /// Kullback-Leibler divergence.
     pub kl: T,
-    /// Negative log-likelihood part (less constants).
+    /// Negative log-likelihood without constant terms.
     pub misfit: T,
 }
 
-/// Values of a loss, after `scale` times its gradient was computed.
+/// Backpropagates `scale` times the loss, and returns its values.
 pub(crate) fn pull_back<T: Scalar>(
     tape: &mut Tape<T>,
     loss: LossVars,
@@ -51,7 +52,7 @@ pub(crate) fn pull_back<T: Scalar>(
     Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
 }
 
-/// Sum over all elements of `v [time, F, lanes]`, without those that the mask hides.
+/// Records the sum over all elements of `v [time, F, lanes]` that the mask does not hide.
 pub(crate) fn masked_sum<T: Scalar>(
     tape: &mut Tape<T>,
     v: Var,
@@ -60,16 +61,21 @@ pub(crate) fn masked_sum<T: Scalar>(
     match mask {
         None => tape.sum_all(v),
         Some(mask) => {
-            let visible = tape.mul(v, mask)?;
-            tape.sum_all(visible)
+            let masked = tape.mul(v, mask)?;
+            tape.sum_all(masked)
         }
     }
 }
 
-/// Records the tile's mask, if it has one.
+/// Records the tile's mask; `None` if all trajectories have the same length.
 pub(crate) fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Result<Option<Var>, TensorError> {
     if tile.mask.is_empty() {
         return Ok(None);
     }
     tape.constant(&[tile.time, 1, tile.lanes], tile.mask).map(Some)
+}
+
+/// Repeats each value for all lanes: `[row]` to `[row, lane]`.
+pub(crate) fn repeat_lanes(values: &[f32], lanes: usize) -> Vec<f32> {
+    values.iter().flat_map(|v| std::iter::repeat_n(*v, lanes)).collect()
 }

@@ -1,12 +1,12 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, in one binary that links the crate once.
 
-// Engines of the physics that nets correct.
+// Physics engines that nets correct.
 mod model_engine;
 mod written_engine;
 
-// Every model class learns.
+// Training of all model classes.
 mod league;
 mod unseen_restitution;
 
-// A net in a control loop.
+// Nets in a control loop.
 mod stepper;

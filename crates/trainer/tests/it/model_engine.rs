@@ -1,7 +1,9 @@
-//! Contract: the engine of a model file is the simulator of that model. Its roll-out is one run of the exact engine over
-//! the whole drop, contacts that last included; its single steps meet the same curve, since a state is all that the laws
-//! see; what the sensor adds and what is random takes no part; laws of anything but height and velocity are refused. A
-//! model of pushing keeps its effects. Configurations (TOML) and checkpoints give back the same engine.
+//! Contract: the engine of a model file agrees with the simulator of that model.
+//!
+//! Its roll-out is one run of the exact engine over the whole drop, contacts of finite duration included. Its
+//! single steps follow the same curve, because the effects depend on the state alone. Sensor effects and
+//! random effects are left out; effects that depend on anything but height and velocity are rejected. A model
+//! of pushing keeps its effects. Configurations (TOML) and checkpoints restore the same engine.
 
 use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
@@ -9,9 +11,9 @@ use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_physics::push::{Pose, Push, Run as PushRun, Steps, StraightPush, World};
 use augsim_trainer::{Correction, Engine, EngineError, Recipe, Room, Settings, SystemEngine, ThrowEngine};
 
-/// A step of the data, s.
+/// Sample interval of the data, s.
 const STEP_S: f64 = 1.0 / 60.0;
-/// Samples of a drop: the ball comes to rest after about 5 s.
+/// Number of samples of a drop; the ball comes to rest after about 5 s.
 const TIME: usize = 400;
 const START: [f64; 2] = [4.3, 0.4];
 
@@ -28,7 +30,7 @@ const SPEED: &str = "[[effect]]\nkind = \"restitution-speed-linear\"\nb_s_per_m 
 const CONTACT: &str = "[[effect]]\nkind = \"contact-duration\"\ntau_s = 0.01\n";
 const LEFT_OUT: &str = "[[effect]]\nkind = \"height-offset\"\nb_m = 0.05\n\
     [[effect]]\nkind = \"restitution-scatter\"\nper = \"impact\"\nsd = 0.1\n";
-/// The offset in it, m.
+/// Height offset in `LEFT_OUT`, m.
 const OFFSET_M: f64 = 0.05;
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
@@ -47,7 +49,7 @@ fn system(effects: &[&str]) -> SystemEngine {
     ok(SystemEngine::new(&ModelFile::Ball(model(effects)), Some(STEP_S)))
 }
 
-/// Heights and velocities of one run of the exact engine.
+/// Simulates heights and velocities in one run of the exact engine.
 fn simulated(effects: &[&str]) -> Vec<f64> {
     let (world, parameters) = model(effects).world(Axes::Vertical);
     let throw = Throw {
@@ -64,7 +66,7 @@ fn simulated(effects: &[&str]) -> Vec<f64> {
     run.positions.iter().zip(&run.velocities).flat_map(|(p, v)| [p[2], v[2]]).collect()
 }
 
-/// The roll-out by single steps.
+/// Rolls out by single steps.
 fn stepped(engine: &Engine) -> Vec<f64> {
     let mut out = START.to_vec();
     for t in 1..TIME {
@@ -81,7 +83,7 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_rollout_is_the_simulation_of_the_whole_drop() {
+fn a_rollout_equals_the_simulation_of_the_whole_drop() {
     for effects in [&[][..], &[DRAG], &[SPEED], &[DRAG, SPEED, CONTACT]] {
         let got = engine(effects).rollout(&START, &[], TIME);
         assert!(largest_difference(&got, &simulated(effects)) <= 1e-9, "{effects:?}");
@@ -89,11 +91,11 @@ fn a_rollout_is_the_simulation_of_the_whole_drop() {
 }
 
 #[test]
-fn single_steps_meet_the_simulation() {
-    // Without drag every flight is a closed form. With it a flight is integrated in steps of h = 0.05 s and sampled by the
-    // cubic through their ends. After s = h / 3 the cubic's velocity errs by 2 s (h - s) (h - 2 s) / 24 times the fourth
-    // derivative of the height, at most 6 m/s^4 with this drag: 5e-6 m/s in a step, 2e-3 m/s in 400. A wrong bounce would
-    // show in metres per second.
+fn single_steps_agree_with_the_simulation() {
+    // Without drag every flight has a closed form. With drag it is integrated in steps of h = 0.05 s and
+    // sampled by cubic interpolation. At s = h / 3 the velocity of the cubic has an error of 2 s (h - s) (h -
+    // 2 s) / 24 times the fourth derivative of the height, which is at most 6 m/s^4 with this drag: 5e-6 m/s
+    // per step, 2e-3 m/s in 400 steps. A wrong bounce would give an error of metres per second.
     for (effects, bound) in [(&[][..], 1e-9), (&[SPEED], 1e-9), (&[DRAG, SPEED], 2e-3)] {
         let (got, want) = (stepped(&engine(effects)), simulated(effects));
         let worst = largest_difference(&got, &want);
@@ -102,11 +104,11 @@ fn single_steps_meet_the_simulation() {
 }
 
 #[test]
-fn an_effect_of_the_model_changes_the_curve_and_one_of_the_sensor_does_not() {
+fn effects_of_the_motion_change_the_curve_and_sensor_effects_do_not() {
     let path = |effects: &[&str]| engine(effects).rollout(&START, &[], TIME);
     assert!(largest_difference(&path(&[DRAG]), &path(&[])) > 0.1);
     assert!(largest_difference(&stepped(&engine(&[SPEED])), &stepped(&engine(&[]))) > 0.1);
-    // Heights that are off by a constant are those of a ground that lies there.
+    // A constant height offset is equivalent to a ground at that height.
     let raised: Vec<f64> = path(&[DRAG]).chunks(2).flat_map(|s| [s[0] + OFFSET_M, s[1]]).collect();
     let there = engine(&[DRAG, LEFT_OUT]).rollout(&[START[0] + OFFSET_M, START[1]], &[], TIME);
     assert!(largest_difference(&there, &raised) < 1e-12, "{:e}", largest_difference(&there, &raised));
@@ -114,7 +116,7 @@ fn an_effect_of_the_model_changes_the_curve_and_one_of_the_sensor_does_not() {
 }
 
 #[test]
-fn a_throw_is_that_of_the_exact_engine_along_its_axes() {
+fn a_throw_agrees_with_the_exact_engine_along_its_axes() {
     let file = model(&[DRAG, SPEED]);
     let start = [0.1, 0.9, 1.2, 0.5];
     let (world, parameters) = file.world(Axes::Plane);
@@ -136,7 +138,8 @@ fn a_throw_is_that_of_the_exact_engine_along_its_axes() {
     assert!(largest_difference(&engine.rollout(&start, &[], TIME), &want) <= 1e-12);
     let text = toml::to_string(&engine).expect("TOML");
     assert_eq!(toml::from_str::<Engine>(&text).expect("the same engine"), engine);
-    // What a height alone does not tell, a throw does; what only the spin tells, neither.
+    // A horizontal effect needs a throw's states instead of a height alone; an effect of the spin is in
+    // neither.
     let friction = model(&["[[effect]]\nkind = \"horizontal-acceleration\"\na_m_s2 = 0.1\n"]);
     assert!(SystemEngine::new(&ModelFile::Ball(friction.clone()), Some(STEP_S)).is_err());
     assert!(ThrowEngine::new(&friction, Room::Plane, STEP_S).is_ok());
@@ -145,7 +148,7 @@ fn a_throw_is_that_of_the_exact_engine_along_its_axes() {
 }
 
 #[test]
-fn states_that_noise_has_put_below_the_ground_stay_finite_and_do_not_sink() {
+fn noisy_states_below_the_ground_stay_finite_and_do_not_sink() {
     let engine = engine(&[CONTACT, DRAG]);
     for state in [[-0.004, 0.0], [-0.01, -3.0], [-0.01, 3.0], [0.0, -1e-9]] {
         let mut next = [f64::NAN; 2];
@@ -155,7 +158,7 @@ fn states_that_noise_has_put_below_the_ground_stay_finite_and_do_not_sink() {
 }
 
 #[test]
-fn laws_of_what_height_and_velocity_do_not_tell_are_refused() {
+fn effects_that_need_more_than_height_and_velocity_are_rejected() {
     let drift = "[[effect]]\nkind = \"restitution-drift\"\nd_per_s = 0.001\n";
     let bounce = "[[effect]]\nkind = \"table\"\ntarget = \"restitution\"\nagainst = \"bounce\"\nfirst = 0.0\n\
         last = 3.0\nvalues = [0.0, 0.1]\n";
@@ -178,7 +181,7 @@ fn augmented_push() -> PushModel {
     ok(PushModel::parse(text, "push.toml"))
 }
 
-/// Rod positions `[time, (x, y, t)]` of a straight push, and the poses that a world gives.
+/// Simulates a straight push: rod positions `[time, (x, y, t)]` and poses.
 fn pushed(world: &World, parameters: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let path = StraightPush {
         start_m: [-0.018, 0.04975],
@@ -214,31 +217,34 @@ fn a_model_of_pushing_keeps_its_effects() {
     let (world, parameters) = model.world();
     let (actions, want) = pushed(&world, &parameters);
     let got = engine.rollout(&[0.0; 3], &actions, actions.len() / 3);
-    // The same laws; the path is recorded piecewise instead of straight.
+    // The effects are the same; the engine's rod path is piecewise linear instead of one straight line.
     assert!(largest_difference(&got, &want) <= 1e-9, "{:e}", largest_difference(&got, &want));
     let declared = engine_of(&PushModel { effects: Vec::new(), ..model });
     let without = declared.rollout(&[0.0; 3], &actions, actions.len() / 3);
     assert!(largest_difference(&without, &want) > 1e-3);
 }
 
-/// Any outline can be pushed: the same square under a name that is not built in moves the same.
+/// A polygon in the model file moves like the built-in object with the same outline.
 #[test]
-fn an_outline_of_the_files_own_is_pushed_like_a_built_in_one() {
-    let of = |object: &str| {
+fn an_outline_from_the_model_file_is_pushed_like_a_built_in_one() {
+    let engine_with = |object: &str| {
         let text = format!("scenario = \"push\"\n{object}\n[parameters]\nc_m = 0.035\n");
         engine_of(&ok(PushModel::parse(&text, "push.toml")))
     };
     let (actions, _) = pushed(&augmented_push().world().0, &augmented_push().world().1);
     let path = |engine: &Engine| engine.rollout(&[0.0; 3], &actions, actions.len() / 3);
-    let built_in = path(&of("object = \"rect1\""));
+    let built_in = path(&engine_with("object = \"rect1\""));
     let square = "polygon_m = [[0.045, 0.045], [-0.045, 0.045], [-0.045, -0.045], [0.045, -0.045]]";
-    assert!(largest_difference(&path(&of(square)), &built_in) <= 1e-12);
+    assert!(largest_difference(&path(&engine_with(square)), &built_in) <= 1e-12);
     let flatter = "polygon_m = [[0.045, 0.03], [-0.045, 0.03], [-0.045, -0.03], [0.045, -0.03]]";
-    assert!(largest_difference(&path(&of(flatter)), &built_in) > 1e-3, "the rod touches later");
+    assert!(
+        largest_difference(&path(&engine_with(flatter)), &built_in) > 1e-3,
+        "the rod touches the flatter object later"
+    );
 }
 
 #[test]
-fn configurations_and_checkpoints_give_back_the_same_engine() {
+fn configurations_and_checkpoints_restore_the_same_engine() {
     let dir = ok(tempfile::tempdir());
     for engine in [engine(&[DRAG, SPEED, LEFT_OUT]), engine_of(&augmented_push())] {
         let settings = Settings::new(Recipe::Hybrid, 10, 1, engine);
@@ -251,7 +257,7 @@ fn configurations_and_checkpoints_give_back_the_same_engine() {
 }
 
 #[test]
-fn a_configuration_with_a_wrong_model_is_refused_as_the_file_would_be() {
+fn a_wrong_model_in_a_configuration_is_rejected_like_a_wrong_model_file() {
     let text = ok(toml::to_string(&engine_of(&augmented_push())));
     for (right, wrong, word) in [
         ("table-anisotropy", "table-anisotropi", "did you mean `table-anisotropy`"),
@@ -264,13 +270,13 @@ fn a_configuration_with_a_wrong_model_is_refused_as_the_file_would_be() {
 }
 
 #[test]
-fn what_is_corrected_follows_from_the_engine_and_refuses_recipes_of_the_other() {
-    let of = |recipe, engine| Settings::new(recipe, 10, 1, engine);
-    let push = of(Recipe::HybridStandardised, engine_of(&augmented_push()));
+fn the_correction_follows_from_the_engine_and_rejects_unsuitable_recipes() {
+    let settings = |recipe, engine| Settings::new(recipe, 10, 1, engine);
+    let push = settings(Recipe::HybridStandardised, engine_of(&augmented_push()));
     assert_eq!(push.correction, Correction::Rollout);
     let error = push.check().expect_err("refused").to_string();
     assert!(error.contains("Hybrid-std") && error.contains("ball"), "{error}");
-    let ball = of(Recipe::HybridStandardised, engine(&[]));
+    let ball = settings(Recipe::HybridStandardised, engine(&[]));
     assert_eq!(ball.correction, Correction::Step);
     assert!(ball.check().is_ok());
 }

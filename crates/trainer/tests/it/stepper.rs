@@ -1,4 +1,4 @@
-//! Contract: a net in a control loop says step by step what its forecast says at once, and refuses what is no state.
+//! Contract: a stepper agrees with the forecasts of its net, and rejects states of the wrong width.
 
 use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
 use augsim_trainer::{
@@ -18,7 +18,7 @@ fn trained(recipe: Recipe) -> NetModel {
 }
 
 #[test]
-fn the_papers_nets_step_as_they_forecast() {
+fn steps_of_the_papers_nets_agree_with_their_forecasts() {
     for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised] {
         let model = trained(recipe);
         let (start, time, index) = ([4.5, -0.3], 70, 6);
@@ -42,11 +42,12 @@ fn the_papers_nets_step_as_they_forecast() {
 }
 
 #[test]
-fn steps_of_hybrid_plus_have_the_spread_of_its_forecasts() {
+fn steps_of_hybrid_plus_have_the_distribution_of_its_forecasts() {
     let model = trained(Recipe::HybridPlus);
     let (start, samples) = ([4.5, -0.3], 4000);
     let mut stepper = Stepper::new(&model).expect("a stepper");
-    // One sample of trajectory `index` has the latent that the stepper keeps, and then the draw of one step.
+    // A one-sample forecast of trajectory `index` has the latent of the stepper, so it differs by the step
+    // noise alone.
     let (mut mean, mut square) = ([0.0; 2], [0.0; 2]);
     for index in 0..samples {
         stepper.begin(&start, index).expect("a start");
@@ -67,7 +68,7 @@ fn steps_of_hybrid_plus_have_the_spread_of_its_forecasts() {
 }
 
 #[test]
-fn a_state_has_a_value_for_each_column() {
+fn states_of_the_wrong_width_are_rejected() {
     let mut stepper = Stepper::new(&trained(Recipe::HybridPlus)).expect("a stepper");
     for wrong in [&[1.0][..], &[1.0, 2.0, 3.0], &[]] {
         assert!(matches!(stepper.step(Some(wrong)), Err(TrainerError::Foreign { .. })));

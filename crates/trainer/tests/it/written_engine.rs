@@ -1,6 +1,8 @@
-//! Contract: the engine of a system of equations advances states as its simulator does, inputs and events included; nets correct
-//! the rates of its force and flow equations, so that what runs by a speed stays its integral; walls and events are never
-//! passed, whatever a net says; configurations (TOML) and checkpoints give back the same engine.
+//! Contract: the engine of a system of equations agrees with its simulator, inputs and events included.
+//!
+//! Nets correct the rates of its force and flow equations only, so that a position stays the integral of its
+//! velocity. State bounds and events hold for any correction of a net. Configurations (TOML) and checkpoints
+//! restore the same engine.
 
 use augsim_nn::checkpoint;
 use augsim_trainer::{
@@ -13,14 +15,14 @@ use augsim_written::{System, WrittenSystem};
 
 const STEP_S: f64 = 0.01;
 
-/// A mass that a force drives against a stop.
+/// A mass on a spring that an input force drives against a stop.
 const STOPPED: &str = "scenario = \"system\"\nname = \"mass with stop\"\n[inputs]\nforce_N = { hold = \"linear\" }\n[states]\n\
     x_m = { start = \"position_m\" }\nv_m_s = { start = 0.0 }\n[parameters]\nmass_kg = { nominal = 1.2, frozen = true }\n\
     stiffness_N_per_m = 80.0\nstop_m = { nominal = 0.05, frozen = true }\nrestitution = 0.5\n[rates]\nx_m = \"v_m_s\"\n\
     v_m_s = \"(force_N - stiffness_N_per_m * x_m) / mass_kg\"\n[outputs]\nposition_m = \"x_m\"\n[[events]]\nname = \"stop\"\n\
     when = \"x_m - stop_m\"\ndirection = \"rising\"\nset = { v_m_s = \"-restitution * v_m_s\" }\n";
 
-/// A tank that empties.
+/// A draining tank.
 const TANK: &str = "scenario = \"system\"\nname = \"tank\"\n[states]\nlevel_m = { start = \"height_m\", min = 0.0, max = 0.5 }\n\
     [parameters]\nk = { nominal = 0.3, unit = \"m^0.5/s\" }\n[rates]\nlevel_m = \"-k * sqrt(level_m)\"\n[outputs]\n\
     height_m = \"level_m\"\n";
@@ -35,13 +37,13 @@ fn engine(text: &str) -> Engine {
     Engine::Written(ok(WrittenEngine::new(&system, STEP_S, vec![1e-3])))
 }
 
-/// Rows of the force and the time.
+/// Action rows: force and time.
 fn actions(samples: usize) -> Vec<f64> {
     (0..samples).flat_map(|k| [6.0 * (0.13 * k as f64).sin(), STEP_S * k as f64]).collect()
 }
 
-/// Records whose states jump by more than the equations allow, upward on the whole: a net learns large corrections.
-fn restless(engine: &Engine, states: usize, actions: &[f64]) -> Sequences {
+/// Records whose states jump by more than the equations allow, so that a net learns large corrections.
+fn erratic_records(engine: &Engine, states: usize, actions: &[f64]) -> Sequences {
     let time = 60;
     let record = |r: usize| {
         let values = (0..time * states).map(|i| 0.02 + 0.02 * ((i * (r + 3)) as f64).sin());
@@ -61,7 +63,7 @@ fn trained(engine: Engine, records: &Sequences, recipe: Recipe) -> NetModel {
 }
 
 #[test]
-fn a_roll_out_is_the_run_of_the_simulator_through_the_stop() {
+fn a_roll_out_through_the_stop_agrees_with_the_simulator() {
     let engine = engine(STOPPED);
     assert_eq!((engine.columns(), engine.action_columns()), (vec!["x_m", "v_m_s"], vec!["force_N", "t_s"]));
     let (time, model) = (200, ok(parse(STOPPED, "model.toml")));
@@ -79,14 +81,14 @@ fn a_roll_out_is_the_run_of_the_simulator_through_the_stop() {
     };
     let options = Options { method: Method::RungeKutta, substeps: 4 };
     let whole = ok(ok(System::compile(&model, &[])).states_along(&window, &options));
-    assert!(path.iter().step_by(2).any(|x| *x > 0.045), "it comes to the stop");
+    assert!(path.iter().step_by(2).any(|x| *x > 0.045), "the mass reaches the stop");
     for (a, b) in path.iter().zip(&whole) {
         assert!((a - b).abs() < 1e-9, "{a} and {b}");
     }
 }
 
 #[test]
-fn an_input_that_runs_as_a_spline_does_so_within_every_interval() {
+fn an_input_with_spline_interpolation_agrees_with_the_simulator() {
     let text = STOPPED.replace("\"linear\"", "\"spline\"");
     let (engine, model, time) = (engine(&text), ok(parse(&text, "model.toml")), 40);
     assert_eq!(engine.action_columns(), ["force_N", "curvature of force_N", "t_s"]);
@@ -112,22 +114,22 @@ fn an_input_that_runs_as_a_spline_does_so_within_every_interval() {
 }
 
 #[test]
-fn outputs_are_read_from_states() {
+fn outputs_are_computed_from_states() {
     let engine = engine(STOPPED);
     let system = engine.written().expect("equations");
     assert_eq!(system.outputs(&[0.01, 3.0, -0.02, 1.0], &[1.0, 0.0, 2.0, 0.01]), [0.01, -0.02]);
 }
 
 #[test]
-fn a_stop_and_the_walls_of_a_tank_are_never_passed() {
+fn forecasts_never_pass_a_stop_or_the_bounds_of_a_state() {
     let time = 60;
     for recipe in [Recipe::HybridPlus, Recipe::EnsembleResidual] {
         let (stopped, forces) = (engine(STOPPED), actions(time));
-        let net = trained(stopped.clone(), &restless(&stopped, 2, &forces), recipe);
+        let net = trained(stopped.clone(), &erratic_records(&stopped, 2, &forces), recipe);
         let task = Task { start: &[0.04, 0.5], actions: &forces, time, index: 0 };
         let drawn = ok(net.forecast(task, 24));
         let (tank, clock) = (engine(TANK), actions(time).chunks_exact(2).map(|a| a[1]).collect::<Vec<f64>>());
-        let net = trained(tank.clone(), &restless(&tank, 1, &clock), recipe);
+        let net = trained(tank.clone(), &erratic_records(&tank, 1, &clock), recipe);
         let levels = ok(net.forecast(Task { start: &[0.02], actions: &clock, time, index: 0 }, 24));
         let [mut highest, mut lowest] = [f32::MIN, f32::MAX];
         for positions in drawn.values.chunks_exact(48).map(|row| &row[..24]) {
@@ -142,9 +144,9 @@ fn a_stop_and_the_walls_of_a_tank_are_never_passed() {
 }
 
 #[test]
-fn a_start_of_each_sample_is_where_its_forecast_begins() {
+fn each_sample_can_have_its_own_initial_state() {
     let (stopped, forces) = (engine(STOPPED), actions(60));
-    let records = restless(&stopped, 2, &forces);
+    let records = erratic_records(&stopped, 2, &forces);
     for recipe in [Recipe::HybridPlus, Recipe::FeedForwardResidual] {
         let net = trained(stopped.clone(), &records, recipe);
         let starts: Vec<f64> = (0..6).map(|i| 0.01 * f64::from(i)).collect();
@@ -157,7 +159,7 @@ fn a_start_of_each_sample_is_where_its_forecast_begins() {
 }
 
 #[test]
-fn configurations_and_checkpoints_hold_the_engine() {
+fn configurations_and_checkpoints_restore_the_engine() {
     let engine = engine(STOPPED);
     let settings = Settings::new(Recipe::HybridPlus, 10, 1, engine);
     assert_eq!(settings.correction, Correction::Rates);
@@ -169,18 +171,18 @@ fn configurations_and_checkpoints_hold_the_engine() {
 }
 
 #[test]
-fn recipes_that_correct_no_rates_and_other_corrections_are_refused() {
+fn recipes_and_corrections_that_do_not_suit_equations_are_rejected() {
     let named = |recipe| Settings::new(recipe, 10, 1, engine(TANK));
     for recipe in Recipe::all() {
-        let refused = named(recipe).check().is_err();
-        let corrects = [
+        let is_rejected = named(recipe).check().is_err();
+        let suitable = [
             "hybrid-plus",
             "feed-forward-residual",
             "recurrent-residual",
             "mixture-residual",
             "ensemble-residual",
         ];
-        assert_eq!(refused, !corrects.contains(&recipe.name()), "{}", recipe.name());
+        assert_eq!(is_rejected, !suitable.contains(&recipe.name()), "{}", recipe.name());
     }
     let other = Settings { correction: Correction::Step, ..named(Recipe::HybridPlus) };
     let error = other.check().expect_err("it is refused").to_string();

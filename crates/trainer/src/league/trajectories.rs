@@ -1,5 +1,7 @@
-//! Whole trajectories in standard units, for nets that give states outright: those of a ball, or the displacement of a pushed object in
-//! the frame of its first pose. The condition is the first state (of a push the rod's path), with physics also its roll-out.
+//! Whole trajectories in standard units, for nets that predict states directly.
+//!
+//! The states are those of a ball, or the displacement of a pushed object in the frame of its initial pose.
+//! The condition is the initial state (for a push, the rod's path), with physics also the physics roll-out.
 
 use super::trained::Trained;
 use crate::prepared::Prepared;
@@ -10,20 +12,20 @@ use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
 use crate::{Samples, Task, steps};
 
-/// The paper's recipe that reads the same of a push.
-fn like(physics: bool) -> Recipe {
+/// The recipe of the paper whose conditions are the same.
+fn equivalent_recipe(physics: bool) -> Recipe {
     if physics { Recipe::Hybrid } else { Recipe::Neural }
 }
 
-/// Width of a condition row.
+/// Returns the width of a condition row.
 pub(super) fn width(settings: &Settings, physics: bool) -> usize {
     match settings.engine.pushing() {
-        Some(_) => features::width(like(physics)),
+        Some(_) => features::width(equivalent_recipe(physics)),
         None => settings.engine.columns().len() * if physics { 2 } else { 1 },
     }
 }
 
-/// Sizes of the scales: means, deviations, steps, corrections.
+/// Sizes of the scales: mean, sd, step, correction.
 pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
     match settings.engine.pushing() {
         Some(_) => [width(settings, physics), width(settings, physics), 0, state],
@@ -34,15 +36,15 @@ pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [
 /// Fits the scales on a training set.
 pub(super) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
     match settings.engine.pushing() {
-        Some(push) => features::fit(like(physics), push, train),
+        Some(push) => features::fit(equivalent_recipe(physics), push, train),
         None => steps::fit(&settings.engine, train),
     }
 }
 
-/// Targets and conditions of a whole trajectory.
+/// Computes targets and conditions of a whole trajectory.
 pub(super) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
     if let Some(push) = settings.engine.pushing() {
-        return features::prepare(like(physics), push, scales, q);
+        return features::prepare(equivalent_recipe(physics), push, scales, q);
     }
     let u = ball_conditions(settings, physics, scales, q.state(0), &q.actions, q.time);
     let mut x: Vec<f32> = q.states.iter().map(|v| *v as f32).collect();
@@ -50,6 +52,7 @@ pub(super) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &S
     Prepared { time: q.time, x_width: x.len() / q.time, u_width: u.len() / q.time, x, u }
 }
 
+/// Computes the conditions `[time, U]` of a ball in standard units.
 fn ball_conditions(
     settings: &Settings,
     physics: bool,
@@ -58,36 +61,40 @@ fn ball_conditions(
     actions: &[f64],
     time: usize,
 ) -> Vec<f32> {
-    let mut u = steps::conditions(like(physics), &settings.engine, scales, start, actions, time);
+    let mut u = steps::conditions(equivalent_recipe(physics), &settings.engine, scales, start, actions, time);
     scales.standardise(&mut u);
     u
 }
 
-/// Conditions `[time, U]` and the first state `[S]` of a task, both in standard units, and the way back.
-pub(super) struct Given {
+/// A task in standard units, and the conversion of forecasts back to units of the data.
+pub(super) struct StandardTask {
+    /// Conditions `[time, U]`.
     pub u: Vec<f32>,
-    pub first: Vec<f32>,
+    /// Initial state `[S]`.
+    pub initial_state: Vec<f32>,
+    /// Condition of a push, whose frame restores the poses.
     push: Option<Condition>,
 }
 
-impl Given {
-    pub fn of(Trained { settings, scales, .. }: Trained<'_>, physics: bool, task: Task<'_>) -> Self {
+impl StandardTask {
+    /// Converts a task; `physics` adds the physics roll-out to the conditions.
+    pub fn new(Trained { settings, scales, .. }: Trained<'_>, physics: bool, task: Task<'_>) -> Self {
         if let Some(push) = settings.engine.pushing() {
-            let condition = Condition::new(like(physics), push, task.start, task.actions);
-            // Targets are displacements from the first pose.
-            return Given {
+            let condition = Condition::new(equivalent_recipe(physics), push, task.start, task.actions);
+            // Targets are displacements from the initial pose, so the initial state is 0.
+            return StandardTask {
                 u: features::standard(scales, &condition),
-                first: vec![0.0; 3],
+                initial_state: vec![0.0; 3],
                 push: Some(condition),
             };
         }
-        let mut first: Vec<f32> = task.start.iter().map(|v| *v as f32).collect();
-        scales.standardise(&mut first);
+        let mut initial_state: Vec<f32> = task.start.iter().map(|v| *v as f32).collect();
+        scales.standardise(&mut initial_state);
         let u = ball_conditions(settings, physics, scales, task.start, task.actions, task.time);
-        Given { u, first, push: None }
+        StandardTask { u, initial_state, push: None }
     }
 
-    /// Trajectories `[time, S, sample]` in standard units, in units of the data; the first state is the one that is known.
+    /// Converts trajectories `[time, S, sample]` to units of the data, and fixes their first state.
     pub fn restore(
         &self,
         trained: Trained<'_>,
