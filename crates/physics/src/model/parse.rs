@@ -35,30 +35,12 @@ pub(super) fn base_default(name: &str) -> Parameter {
         "floor_height_m" => (0.0, -1e3, 1e3),
         _ => (0.4, 0.01, 1.0),
     };
-    Parameter {
-        name: name.into(),
-        nominal,
-        min,
-        max,
-        frozen: true,
-        per: Per::All,
-        ci95: None,
-        groups: Vec::new(),
-    }
+    Parameter { frozen: true, ..Parameter::free(name.into(), nominal, min, max) }
 }
 
 /// Default of an effect's parameter that a file does not declare: its typical value, calibrated.
 pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
-    Parameter {
-        name: spec.name.into(),
-        nominal: spec.typical,
-        min: spec.min,
-        max: spec.max,
-        frozen: false,
-        per: Per::All,
-        ci95: None,
-        groups: Vec::new(),
-    }
+    Parameter::free(spec.name.into(), spec.typical, spec.min, spec.max)
 }
 
 /// Look-ups in the effect library of a scenario.
@@ -162,6 +144,14 @@ impl<'t> Reader<'t> {
         match text.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
             _ => Err(self.wrong(key, value, "a finite number")),
+        }
+    }
+
+    /// A finite number above 0.
+    pub(super) fn positive(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
+        match self.number(key, value)? {
+            number if number > 0.0 => Ok(number),
+            _ => Err(self.wrong(key, value, "a positive number")),
         }
     }
 
@@ -383,16 +373,7 @@ impl<'t> Reader<'t> {
             parameters: values
                 .into_iter()
                 .enumerate()
-                .map(|(i, v)| Parameter {
-                    name: format!("knot{i}"),
-                    nominal: v,
-                    min: -100.0,
-                    max: 100.0,
-                    frozen: false,
-                    per: Per::All,
-                    ci95: None,
-                    groups: Vec::new(),
-                })
+                .map(|(i, nominal)| Parameter { nominal, ..Parameter::knot(i) })
                 .collect(),
         })
     }
@@ -435,11 +416,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         }
         for key in ["position_sd_m", "height_sd_m"] {
             if let Some(v) = table.get(key) {
-                let sd = reader.number(key, v)?;
-                if sd <= 0.0 {
-                    return Err(reader.wrong(key, v, "a positive number"));
-                }
-                position_sd_m = Some(sd);
+                position_sd_m = Some(reader.positive(key, v)?);
             }
         }
     }

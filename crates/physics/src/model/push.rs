@@ -134,11 +134,7 @@ impl PushModel {
             reader.known(table, Place::Table("sensor"), &keys)?;
             for (key, slot) in keys.iter().zip(&mut sd) {
                 if let Some(v) = table.get(*key) {
-                    let number = reader.number(key, v)?;
-                    if number <= 0.0 {
-                        return Err(reader.wrong(key, v, "a positive number"));
-                    }
-                    *slot = Some(number);
+                    *slot = Some(reader.positive(key, v)?);
                 }
             }
         }
@@ -272,14 +268,8 @@ fn base_parameters(object: &Object) -> Vec<Parameter> {
         .zip(nominal)
         .zip(bounds)
         .map(|((name, nominal), (min, max))| Parameter {
-            name: name.to_string(),
-            nominal,
-            min,
-            max,
             frozen: true,
-            per: Per::All,
-            ci95: None,
-            groups: Vec::new(),
+            ..Parameter::free(name.to_string(), nominal, min, max)
         })
         .collect()
 }
