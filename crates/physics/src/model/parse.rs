@@ -303,7 +303,7 @@ impl<'t> Reader<'t> {
         let mut known = vec!["kind"];
         known.extend(spec.parameters.iter().map(|p| p.name));
         known.extend(extra_keys);
-        self.known(table, Place::EffectOf(spec.kind), &known)?;
+        self.known(table, Place::EffectOfKind(spec.kind), &known)?;
         let mut parameters = Vec::new();
         for parameter in spec.parameters {
             let mut p = effect_default(parameter);
@@ -335,7 +335,7 @@ impl<'t> Reader<'t> {
 
     /// Reads an `[[effect]]` block with a table.
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
-        let place = || Place::EffectOf(TABLE_KIND);
+        let place = || Place::EffectOfKind(TABLE_KIND);
         self.known(table, place(), &["kind", "target", "against", "first", "last", "values"])?;
         let required = |key: &'static str, example: &'static str| {
             table.get(key).ok_or_else(|| self.missing(line, place(), key, example))

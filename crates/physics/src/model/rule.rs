@@ -15,7 +15,7 @@ pub enum Place {
     /// An `[[effect]]` block whose kind is unknown.
     Effect,
     /// An `[[effect]]` block of this kind.
-    EffectOf(&'static str),
+    EffectOfKind(&'static str),
 }
 
 impl fmt::Display for Place {
@@ -25,7 +25,7 @@ impl fmt::Display for Place {
             Place::Table(name) => write!(f, "[{name}]"),
             Place::Parameter(name) => write!(f, "`{name}`"),
             Place::Effect => f.write_str("[[effect]]"),
-            Place::EffectOf(kind) => write!(f, "[[effect]] `{kind}`"),
+            Place::EffectOfKind(kind) => write!(f, "[[effect]] `{kind}`"),
         }
     }
 }
