@@ -153,7 +153,7 @@ impl Heights {
     }
 }
 
-/// Detects impacts and arcs, cuts the record after the last usable arc, and sets the rough initial state.
+/// Detects impacts and arcs, cuts the record after the last usable arc, sets the rough initial state.
 ///
 /// `sigma` is the noise of the height, m; without `has_bounces` no impacts are searched for. Impacts are
 /// detected in the samples with a measured height; arcs and the end of the record are ranges of all samples,

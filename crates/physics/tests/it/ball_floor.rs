@@ -1,4 +1,4 @@
-//! The error floor agrees with closed forms and with independent computations for the published test sets.
+//! The error floor agrees with closed forms and with independent results for the published test sets.
 //!
 //! Each optimal predictor has the smallest error under its own loss, and the result does not depend on the
 //! number of threads.

@@ -59,8 +59,7 @@ impl Scene {
         self.sample(parameters, start, t)
     }
 
-    /// Compares the derivatives of the position at `t`, in all parameters and the height, with central
-    /// differences.
+    /// Compares derivatives of the position at `t` with central differences.
     fn check(&self, t: f64, label: &str) {
         let n = self.parameters.len();
         let dual: Vec<_> = (0..n).map(|i| Dual::<12>::variable(self.parameters[i], i)).collect();

@@ -1,4 +1,4 @@
-//! Model files are parsed completely or refused with file, line and remedy; a written file parses to the same model.
+//! Model files are parsed or refused with file, line and remedy; a written file parses to the same model.
 
 use augsim_physics::model::{Model, ModelFile, Per, Release};
 
