@@ -1,12 +1,13 @@
-//! Forward-mode dual numbers with a fixed number of derivative lanes.
+//! Forward-mode automatic differentiation: dual numbers with a fixed number of derivative lanes.
 
 use crate::Scalar;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A value with its derivatives with respect to `N` independent variables.
 ///
-/// The lanes are a plain array so that every operation is one loop that the compiler turns into vector code.
-/// Source: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3 (forward mode).
+/// The lanes are a plain array, so that the compiler vectorises every operation. The derivative of the result
+/// follows from the chain rule, e.g. (x y)' = x' y + x y'. Source: Griewank and Walther, Evaluating
+/// Derivatives, 2008, chapter 3 (forward mode).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize> {
     /// The value.
@@ -16,7 +17,7 @@ pub struct Dual<const N: usize> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// The independent variable of `lane`, at `value`. A lane beyond `N` gives a constant.
+    /// Independent variable number `lane` with this value; a constant if `lane` is not below `N`.
     ///
     /// ```
     /// use augsim_physics::{Dual, Scalar};
@@ -32,7 +33,7 @@ impl<const N: usize> Dual<N> {
         Self { value, d }
     }
 
-    /// A function of one variable: its value and its derivative at `self.value`.
+    /// Applies the chain rule for a function f of one variable, given f and f' at `self.value`.
     #[inline(always)]
     fn chain(mut self, value: f64, slope: f64) -> Self {
         self.value = value;
@@ -41,15 +42,16 @@ impl<const N: usize> Dual<N> {
     }
 }
 
-/// Functions of `inputs` from their values and their slopes in the inputs, by the chain rule: cheaper than to differentiate
-/// them with respect to all variables where they are long and the inputs few.
+/// Applies the chain rule to `M` functions with known values and partial derivatives in `K` inputs.
+///
+/// Cheaper than evaluating long functions in dual numbers when they have few inputs.
 #[inline]
 pub(crate) fn chained<S: Scalar, const K: usize, const M: usize>(
     inputs: [S; K],
     values: [f64; M],
     slopes: [[f64; K]; M],
 ) -> [S; M] {
-    // Value 0 and all derivatives: what is left of an input when its value is taken off.
+    // Value 0 with the derivatives of the input.
     let changes = inputs.map(|x| x - x.value());
     std::array::from_fn(|m| {
         let mut sum = S::constant(values[m]);
@@ -202,13 +204,14 @@ impl<const N: usize> Scalar for Dual<N> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: every operation propagates the derivative of the function it computes. Checked against central
-    //! differences at a step where truncation and rounding both stay below 1e-8 relative.
+    //! Every operation propagates the derivative of the function it computes. Checked against central
+    //! differences with a step at which truncation and rounding errors both stay below 1e-8 relative.
     use super::*;
 
     fn composite<S: Scalar>(x: S, y: S) -> S {
-        let bent = (x - y).tanh() + (x * 2.0).atan2(y) - y.powf(1.7);
-        (x * y + 2.0).sqrt() / ((x.sin() + y.cos()) * 0.5 + 3.0) - (x.abs().ln() - y).exp() * 0.1 + bent * 0.3
+        let smooth = (x - y).tanh() + (x * 2.0).atan2(y) - y.powf(1.7);
+        (x * y + 2.0).sqrt() / ((x.sin() + y.cos()) * 0.5 + 3.0) - (x.abs().ln() - y).exp() * 0.1
+            + smooth * 0.3
     }
 
     #[test]
@@ -224,18 +227,18 @@ mod tests {
     }
 
     #[test]
-    fn the_chain_rule_gives_the_same_derivatives() {
+    fn chained_gives_the_derivatives_of_direct_evaluation() {
         let (x, y) = (Dual::<5>::variable(0.7, 1), Dual::<5>::variable(1.9, 4));
         let (u, v) = (x * y, x - y * 2.0);
-        let own = composite(Dual::<2>::variable(u.value, 0), Dual::variable(v.value, 1).abs());
-        let [chained] = chained([u, v], [own.value], [own.d]);
+        let inner = composite(Dual::<2>::variable(u.value, 0), Dual::variable(v.value, 1).abs());
+        let [chained] = chained([u, v], [inner.value], [inner.d]);
         let direct = composite(u, v.abs());
         assert_eq!(chained.value, direct.value);
         (0..5).for_each(|i| assert!((chained.d[i] - direct.d[i]).abs() < 1e-14));
     }
 
     #[test]
-    fn a_lane_out_of_range_is_a_constant() {
+    fn variable_with_lane_out_of_range_is_a_constant() {
         assert_eq!(Dual::<2>::variable(3.0, 9), Dual::constant(3.0));
     }
 }

@@ -1,12 +1,12 @@
-//! The arithmetic that the engines are generic over: plain `f64` or forward-mode [`Dual`](crate::Dual).
+//! The number type of the engines: `f64`, or [`Dual`](crate::Dual) with derivatives.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A real number, possibly carrying derivatives.
+/// A real number that may carry derivatives.
 ///
-/// Comparisons go through [`value`](Scalar::value): which branch a simulation takes depends on the value alone, and the
-/// derivatives are those of the branch taken.
+/// Comparisons use [`value`](Scalar::value): the value alone decides which branch a simulation takes, and the
+/// derivatives are those of that branch.
 pub trait Scalar:
     Copy
     + Debug
@@ -24,19 +24,21 @@ pub trait Scalar:
     + AddAssign
     + SubAssign
 {
-    /// How many derivatives it carries.
+    /// Number of derivatives.
     const LANES: usize;
-    /// Whether it carries derivatives: plain numbers can skip the work that only derivatives need.
+    /// Whether there are derivatives; `f64` code can skip work that only derivatives need.
     const DIFFERENTIATES: bool = Self::LANES > 0;
-    /// A constant: derivative zero.
+    /// A constant, with zero derivatives.
     fn constant(value: f64) -> Self;
-    /// The independent variable of `lane`, at `value`. A lane beyond [`LANES`](Self::LANES) gives a constant.
+    /// Independent variable number `lane`; a constant if `lane` is not below [`LANES`](Self::LANES).
     fn variable(value: f64, lane: usize) -> Self;
-    /// The derivatives, lane by lane; empty for plain numbers.
+    /// The derivatives, one per lane; empty for `f64`.
     fn derivatives(&self) -> &[f64];
     /// The value without derivatives.
     fn value(self) -> f64;
-    /// Square root; the derivative at 0 is taken as 0 so that a ball released at contact stays finite.
+    /// Square root, 0 for negative values.
+    ///
+    /// Its derivative at 0 is set to 0, so that a ball released at contact has finite derivatives.
     fn sqrt(self) -> Self;
     /// Exponential.
     fn exp(self) -> Self;
@@ -48,7 +50,7 @@ pub trait Scalar:
     fn cos(self) -> Self;
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
-    /// Angle of the point (`x`, `self`), rad; the derivative at the origin is taken as 0.
+    /// Angle of the point (`x`, `self`), rad; the derivative at the origin is set to 0.
     fn atan2(self, x: Self) -> Self;
     /// Power with a constant exponent.
     fn powf(self, exponent: f64) -> Self;
@@ -56,7 +58,7 @@ pub trait Scalar:
     fn zero() -> Self {
         Self::constant(0.0)
     }
-    /// Absolute value by the sign of the value.
+    /// Absolute value; the sign is that of [`value`](Self::value).
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
@@ -102,12 +104,12 @@ impl Scalar for f64 {
     }
 }
 
-/// Scalar product of two 3-vectors.
+/// Dot product of two 3-vectors.
 pub fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Vector product `a × b`.
+/// Cross product `a × b`.
 ///
 /// ```
 /// use augsim_physics::scalar::cross;
@@ -117,7 +119,7 @@ pub fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// `a + b s`, component by component.
+/// Computes `a + b s` for 3-vectors `a`, `b` and a scalar `s`.
 ///
 /// ```
 /// use augsim_physics::scalar::axpy;

@@ -1,6 +1,6 @@
-//! Middles of values.
+//! Median and quantiles.
 
-/// Median of a slice, 0 if it is empty; the slice is reordered.
+/// Median of a slice, 0 if it is empty; sorts the slice.
 ///
 /// ```
 /// use augsim_physics::statistics::median;
@@ -15,7 +15,7 @@ pub fn median(x: &mut [f64]) -> f64 {
     if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
 }
 
-/// Quantile `p` of sorted values by linear interpolation; not a number if there are none.
+/// Quantile `p` (0 to 1) of sorted values by linear interpolation; NaN if there are none.
 ///
 /// ```
 /// use augsim_physics::statistics::quantile;
@@ -34,11 +34,11 @@ pub fn quantile(sorted: &[f64], p: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: middles as everyone computes them, of even and odd numbers of values.
+    //! Median and quantile agree with the usual definition, for even and odd numbers of values.
     use super::*;
 
     #[test]
-    fn middle_of_values() {
+    fn median_and_quantile_of_small_slices() {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
         assert_eq!(quantile(&[0.0, 1.0, 2.0], 0.25), 0.5);

@@ -1,65 +1,74 @@
-//! PyBullet's stepping of a ball that falls on flat ground, formula for formula.
+//! PyBullet's time-stepping scheme for a ball that falls vertically on flat ground, reproduced exactly.
 //!
-//! One sphere as a multibody without spin, released on the vertical: mass cancels and friction never
-//! acts, so the state is the height of the centre and the velocity. Source: bullet3 at commit
-//! 6c888f4ab (PyBullet 3.2.7, double precision): `btMultiBody::computeAccelerations` (damping),
-//! `btMultiBodyConstraintSolver` (restitution, penetration), `PhysicsServerCommandProcessor` (slop,
-//! threshold, ERP). It exists to regenerate data made with PyBullet; as physics it is crude, see
-//! [`step`](BulletBall::step).
+//! A sphere without spin on the vertical axis: mass cancels and friction does not act, so the state is the
+//! height of the centre and the velocity. With the step dt, the damping k and the gap d between ball and
+//! ground, one step is
+//!
+//! 1. v ← v - dt (g + v (k + k |v|)),
+//! 2. in contact: v ← max(v, r - c/dt), where r = max(-e v, 0) if |v| ≥ 0.2 m/s, else 0, and
+//!    c = d + 1e-5 m if that is positive, else 0.08 (d + 1e-5 m),
+//! 3. z ← z + v dt.
+//!
+//! Source: bullet3 at commit 6c888f4ab (PyBullet 3.2.7, double precision):
+//! `btMultiBody::computeAccelerations` (damping), `btMultiBodyConstraintSolver` (restitution, penetration),
+//! `PhysicsServerCommandProcessor` (slop, threshold, ERP). Its purpose is to regenerate data made with
+//! PyBullet; its physical accuracy is low, see [`step`](BulletBall::step).
 
 use serde::{Deserialize, Serialize};
 
-/// Bullet's default damping, the single-precision literal `0.04f` stored in a double. It differs
-/// from the double 0.04 (what `changeDynamics(linearDamping=0.04)` sets) by 9e-10.
+/// Bullet's default damping, the single-precision literal `0.04f` stored as a double.
+///
+/// It differs by 9e-10 from the double 0.04, which `changeDynamics(linearDamping=0.04)` sets.
 pub const DEFAULT_DAMPING: f64 = 0.04_f32 as f64;
 
-/// Below this speed at contact, m/s, nothing rebounds; the literal `0.2f`.
+/// Speed at contact below which there is no rebound, m/s; the literal `0.2f`.
 const RESTITUTION_THRESHOLD: f64 = 0.2_f32 as f64;
-/// Part of the penetration that the solver removes in one step (contact ERP).
+/// Fraction of the penetration that the solver removes in one step (contact ERP).
 const CONTACT_ERP: f64 = 0.08;
-/// Penetration that is left alone, m (`m_linearSlop` of the PyBullet server).
+/// Penetration that the solver does not correct, m (`m_linearSlop` of the PyBullet server).
 const LINEAR_SLOP: f64 = 1e-5;
 
-/// How the ground was made, which decides when a contact is reported.
+/// Collision shape of the ground, which decides when a contact is reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ground {
-    /// `plane.urdf`: a box inside a compound; a contact needs overlap.
+    /// `plane.urdf`: a box inside a compound shape; contact requires overlap.
     PlaneUrdf,
-    /// `GEOM_PLANE`: contacts are reported from 0.02 sqrt(3) R above the ground (speculative), which
-    /// takes speed from the ball before it arrives.
+    /// `GEOM_PLANE`: contacts are reported up to 0.02 sqrt(3) R above the ground (speculative contacts).
+    ///
+    /// They slow the ball down before it reaches the ground.
     GeomPlane,
 }
 
-/// Centre height and velocity.
+/// Height of the centre and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BulletState {
     /// Height of the centre above the ground, m.
     pub centre_m: f64,
-    /// Velocity, m/s, up positive.
+    /// Velocity, m/s, positive upwards.
     pub velocity_m_s: f64,
 }
 
 /// Parameters of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BulletBall {
-    /// Kind of ground.
+    /// Collision shape of the ground.
     pub ground: Ground,
     /// Radius, m.
     pub radius_m: f64,
     /// Gravity, m/s^2, positive downwards.
     pub gravity_m_s2: f64,
-    /// Linear damping k: the acceleration is -v (k + k |v|), so k stands for both 1/s and 1/m.
+    /// Damping k: the acceleration is -v (k + k |v|), with k in 1/s in the first and in 1/m in the second
+    /// term.
     pub damping: f64,
-    /// Product of the ball's and the ground's restitution.
+    /// Product of the restitutions of ball and ground.
     pub restitution: f64,
-    /// Step, s.
+    /// Time step, s.
     pub step_s: f64,
 }
 
 impl Default for BulletBall {
-    /// The bouncing-ball scene: radius 0.5 m, 9.8 m/s^2, `plane.urdf`, Bullet's damping, restitution
-    /// 0.65, 60 Hz.
+    /// Radius 0.5 m, gravity 9.8 m/s², `plane.urdf`, Bullet's damping, restitution 0.65, 60 Hz.
     fn default() -> Self {
         BulletBall {
             ground: Ground::PlaneUrdf,
@@ -73,22 +82,24 @@ impl Default for BulletBall {
 }
 
 impl BulletBall {
-    /// Advances `state` by one step: contact from the position before the step, then gravity and
-    /// damping, then the contact impulse, then the position (semi-implicit Euler).
+    /// Advances `state` by one step (semi-implicit Euler).
     ///
-    /// Two properties of the scheme show in the data. A ball detected at a depth d below the ground
-    /// leaves with e|v| + 0.08 d/dt, so the rebound depends on the phase of the step grid: e + 0.04
-    /// on average at 60 Hz. And at 60 Hz a ball with e >= 0.5 never rests, because two steps of fall
-    /// already exceed the restitution threshold.
+    /// Contact is detected at the position before the step; then come gravity and damping, the contact
+    /// impulse, and the new position.
     ///
-    /// The order of operations is Bullet's, without fused multiply-add: `GEOM_PLANE` agrees with
-    /// PyBullet to the last bit.
+    /// Two properties of the scheme are visible in the data. A ball that is detected at a depth d below the
+    /// ground leaves with e|v| + 0.08 d/dt, so that the rebound depends on the phase of the time grid; the
+    /// effective restitution is e + 0.04 on average at 60 Hz. And at 60 Hz a ball with e >= 0.5 never comes
+    /// to rest, because after two steps of fall it is faster than the restitution threshold.
+    ///
+    /// The order of operations is Bullet's, without fused multiply-add, so that `GEOM_PLANE` is bit-identical
+    /// to PyBullet.
     #[inline]
     pub fn step(&self, state: &mut BulletState) {
         self.step_with(self.restitution, state);
     }
 
-    /// [`step`](Self::step) with another restitution, for ensembles that differ in it alone.
+    /// [`step`](Self::step) with another restitution, for ensembles that differ only in it.
     #[inline]
     pub fn step_with(&self, restitution: f64, state: &mut BulletState) {
         let BulletState { centre_m: z, velocity_m_s: mut v } = *state;
@@ -98,9 +109,10 @@ impl BulletBall {
         v += dt * (-self.gravity_m_s2 - v * (k + k * v.abs()));
         let rebound = keep_if(v.abs() >= RESTITUTION_THRESHOLD, positive(-restitution * v));
         let distance = gap + LINEAR_SLOP;
-        // Above the ground all of the distance may be closed in this step, below it 8 %.
+        // Above the ground the whole gap may be closed in this step, below it 8 % of the penetration are
+        // corrected.
         let closing = keep_if(distance > 0.0, distance) + keep_if(distance <= 0.0, distance * CONTACT_ERP);
-        // The contact may push, never pull.
+        // The contact force can push but not pull.
         v += keep_if(touching, positive(rebound - v - closing / dt));
         *state = BulletState { centre_m: z + v * dt, velocity_m_s: v };
     }
@@ -109,14 +121,13 @@ impl BulletBall {
     #[inline]
     fn reach(&self) -> f64 {
         match self.ground {
-            // Below the smallest positive number: at or below 0.
+            // The smallest positive number: `gap < reach` then means `gap <= 0`.
             Ground::PlaneUrdf => f64::from_bits(1),
             Ground::GeomPlane => 0.02 * 3.0_f64.sqrt() * self.radius_m,
         }
     }
 
-    /// A drop at rest from `centre_m`: (centre height m, velocity m/s) of the start and after each of
-    /// `steps` steps, `steps + 1` pairs.
+    /// Simulates a drop from rest; returns `steps + 1` pairs of centre height (m) and velocity (m/s).
     pub fn simulate(&self, centre_m: f64, steps: usize) -> Vec<(f64, f64)> {
         let mut state = BulletState { centre_m, velocity_m_s: 0.0 };
         let mut path = Vec::with_capacity(steps + 1);
@@ -128,8 +139,9 @@ impl BulletBall {
         path
     }
 
-    /// Heights of the underside, m, and velocities, m/s, from the given start, which is sample 0:
-    /// `samples` of each.
+    /// Simulates from an initial height of the underside; returns heights (m) and velocities (m/s).
+    ///
+    /// Each has `samples` elements; the first one is the initial state.
     ///
     /// ```
     /// use augsim_physics::ball::bullet::BulletBall;
@@ -153,8 +165,10 @@ impl BulletBall {
     }
 }
 
-/// `x` or 0, by masking its bits: a branch here would keep loops over ensembles from becoming vector
-/// code, and is mispredicted at every bounce.
+/// `x` if the condition holds, else 0, without a branch.
+///
+/// A branch would prevent the vectorisation of loops over ensembles, and would be mispredicted at every
+/// bounce.
 #[inline]
 fn keep_if(condition: bool, x: f64) -> f64 {
     f64::from_bits(x.to_bits() & u64::from(condition).wrapping_neg())
@@ -168,8 +182,8 @@ fn positive(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the scheme's own laws, where they have a closed form; equality with PyBullet is
-    //! tested against its output in `tests/it/bullet_golden.rs`.
+    //! Properties of the scheme that have a closed form. Equality with PyBullet is tested against its output
+    //! in `tests/it/bullet_golden.rs`.
     use super::*;
 
     fn undamped(restitution: f64) -> BulletBall {
@@ -177,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn free_fall_is_the_closed_form_of_semi_implicit_euler() {
+    fn free_fall_matches_the_closed_form_of_semi_implicit_euler() {
         // v_n = -g n dt, z_n = z_0 - g dt^2 n (n + 1) / 2.
         let ball = undamped(0.5);
         let path = ball.simulate(5.0, 50);
@@ -191,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_adds_the_penetration_over_time_to_the_rebound() {
+    fn penetration_increases_the_rebound_speed() {
         let ball = undamped(0.6);
         let mut state = BulletState { centre_m: 0.5 - 0.03, velocity_m_s: -6.0 };
         ball.step(&mut state);
@@ -202,21 +216,21 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_contact_rests_one_slop_below_the_ground() {
+    fn slow_ball_comes_to_rest_one_slop_below_the_ground() {
         let path = undamped(0.4).simulate(0.51, 600);
         let (z, v) = path[600];
         assert!((z - 0.5 + 1e-5).abs() < 1e-12 && v.abs() < 1e-12, "{z} {v}");
     }
 
     #[test]
-    fn at_60_hz_a_lively_ball_hops_for_ever() {
+    fn at_60_hz_a_ball_with_high_restitution_never_rests() {
         let path = undamped(0.65).simulate(5.0, 4000);
         let fastest = path[3900..].iter().map(|(_, v)| v.abs()).fold(0.0, f64::max);
         assert!(fastest > 0.2, "{fastest}");
     }
 
     #[test]
-    fn speculative_contact_slows_the_ball_before_it_arrives() {
+    fn speculative_contact_slows_the_ball_above_the_ground() {
         let start = BulletState { centre_m: 0.51, velocity_m_s: -6.0 };
         let (mut urdf, mut plane) = (start, start);
         undamped(0.5).step(&mut urdf);

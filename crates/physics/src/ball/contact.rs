@@ -1,23 +1,36 @@
-//! Contact that lasts: a damped linear spring under gravity, in closed form.
+//! Contact of finite duration: a damped linear spring under gravity, solved in closed form.
+//!
+//! The contact obeys z'' = -a - 2 l z' - w0² z while z < 0. With the half period without gravity τ = π /
+//! sqrt(w0² - l²), the loss L = l τ = -ln e and the scaled time θ = t/τ, the solution for the approach speed
+//! v is
+//!
+//! 1. z/τ = X(θ) = -G + e^(-Lθ) (G cos πθ + D sin πθ),
+//! 2. G = a τ / (π² + L²),
+//! 3. D = (L G - v)/π.
+//!
+//! Nothing is singular at τ = 0, where the phase is the instantaneous bounce v → e v; the derivative with
+//! respect to τ exists there and is exact. Source: Cross 1999, Am. J. Phys. 67:222 (Kelvin-Voigt contact).
 
 use crate::Scalar;
 
-/// A contact phase of a spring and damper whose half period without gravity is `tau` and whose loss gives restitution `e`.
-///
-/// In the scaled time `θ = t/τ`, with `L = -ln e`, pull `a` into the ground and `G = a τ / (π² + L²)`, the depth obeys
-/// `z/τ = X(θ) = -G + e^(-Lθ) (G cos πθ + D sin πθ)`, `D = (L G - v)/π`. Nothing is singular at `τ = 0`, where the phase is
-/// the instantaneous bounce `v → e v`: the derivative with respect to τ exists there and is exact.
+/// A contact phase, from touchdown to take-off.
 pub(super) struct Contact<S> {
+    /// Half period without gravity τ, s.
     tau: S,
+    /// L in the module's equations.
     loss: S,
+    /// G: static deflection divided by τ, m/s.
     sag: S,
+    /// D: amplitude of the sine term divided by τ, m/s.
     sine: S,
-    /// End of the phase in scaled time.
+    /// Take-off in scaled time.
     end: S,
 }
 
 impl<S: Scalar> Contact<S> {
-    /// The phase after an approach at speed `v` with restitution `e` and pull `a`; `None` if the ball does not leave again.
+    /// The phase after an approach at speed `v`, with restitution `e` and acceleration `a` into the ground.
+    ///
+    /// `None` if the ball does not take off again.
     pub fn new(tau: S, e: S, v: S, a: S) -> Option<Self> {
         if e.value() <= 1e-6 {
             return None;
@@ -26,14 +39,15 @@ impl<S: Scalar> Contact<S> {
         let sag = a * tau / (loss * loss + std::f64::consts::PI.powi(2));
         let sine = (loss * sag - v) * std::f64::consts::FRAC_1_PI;
         let mut contact = Self { tau, loss, sag, sine, end: S::constant(1.0) };
-        // Newton from the end without gravity; the last step in S gives the derivative of the root.
+        // Newton's method for X(θ) = 0 from θ = 1, the take-off without gravity. Each iterate enters as a
+        // constant, so that the last step in `S` gives the derivative of the root.
         for _ in 0..6 {
-            let at = S::constant(contact.end.value());
-            let (x, slope) = contact.scaled(at);
+            let theta = S::constant(contact.end.value());
+            let (x, slope) = contact.scaled(theta);
             if slope.value() <= 1e-3 * e.value() * v.value() {
                 return None;
             }
-            contact.end = at - x / slope;
+            contact.end = theta - x / slope;
             if contact.end.value() > 1.9 {
                 return None;
             }
@@ -41,6 +55,7 @@ impl<S: Scalar> Contact<S> {
         Some(contact)
     }
 
+    /// X(θ) and its derivative, m/s: depth divided by τ, and normal velocity.
     fn scaled(&self, theta: S) -> (S, S) {
         let pi = std::f64::consts::PI;
         let (cos, sin) = ((theta * pi).cos(), (theta * pi).sin());
@@ -55,12 +70,12 @@ impl<S: Scalar> Contact<S> {
         self.tau * self.end
     }
 
-    /// Normal speed at the end, m/s.
+    /// Normal speed at take-off, m/s.
     pub fn speed_out(&self) -> S {
         self.scaled(self.end).1
     }
 
-    /// Height (negative: depth), m, and normal velocity, m/s, `s` seconds into the phase.
+    /// Height (negative in contact), m, and normal velocity, m/s, at `s` seconds after touchdown.
     pub fn at(&self, s: S) -> (S, S) {
         let (x, slope) = self.scaled(s / self.tau);
         (x * self.tau, slope)

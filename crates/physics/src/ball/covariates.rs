@@ -1,10 +1,10 @@
-//! Covariates of a whole throw: start on the session's clock, spin, size and mass.
+//! Covariates of a throw: session time at the start, spin, size and mass.
 
 use super::Covariates;
 use crate::system::{Quantity, Record};
 use std::f64::consts::PI;
 
-/// Covariates of a ball's record, in their order: name and unit.
+/// Name and unit of the covariates, in order.
 const COVARIATES: [(&str, &str); 6] = [
     ("clock", "s"),
     ("spin_x", "rad/s"),
@@ -13,27 +13,27 @@ const COVARIATES: [(&str, &str); 6] = [
     ("area_per_mass", "m²/kg"),
     ("radius", "m"),
 ];
-/// Place of the clock among the covariates.
+/// Index of the session time at the start.
 pub(super) const CLOCK: usize = 0;
-/// Place of the area per mass among the covariates.
+/// Index of the area per mass.
 const AREA_PER_MASS: usize = 4;
-/// Place of the radius among the covariates.
+/// Index of the radius.
 const RADIUS: usize = 5;
 
-/// The covariates, as the schema lists them.
+/// The covariates as schema entries.
 pub(super) fn quantities() -> Vec<Quantity> {
     COVARIATES.iter().map(|(name, unit)| Quantity::new(name, unit)).collect()
 }
 
-/// The covariates by the constant columns of a trajectory; NaN where not recorded.
-pub(super) fn read(constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+/// Reads the covariates from the constant columns of a trajectory; NaN where not recorded.
+pub(super) fn from_columns(constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
     let radius = constant("radius_m");
     let area_per_mass = match (radius, constant("mass_kg")) {
         (Some(r), Some(m)) if m > 0.0 => Some(PI * r * r / m),
         _ => None,
     };
     let spin_y = constant("spin_rad_s").or(constant("spin_y_rad_s"));
-    let all = [
+    let values = [
         constant("start_time_s"),
         constant("spin_x_rad_s"),
         spin_y,
@@ -41,47 +41,49 @@ pub(super) fn read(constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
         area_per_mass,
         radius,
     ];
-    all.map(|v| v.unwrap_or(f64::NAN)).to_vec()
+    values.map(|v| v.unwrap_or(f64::NAN)).to_vec()
 }
 
-/// The covariates of a record, 0 where one was not recorded.
-pub(super) fn known(record: &Record) -> Covariates {
-    let at = |i: usize| record.covariate(i).unwrap_or(0.0);
+/// The covariates of a record; 0 where not recorded.
+pub(super) fn values_or_zero(record: &Record) -> Covariates {
+    let value = |i: usize| record.covariate(i).unwrap_or(0.0);
     Covariates {
-        clock_s: at(CLOCK),
-        spin_rad_s: [at(1), at(2), at(3)],
-        area_per_mass_m2_kg: at(AREA_PER_MASS),
+        clock_s: value(CLOCK),
+        spin_rad_s: [value(1), value(2), value(3)],
+        area_per_mass_m2_kg: value(AREA_PER_MASS),
     }
 }
 
-/// The radius of the ball, m, where it was recorded.
+/// Radius of the ball, m; `None` where not recorded.
 pub(super) fn radius_m(record: &Record) -> Option<f64> {
     record.covariate(RADIUS)
 }
 
-/// Start of the record on the clock of the session, s; 0 where it was not recorded.
+/// Session time at the start of the record, s; 0 where not recorded.
 pub(super) fn clock_s(record: &Record) -> f64 {
     record.covariate(CLOCK).unwrap_or(0.0)
 }
 
-/// Whether any ball spins.
+/// Whether any record has a spin other than 0.
 pub(super) fn has_spin(records: &[&Record]) -> bool {
-    records.iter().any(|r| known(r).spin_rad_s != [0.0; 3])
+    records.iter().any(|r| values_or_zero(r).spin_rad_s != [0.0; 3])
 }
 
-/// Whether every record has its start on the clock of the session.
+/// Whether every record has a session time.
 pub(super) fn has_start_time(records: &[&Record]) -> bool {
     !records.is_empty() && records.iter().all(|r| r.covariate(CLOCK).is_some())
 }
 
-/// Whether size and mass are known and make a difference: in balls that are all alike a coefficient is what drag per metre is.
+/// Whether area per mass is known and differs between records by more than 5 %.
+///
+/// With equal balls a drag coefficient cannot be distinguished from a drag per metre.
 pub(super) fn area_per_mass_varies(records: &[&Record]) -> bool {
-    let ratios = || records.iter().map(|r| known(r).area_per_mass_m2_kg);
+    let ratios = || records.iter().map(|r| values_or_zero(r).area_per_mass_m2_kg);
     let (low, high) = (ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max));
     low > 0.0 && high > 1.05 * low
 }
 
-/// The covariates of `record` with another spin about y, rad/s, at the beginning of the session's clock.
+/// The covariates of `record` at session time 0, with another spin about y, rad/s.
 pub(super) fn with_spin(record: &Record, spin_rad_s: f64) -> Vec<f64> {
     let mut values = record.covariates.clone();
     for (i, value) in [(CLOCK, 0.0), (1, 0.0), (2, spin_rad_s), (3, 0.0)] {

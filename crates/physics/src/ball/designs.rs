@@ -1,48 +1,50 @@
-//! Throws that could be recorded.
+//! Candidate throws for experiment design.
 
 use super::covariates::{has_spin, with_spin};
 use crate::system::{Design, Designs, Record, Window};
 
-/// Longest record of a throw, s.
-const LONGEST_S: f64 = 2.5;
-/// Impacts after which a record ends.
-const MOST_IMPACTS: usize = 6;
-/// Heights that are tried, as shares of the highest start in the data.
-const HEIGHTS: [f64; 5] = [0.05, 0.2, 0.5, 1.0, 2.0];
+/// Duration of a candidate record, s.
+const DURATION_S: f64 = 2.5;
+/// A candidate record ends after this many impacts.
+const MAX_IMPACTS: usize = 6;
+/// Candidate heights, as fractions of the highest initial height in the data.
+const HEIGHT_FRACTIONS: [f64; 5] = [0.05, 0.2, 0.5, 1.0, 2.0];
 
-/// A throw in words.
-fn text(height_m: f64, speed_m_s: f64, spin_rad_s: f64) -> String {
+/// Description of a throw.
+fn describe(height_m: f64, speed_m_s: f64, spin_rad_s: f64) -> String {
     let from = format!("from {height_m:.2} m");
-    let way = match speed_m_s {
+    let throw = match speed_m_s {
         0.0 => format!("drop {from}"),
         speed => format!("throw {from} at {speed} m/s along x"),
     };
-    if spin_rad_s == 0.0 { way } else { format!("{way} with a spin of {spin_rad_s} rad/s") }
+    if spin_rad_s == 0.0 { throw } else { format!("{throw} with a spin of {spin_rad_s} rad/s") }
 }
 
-/// Throws over heights, and over speeds and spins if balls can be thrown: where there are horizontal channels and the ball
-/// is not `held`.
+/// Candidate throws over a grid of heights, speeds and spins.
+///
+/// Speeds are varied if there is a horizontal channel and the ball is not released at rest, spins if the data
+/// have any.
 pub(super) fn designs(
     channels: usize,
     floor_m: f64,
-    held: bool,
+    released_at_rest: bool,
     records: &[&Record],
     step_s: f64,
 ) -> Designs {
-    let words = "throw from a twentieth to twice the heights of these data".to_string();
+    let words = "throw from 5 % to 200 % of the largest height in these data".to_string();
     let Some(first) = records.first() else { return Designs { words, list: Vec::new() } };
     let vertical = channels - 1;
-    let thrown = channels > 1 && !held;
-    let speeds: &[f64] = if thrown { &[0.0, 2.0, 5.0] } else { &[0.0] };
-    let spins: &[f64] = if thrown && has_spin(records) { &[0.0, -100.0, 100.0] } else { &[0.0] };
+    let can_throw = channels > 1 && !released_at_rest;
+    let speeds: &[f64] = if can_throw { &[0.0, 2.0, 5.0] } else { &[0.0] };
+    let spins: &[f64] = if can_throw && has_spin(records) { &[0.0, -100.0, 100.0] } else { &[0.0] };
     let heights = records.iter().filter_map(|r| Some(r.windows.first()?.start.get(vertical)? - floor_m));
     let highest = heights.fold(0.1, f64::max);
-    // Two digits are enough for a plan.
+    // Rounded to two digits for the description.
     let unit = 10f64.powf(highest.log10().floor() - 1.0);
     let highest = (highest / unit).round() * unit;
-    let samples = (LONGEST_S / step_s).floor().clamp(8.0, 2_000.0) as usize;
+    let samples = (DURATION_S / step_s).floor().clamp(8.0, 2_000.0) as usize;
     let mut list = Vec::new();
-    for height_m in HEIGHTS.into_iter().map(|share| share * highest) {
+    for height_m in HEIGHT_FRACTIONS.into_iter().map(|fraction| fraction * highest) {
         for &speed_m_s in speeds {
             for &spin_rad_s in spins {
                 let mut start = vec![0.0; 2 * channels];
@@ -59,9 +61,9 @@ pub(super) fn designs(
                     ..Record::default()
                 };
                 list.push(Design {
-                    text: text(height_m, speed_m_s, spin_rad_s),
+                    text: describe(height_m, speed_m_s, spin_rad_s),
                     record,
-                    most_events: MOST_IMPACTS,
+                    most_events: MAX_IMPACTS,
                 });
             }
         }

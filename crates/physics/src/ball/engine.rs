@@ -1,9 +1,10 @@
-//! The event-driven engine: from impact to impact, exact where flight has a closed form.
+//! The event-driven engine: simulates from impact to impact, exactly where flight has a closed form.
 //!
-//! Flight without a state-dependent force is a parabola whose contact time is a closed formula. Otherwise flight is
-//! integrated by Runge-Kutta steps, and the contact is found by Newton's method on the integration step itself, carried out
-//! in the scalar of the simulation, so that dual numbers come out with the derivative of the event time in them.
-//! Infinitely many bounces (Zeno) end by rule: a ball that leaves slower than [`REST_SPEED`] stays on the ground.
+//! Flight without a state-dependent force is a parabola with a closed formula for the contact time. Otherwise
+//! flight is integrated by Runge-Kutta steps, and the contact time is found by Newton's method on the
+//! integration step itself. The last Newton iteration is computed in the scalar of the simulation, so that
+//! dual numbers contain the derivative of the event time. Infinitely many bounces in finite time (Zeno) are
+//! avoided by a rest condition: a ball that leaves the ground slower than [`REST_SPEED`] stays on it.
 
 use super::contact::Contact;
 use super::flight::{Step, parabola, time_to_contact};
@@ -14,60 +15,60 @@ use crate::Scalar;
 use crate::effects::{Flight, Law, Sight};
 use crate::scalar::{axpy, cross, dot};
 
-/// Normal speed below which a ball stays on the ground, m/s. The bounce it cuts is half a nanometre high.
+/// Normal speed after an impact below which the ball stays on the ground, m/s; a bounce of 0.5 nm.
 const REST_SPEED: f64 = 1e-4;
-/// Longest integration step, s: 1e-6 m of output error at the drag of a table-tennis ball at 5 m/s.
-const STEP: f64 = 0.05;
-/// Bounces after which a ball is taken to be at rest (a restitution of 1 would bounce for ever within one sample).
-const MOST_BOUNCES: usize = 20_000;
+/// Integration step, s; the position error is 1e-6 m for a table-tennis ball with drag at 5 m/s.
+const STEP_S: f64 = 0.05;
+/// Number of bounces after which the ball is taken to be at rest; guards against endless loops.
+const MAX_BOUNCES: usize = 20_000;
 
-/// Random offsets of the restitution, inputs of the simulation.
+/// Offsets of the restitution: realisations of its random scatter.
 #[derive(Clone, Copy, Debug)]
 pub enum Offsets<'a, S> {
-    /// None.
+    /// No offsets.
     None,
-    /// One per impact; 0 beyond the end of the slice.
+    /// One offset per impact; 0 beyond the end of the slice.
     PerImpact(&'a [S]),
     /// One offset for every impact.
     Shared(S),
 }
 
-/// One simulation to run.
+/// The inputs of one simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct Throw<'a, S> {
-    /// The laws.
+    /// The active effects.
     pub world: &'a World,
-    /// Parameter values, `world.parameter_count()` of them.
+    /// Parameter values; as many as `world.parameter_count()`.
     pub parameters: &'a [S],
-    /// Start of the flight. Before `start.time` the ball is held there.
+    /// Initial state; before `start.time` the ball is held there.
     pub start: State<S>,
-    /// The trajectory's recorded metadata.
+    /// Covariates of the trajectory.
     pub covariates: &'a Covariates,
     /// Offsets of the restitution.
     pub offsets: Offsets<'a, S>,
-    /// Whether velocities are sampled too: flights cost less without.
+    /// Whether velocities are sampled too, which is slower.
     pub velocities: bool,
 }
 
-/// The result of a simulation. Reuse one for many runs: its buffers stay allocated.
+/// The result of a simulation. Reuse one for many runs to avoid allocations.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// Position as the sensor reports it, m, at each requested time.
+    /// Measured position at each requested time, m, including sensor effects.
     pub positions: Vec<[S; 3]>,
-    /// True velocity, m/s, at each requested time, if velocities were asked for.
+    /// True velocity at each requested time, m/s, if velocities were requested.
     pub velocities: Vec<[S; 3]>,
-    /// Impacts up to the last requested time; their positions count heights from the floor.
+    /// Impacts up to the last requested time; heights in their positions are relative to the floor.
     pub impacts: Vec<ImpactRecord<S>>,
-    /// When the ball came to rest, if it did, s.
+    /// Time at which the ball came to rest, s; `None` if it did not.
     pub rest_time: Option<S>,
 }
 
-/// Simulates a throw and samples it at `times` (s since the release, not decreasing), into `run`.
+/// Simulates a throw and samples it at `times`, s since the release, in ascending order.
 ///
 /// ```
 /// use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
 /// use augsim_physics::model::Model;
-/// // Dropped from 1 m with a restitution of 0.5, a ball comes back to 0.25 m.
+/// // With a restitution of 0.5, a ball dropped from 1 m rebounds to 0.25 m.
 /// let (world, parameters) = Model::plain(9.81, 0.5).world(Axes::Vertical);
 /// let fall = (2.0 / 9.81_f64).sqrt();
 /// let throw = Throw {
@@ -88,23 +89,32 @@ pub fn simulate<S: Scalar>(throw: &Throw<'_, S>, times: &[f64], run: &mut Run<S>
     run.velocities.clear();
     run.impacts.clear();
     run.rest_time = None;
-    Engine::new(throw, times, run).go();
+    Engine::new(throw, times, run).run();
 }
 
+/// State of one simulation. Inside, heights are relative to the floor.
 struct Engine<'a, S> {
+    /// Active effects with their parameters.
     laws: Vec<(&'a dyn Law<S>, &'a [S])>,
     restitution: S,
     radius: S,
     inertia_ratio: S,
+    /// Height of the floor in the coordinates of the data, m.
     floor: S,
+    /// Unit normal of the ground.
     normal: [S; 3],
+    /// Constant part of the acceleration, m/s².
     constant: [S; 3],
+    /// Velocity of the air, m/s.
     air: [S; 3],
-    closed_form: bool,
-    velocities: bool,
-    observes: bool,
+    has_closed_form: bool,
+    samples_velocity: bool,
+    has_sensor_effects: bool,
+    /// Coordinates that are simulated.
     active: &'static [usize],
-    contact: Option<S>,
+    /// Duration of contact, s; `None` for instantaneous impacts.
+    contact_duration: Option<S>,
+    /// Measurement delay, s.
     delay: S,
     throw: &'a Throw<'a, S>,
     times: &'a [f64],
@@ -117,20 +127,20 @@ impl<'a, S: Scalar> Engine<'a, S> {
         let laws = throw.world.laws(throw.parameters);
         let base = |i: usize| throw.parameters.get(i).copied().unwrap_or(zero);
         let (mut constant, mut air) = ([zero, zero, -base(GRAVITY)], [zero; 3]);
-        let (mut normal, mut contact, mut delay) = ([zero, zero, one], None, zero);
+        let (mut normal, mut contact_duration, mut delay) = ([zero, zero, one], None, zero);
         for (law, p) in &laws {
             law.constant_acceleration(p, &mut constant);
             law.air_velocity(p, &mut air);
             if let Some(angle) = law.ground_angle(p) {
                 normal = [-angle.sin(), zero, angle.cos()];
             }
-            contact = law.contact_duration(p).or(contact);
+            contact_duration = law.contact_duration(p).or(contact_duration);
             delay = law.delay(p).unwrap_or(delay);
         }
         Self {
-            closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
-            velocities: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
-            observes: laws.iter().any(|(law, _)| law.changes_sight()),
+            has_closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
+            samples_velocity: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
+            has_sensor_effects: laws.iter().any(|(law, _)| law.changes_sight()),
             active: throw.world.axes.indices(),
             laws,
             restitution: base(RESTITUTION),
@@ -140,7 +150,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             normal,
             constant,
             air,
-            contact,
+            contact_duration,
             delay,
             throw,
             times,
@@ -148,82 +158,88 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
     }
 
-    fn go(&mut self) {
+    /// Simulates until all samples are emitted.
+    fn run(&mut self) {
         let mut state = self.throw.start;
-        // Everything inside counts heights from the floor: laws do not depend on where the data have their zero.
+        // Heights are relative to the floor from here on, so that effects do not depend on the origin of the
+        // data.
         state.position[2] -= self.floor;
         for (law, p) in &self.laws {
             law.spin(p, &mut state.spin);
         }
-        let held = state;
-        self.emit(state.time, |_| held.position, |_| held.velocity);
-        if self.gap(&state.position).value() <= 0.0 && self.rate(&state.velocity).value() <= 0.0 {
-            // Released on or under the ground: it rests, or hits at once.
+        let initial = state;
+        self.emit(state.time, |_| initial.position, |_| initial.velocity);
+        if self.gap(&state.position).value() <= 0.0 && self.normal_velocity(&state.velocity).value() <= 0.0 {
+            // Released on or below the ground: the ball bounces immediately or rests.
             match self.bounce(&state) {
                 Some(next) => state = next,
-                None => return self.rest(state),
+                None => return self.simulate_rest(state),
             }
         }
-        for _ in 0..MOST_BOUNCES {
-            if self.done() {
+        for _ in 0..MAX_BOUNCES {
+            if self.is_done() {
                 return;
             }
             let arrival =
-                if self.closed_form { self.fly_parabola(&state) } else { self.fly_steps(&state, false) };
+                if self.has_closed_form { self.fly_parabola(&state) } else { self.fly_steps(&state, false) };
             let Some(arrival) = arrival else { return };
             match self.bounce(&arrival) {
                 Some(next) => state = next,
-                None => return self.rest(arrival),
+                None => return self.simulate_rest(arrival),
             }
         }
-        self.rest(state);
+        self.simulate_rest(state);
     }
 
-    fn done(&self) -> bool {
+    /// Whether all samples are emitted.
+    fn is_done(&self) -> bool {
         self.run.positions.len() >= self.times.len()
     }
 
-    /// Time of the last state that a sample shows: a sensor that is late shows states that lie `delay` back.
-    fn horizon(&self) -> f64 {
+    /// Time of the state that the last sample shows: samples show the state `delay` seconds earlier.
+    fn last_visible_time(&self) -> f64 {
         self.times.last().map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
     }
 
+    /// Distance from the ground along its normal, m.
     fn gap(&self, position: &[S; 3]) -> S {
         dot(&self.normal, position)
     }
 
-    fn rate(&self, velocity: &[S; 3]) -> S {
+    /// Velocity along the normal of the ground, m/s.
+    fn normal_velocity(&self, velocity: &[S; 3]) -> S {
         dot(&self.normal, velocity)
     }
 
-    /// Samples all requested times before `until`; `at` and `rate` give position and velocity at a time.
-    fn emit(&mut self, until: S, at: impl Fn(S) -> [S; 3], rate: impl Fn(S) -> [S; 3]) {
+    /// Emits all samples before `until`, given position and velocity as functions of time.
+    fn emit(&mut self, until: S, position: impl Fn(S) -> [S; 3], velocity: impl Fn(S) -> [S; 3]) {
         while let Some(&t) = self.times.get(self.run.positions.len()) {
             let time = -self.delay + t;
             if time.value() >= until.value() {
                 return;
             }
-            let truth = at(time);
-            let velocity = if self.velocities { Some(rate(time)) } else { None };
-            if self.observes {
+            let truth = position(time);
+            let velocity = if self.samples_velocity { Some(velocity(time)) } else { None };
+            if self.has_sensor_effects {
                 let mut sight =
                     Sight { position: truth, truth, velocity: velocity.unwrap_or([S::zero(); 3]) };
                 for (law, p) in &self.laws {
                     law.observe(p, &mut sight);
                 }
-                self.put(sight.position);
+                self.push_position(sight.position);
             } else {
-                self.put(truth);
+                self.push_position(truth);
             }
             self.run.velocities.extend(velocity);
         }
     }
 
-    /// A sampled position, its height in the coordinates of the data.
-    fn put(&mut self, [x, y, z]: [S; 3]) {
+    /// Appends a sampled position, converted to the coordinates of the data.
+    fn push_position(&mut self, [x, y, z]: [S; 3]) {
         self.run.positions.push([x, y, z + self.floor]);
     }
 
+    /// Emits the samples before `until` on a parabola with acceleration `a`.
     fn emit_parabola(&mut self, until: S, state: &State<S>, a: &[S; 3]) {
         let active = self.active;
         self.emit(
@@ -233,19 +249,24 @@ impl<'a, S: Scalar> Engine<'a, S> {
         );
     }
 
+    /// Emits the samples before `until` in an integration step.
     fn emit_step(&mut self, until: S, step: &Step<S>) {
         let (active, t0) = (self.active, step.start.time);
         self.emit(until, |t| step.position(t - t0, active), |t| step.velocity(t - t0));
     }
 
+    /// Flies in closed form until contact (returns that state) or until all samples are emitted (`None`).
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
         let a = self.constant;
-        let duration =
-            time_to_contact(self.gap(&state.position), self.rate(&state.velocity), dot(&self.normal, &a));
+        let duration = time_to_contact(
+            self.gap(&state.position),
+            self.normal_velocity(&state.velocity),
+            dot(&self.normal, &a),
+        );
         let until = duration.map_or(S::constant(f64::INFINITY), |d| state.time + d);
         self.emit_parabola(until, state, &a);
         let duration = duration?;
-        if until.value() > self.horizon() {
+        if until.value() > self.last_visible_time() {
             return None;
         }
         Some(State {
@@ -256,6 +277,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         })
     }
 
+    /// Acceleration with all effects, m/s²; for a resting ball without its part along the normal.
     fn acceleration(
         &self,
         spin: &[S; 3],
@@ -282,18 +304,20 @@ impl<'a, S: Scalar> Engine<'a, S> {
         a
     }
 
-    /// Integrates until contact (the arrival) or until all samples are out (`None`).
+    /// Integrates until contact (returns the state there) or until all samples are emitted (`None`).
+    ///
+    /// A `resting` ball moves along the ground and has no further contact.
     fn fly_steps(&mut self, start: &State<S>, resting: bool) -> Option<State<S>> {
         let mut state = *start;
-        while !self.done() {
-            let length = S::constant(STEP);
+        while !self.is_done() {
+            let length = S::constant(STEP_S);
             let spin = state.spin;
             let step = {
                 let this = &*self;
                 let acceleration = |t: S, p: &[S; 3], v: &[S; 3]| this.acceleration(&spin, resting, t, p, v);
                 let step = Step::rk4(&state, length, this.active, &acceleration);
                 if !resting && this.gap(&step.end.position).value() < 0.0 {
-                    let arrival = this.locate(&step, &acceleration);
+                    let arrival = this.locate_contact(&step, &acceleration);
                     Err((step, arrival))
                 } else {
                     Ok(step)
@@ -305,21 +329,27 @@ impl<'a, S: Scalar> Engine<'a, S> {
                     state = step.end;
                 }
                 Err((step, arrival)) => {
-                    let short =
-                        Step { start: step.start, end: arrival, length: arrival.time - step.start.time };
-                    self.emit_step(arrival.time, &short);
-                    return (arrival.time.value() <= self.horizon()).then_some(arrival);
+                    let length = arrival.time - step.start.time;
+                    self.emit_step(arrival.time, &Step { start: step.start, end: arrival, length });
+                    return (arrival.time.value() <= self.last_visible_time()).then_some(arrival);
                 }
             }
         }
         None
     }
 
-    /// The state at the contact inside `step`.
-    fn locate(&self, step: &Step<S>, acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3]) -> State<S> {
+    /// Locates the contact within `step` by bisection on the interpolant, then by Newton's method.
+    fn locate_contact(
+        &self,
+        step: &Step<S>,
+        acceleration: &impl Fn(S, &[S; 3], &[S; 3]) -> [S; 3],
+    ) -> State<S> {
         let length = step.length.value();
-        let (rate0, rate1) = (self.rate(&step.start.velocity).value(), self.rate(&step.end.velocity).value());
-        // After a bounce the gap is zero at s = 0 too: the bracket starts at the top of the hop.
+        let (rate0, rate1) = (
+            self.normal_velocity(&step.start.velocity).value(),
+            self.normal_velocity(&step.end.velocity).value(),
+        );
+        // After a bounce the gap is zero at s = 0 too, so the bracket starts at the apex of the hop.
         let mut low = if rate0 > 0.0 { length * rate0 / (rate0 - rate1) } else { 0.0 };
         let mut high = length;
         let (values, normal) = (step.values(), self.normal.map(S::value));
@@ -331,13 +361,14 @@ impl<'a, S: Scalar> Engine<'a, S> {
                 high = middle;
             }
         }
-        // Newton on the integration step itself, which the cubic follows to micrometres: one iteration for the value, one,
-        // in S, for the derivative.
+        // Newton's method on the length of the integration step, which the interpolant approximates to
+        // micrometres. The first iteration corrects the value, the second one yields the derivative in `S`.
         let mut s = S::constant(high);
         for _ in 0..2 {
             let end = Step::rk4(&step.start, S::constant(s.value()), self.active, acceleration).end;
-            s = S::constant(s.value()) - self.gap(&end.position) / self.rate(&end.velocity);
-            // A grazing contact has no slope to follow: the bracket is the answer, and nothing is known of its derivative.
+            s = S::constant(s.value()) - self.gap(&end.position) / self.normal_velocity(&end.velocity);
+            // At a grazing contact the normal velocity is near 0 and Newton's method fails: use the result of
+            // the bisection, without its derivative.
             if !(0.0..=length).contains(&s.value()) {
                 s = S::constant(high);
                 break;
@@ -346,11 +377,29 @@ impl<'a, S: Scalar> Engine<'a, S> {
         Step::rk4(&step.start, s, self.active, acceleration).end
     }
 
-    /// The state after the contact that begins at `arrival`; `None` if the ball stays.
+    /// Coefficient of restitution of an impact, with all effects and the random offset; at least 0.
+    fn restitution_at(&self, impact: &Impact<'_, S>) -> S {
+        if impact.normal_speed.value() > 0.0 {
+            let mut e = self.restitution;
+            for (law, p) in &self.laws {
+                e = law.restitution(p, impact, e);
+            }
+            e = match self.throw.offsets {
+                Offsets::None => e,
+                Offsets::Shared(xi) => e + xi,
+                Offsets::PerImpact(xi) => xi.get(impact.index).map_or(e, |&x| e + x),
+            };
+            if e.value() > 0.0 { e } else { S::zero() }
+        } else {
+            S::zero()
+        }
+    }
+
+    /// Simulates the contact from `arrival`; returns the state after it, or `None` if the ball stays.
     fn bounce(&mut self, arrival: &State<S>) -> Option<State<S>> {
-        let rate = self.rate(&arrival.velocity);
-        let speed = -rate;
-        let tangential = axpy(&arrival.velocity, &self.normal, -rate);
+        let normal_velocity = self.normal_velocity(&arrival.velocity);
+        let speed = -normal_velocity;
+        let tangential = axpy(&arrival.velocity, &self.normal, -normal_velocity);
         let surface = cross(&arrival.spin, &self.normal);
         let mut impact = Impact {
             index: self.run.impacts.len(),
@@ -364,26 +413,13 @@ impl<'a, S: Scalar> Engine<'a, S> {
             restitution: self.restitution,
             covariates: self.throw.covariates,
         };
-        if speed.value() > 0.0 {
-            let mut e = self.restitution;
-            for (law, p) in &self.laws {
-                e = law.restitution(p, &impact, e);
-            }
-            e = match self.throw.offsets {
-                Offsets::None => e,
-                Offsets::Shared(xi) => e + xi,
-                Offsets::PerImpact(xi) => xi.get(impact.index).map_or(e, |&x| e + x),
-            };
-            impact.restitution = if e.value() > 0.0 { e } else { S::zero() };
-        } else {
-            impact.restitution = S::zero();
-        }
-        let e = impact.restitution;
+        let e = self.restitution_at(&impact);
+        impact.restitution = e;
         let mut jump = [S::zero(); 3];
         for (law, p) in &self.laws {
             law.tangential(p, &impact, &mut jump);
         }
-        let contact = match self.contact {
+        let contact = match self.contact_duration {
             Some(tau) if e.value() > 0.0 => {
                 Some(Contact::new(tau, e, speed, -dot(&self.normal, &self.constant)))
             }
@@ -407,45 +443,51 @@ impl<'a, S: Scalar> Engine<'a, S> {
         if stays {
             return None;
         }
-        // The tangential impulse is taken to act evenly over the contact: on the way the ball has half of its jump.
+        // The tangential impulse is taken to act evenly over the contact, so the mean velocity has half of
+        // the jump.
         let drift = axpy(&tangential, &jump, S::constant(0.5));
         let time = arrival.time + duration;
         if let Some(Some(c)) = &contact {
-            let normal = self.normal;
-            self.emit(
-                time,
-                |t| {
-                    let s = t - arrival.time;
-                    axpy(&axpy(&arrival.position, &drift, s), &normal, c.at(s).0)
-                },
-                |t| axpy(&drift, &normal, c.at(t - arrival.time).1),
-            );
+            self.emit_contact(time, arrival, &drift, c);
         }
-        let spin = if self.radius.value() > 0.0 {
-            axpy(
-                &arrival.spin,
-                &cross(&self.normal, &jump),
-                S::constant(-1.0) / (self.inertia_ratio * self.radius),
-            )
-        } else {
-            arrival.spin
-        };
         let moved = axpy(&arrival.position, &drift, duration);
         Some(State {
             time,
             position: axpy(&moved, &self.normal, -self.gap(&moved)),
             velocity: axpy(&axpy(&tangential, &jump, S::constant(1.0)), &self.normal, speed_out),
-            spin,
+            spin: self.spin_after(&arrival.spin, &jump),
         })
     }
 
-    /// The ball stays on the ground: it moves along it, and the normal part of every force is carried by the ground.
-    fn rest(&mut self, arrival: State<S>) {
+    /// Emits the samples before `until` during a contact; `drift` is the mean tangential velocity.
+    fn emit_contact(&mut self, until: S, arrival: &State<S>, drift: &[S; 3], contact: &Contact<S>) {
+        let normal = self.normal;
+        self.emit(
+            until,
+            |t| {
+                let s = t - arrival.time;
+                axpy(&axpy(&arrival.position, drift, s), &normal, contact.at(s).0)
+            },
+            |t| axpy(drift, &normal, contact.at(t - arrival.time).1),
+        );
+    }
+
+    /// Spin after a change `jump` of the tangential velocity: ω' = ω - n × jump / (i R).
+    fn spin_after(&self, spin: &[S; 3], jump: &[S; 3]) -> [S; 3] {
+        if self.radius.value() > 0.0 {
+            axpy(spin, &cross(&self.normal, jump), S::constant(-1.0) / (self.inertia_ratio * self.radius))
+        } else {
+            *spin
+        }
+    }
+
+    /// Simulates a ball that stays on the ground and moves along it, without normal acceleration.
+    fn simulate_rest(&mut self, arrival: State<S>) {
         self.run.rest_time = Some(arrival.time);
         let mut state = arrival;
         state.position = axpy(&state.position, &self.normal, -self.gap(&state.position));
-        state.velocity = axpy(&state.velocity, &self.normal, -self.rate(&state.velocity));
-        if self.closed_form {
+        state.velocity = axpy(&state.velocity, &self.normal, -self.normal_velocity(&state.velocity));
+        if self.has_closed_form {
             let a = axpy(&self.constant, &self.normal, -dot(&self.normal, &self.constant));
             self.emit_parabola(S::constant(f64::INFINITY), &state, &a);
         } else {

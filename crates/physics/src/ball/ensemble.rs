@@ -1,7 +1,8 @@
-//! Many draws of a ball's path from the same start.
+//! An ensemble of simulated trajectories from one initial state.
 
-/// Draws of whole trajectories from one start, time-major: sample t of draw i is at
-/// `t * draws + i`. Single precision, since 1e-7 is far below what so many draws resolve.
+/// Random trajectories (draws) from one initial state; sample t of draw i is at index `t * draws + i`.
+///
+/// Single precision suffices: its relative error of 1e-7 is far below the sampling error.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     draws: usize,
@@ -11,10 +12,12 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
+    /// An ensemble without samples.
     pub(crate) fn new(draws: usize) -> Self {
         Ensemble { draws, samples: 0, height_m: Vec::new(), velocity_m_s: Vec::new() }
     }
 
+    /// Sets the number of samples per draw.
     pub(crate) fn resize(&mut self, samples: usize) {
         self.samples = samples;
         self.height_m.resize(samples * self.draws, 0.0);
@@ -26,7 +29,7 @@ impl Ensemble {
         self.draws
     }
 
-    /// Number of samples of each draw, the start included.
+    /// Number of samples of each draw, including the initial state.
     pub fn samples(&self) -> usize {
         self.samples
     }
@@ -34,7 +37,7 @@ impl Ensemble {
     /// Heights, m, and velocities, m/s, of all draws at sample `t`.
     ///
     /// # Panics
-    /// `t` is not below the number of samples.
+    /// If `t` is not below the number of samples.
     pub fn at_mut(&mut self, t: usize) -> (&mut [f32], &mut [f32]) {
         let range = t * self.draws..(t + 1) * self.draws;
         (&mut self.height_m[range.clone()], &mut self.velocity_m_s[range])

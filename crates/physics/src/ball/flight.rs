@@ -1,9 +1,9 @@
-//! Motion between impacts: a parabola in closed form, or one Runge-Kutta step with Hermite output.
+//! Flight between impacts: a parabola, or Runge-Kutta steps with cubic Hermite interpolation.
 
 use super::State;
 use crate::Scalar;
 
-/// Position `s` seconds after a state, under constant acceleration `a`, on the axes in `active`.
+/// Position `s` seconds after `state` under constant acceleration `a`; only the axes in `active` move.
 pub(super) fn parabola<S: Scalar>(state: &State<S>, a: &[S; 3], s: S, active: &[usize]) -> [S; 3] {
     let mut position = state.position;
     for &i in active {
@@ -12,31 +12,31 @@ pub(super) fn parabola<S: Scalar>(state: &State<S>, a: &[S; 3], s: S, active: &[
     position
 }
 
-/// Time until `gap + rate s + accel s² / 2` falls to zero, or `None` if it never does.
-///
-/// The form with the root in the numerator of a sum of positive numbers loses no digits after a bounce, where `gap` is
-/// rounding.
+/// Time s at which `gap + rate s + accel s² / 2` falls to zero; `None` if it never does.
 pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S> {
     if accel.value() >= 0.0 {
         return (rate.value() < 0.0 && accel.value() == 0.0).then(|| gap / -rate);
     }
     let pull = -accel;
     let root = (rate * rate + pull * gap * 2.0).sqrt();
-    // Two forms of the same root of gap + rate t - pull t²/2: in each of them the terms that meet have one sign, so that
-    // nothing cancels where the ball is close to the ground.
+    // Two forms of the same root of gap + rate s - pull s²/2. Each one adds terms of equal sign, so that no
+    // digits cancel where the ball is close to the ground.
     if rate.value() >= 0.0 { Some((rate + root) / pull) } else { Some(gap * 2.0 / (root - rate)) }
 }
 
-/// The ends of one integration step, with what Hermite interpolation between them needs.
+/// An integration step: both end states, for Hermite interpolation between them.
 #[derive(Clone, Copy)]
 pub(super) struct Step<S> {
     pub start: State<S>,
     pub end: State<S>,
+    /// Duration, s.
     pub length: S,
 }
 
 impl<S: Scalar> Step<S> {
-    /// One classical Runge-Kutta step of fourth order on the axes in `active`; `acceleration(time, position, velocity)`.
+    /// One classical fourth-order Runge-Kutta step on the axes in `active`.
+    ///
+    /// `acceleration(time, position, velocity)` returns m/s².
     pub fn rk4(
         start: &State<S>,
         length: S,
@@ -67,18 +67,18 @@ impl<S: Scalar> Step<S> {
         Self { start: *start, end, length }
     }
 
-    /// Copies the step without derivatives.
+    /// The step without derivatives.
     pub fn values(&self) -> Step<f64> {
-        let plain = |s: &State<S>| State {
+        let value = |s: &State<S>| State {
             time: s.time.value(),
             position: s.position.map(S::value),
             velocity: s.velocity.map(S::value),
             spin: s.spin.map(S::value),
         };
-        Step { start: plain(&self.start), end: plain(&self.end), length: self.length.value() }
+        Step { start: value(&self.start), end: value(&self.end), length: self.length.value() }
     }
 
-    /// Position `s` seconds into the step on the axes in `active`, by the cubic through both ends with their velocities.
+    /// Position `s` seconds into the step on the axes in `active`, by cubic Hermite interpolation.
     pub fn position(&self, s: S, active: &[usize]) -> [S; 3] {
         let (h, u) = (self.length, s / self.length);
         let (p0, p1) = (&self.start.position, &self.end.position);
@@ -93,7 +93,7 @@ impl<S: Scalar> Step<S> {
         out
     }
 
-    /// Velocity `s` seconds into the step: the derivative of [`position`](Step::position).
+    /// Velocity `s` seconds into the step, the derivative of [`position`](Step::position).
     pub fn velocity(&self, s: S) -> [S; 3] {
         let (h, u) = (self.length, s / self.length);
         let (p0, p1) = (&self.start.position, &self.end.position);

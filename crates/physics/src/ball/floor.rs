@@ -1,11 +1,15 @@
-//! How good any prediction from the first state can be when the restitution is random and unseen.
+//! Error floor: the smallest possible prediction error when the restitution is random and unknown.
 //!
-//! For each true trajectory an ensemble is drawn from the law given its start. From the ensemble
-//! follow the best predictors of each loss, which nothing that sees only the start can beat on
-//! average: the median at each time minimises the mean absolute error, the median weighted by
-//! 1 / sum |height| minimises trans %, the mean minimises the squared error. A model that instead
-//! answers with samples is judged by the continuous ranked probability score, whose best value is
-//! that of the exact law.
+//! For each true trajectory an ensemble is drawn from the data distribution, given the initial state. The
+//! optimal predictors follow from the ensemble; no model that knows only the initial state has a smaller
+//! error on average:
+//!
+//! 1. the median at each time minimises the mean absolute error,
+//! 2. the median weighted by 1 / sum |height| minimises trans %,
+//! 3. the mean minimises the squared error.
+//!
+//! Models that predict distributions are scored by the continuous ranked probability score (CRPS),
+//! CRPS = E|X - y| - E|X - X'| / 2, which is smallest for the exact distribution.
 
 use super::bullet::BulletState;
 pub use super::ensemble::Ensemble;
@@ -17,14 +21,14 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// How to estimate the floor.
+/// Settings for estimating the floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FloorOptions {
-    /// Draws for each trajectory. The median of 2000 costs 0.1 % more than that of the law.
+    /// Draws per trajectory. The median of 2000 draws has a 0.1 % larger error than the exact median.
     pub draws: usize,
-    /// Draws that "mean of k samples" averages (10 in the published protocol).
+    /// Number of draws that the predictor "mean of k samples" averages (10 in the published protocol).
     pub averaged: usize,
-    /// Seed; each trajectory has its own stream.
+    /// Seed; each trajectory has its own random stream.
     pub seed: u64,
 }
 
@@ -34,26 +38,26 @@ impl Default for FloorOptions {
     }
 }
 
-/// Scores of the predictors that know the law and the start of each trajectory.
+/// Scores of predictors that know the data distribution and the initial state of each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Floor {
-    /// Median at each time: least position and velocity error.
+    /// Median at each time: smallest mean absolute errors of position and velocity.
     pub median: BallScore,
-    /// Height: median weighted by 1 / sum |height|, the least trans %. Velocity: plain median.
+    /// Height: median weighted by 1 / sum |height| (smallest trans %). Velocity: unweighted median.
     pub weighted_median: BallScore,
-    /// Mean at each time: least squared error.
+    /// Mean at each time: smallest squared error.
     pub mean: BallScore,
-    /// Mean of `averaged` draws, averaged over disjoint sets of them.
+    /// Mean of `averaged` draws; the error is averaged over disjoint sets of draws.
     pub mean_of_samples: BallScore,
-    /// One draw as prediction.
+    /// One draw as prediction; the error is averaged over all draws.
     pub one_sample: BallScore,
-    /// Continuous ranked probability score of the exact law in height, m.
+    /// CRPS of the exact distribution of the height, m.
     pub crps_height_m: Estimate,
-    /// Continuous ranked probability score of the exact law in velocity, m/s.
+    /// CRPS of the exact distribution of the velocity, m/s.
     pub crps_velocity_m_s: Estimate,
 }
 
-/// First sample of a trajectory.
+/// Initial state of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
     /// Height of the underside, m.
@@ -62,12 +66,12 @@ pub struct Start {
     pub velocity_m_s: f64,
 }
 
-/// Floor of `dataset` under any law: `fill` draws an ensemble for a start from the law.
+/// Floor of `dataset` for any data distribution; `fill` draws an ensemble for an initial state.
 ///
-/// Deterministic in the seed, whatever the threads.
+/// The result depends on the seed, not on the number of threads.
 ///
 /// # Errors
-/// Missing columns, gaps, heights that are all 0, no trajectories, or too few draws.
+/// [`ScoreError`] for missing columns, gaps, heights that are all 0, no trajectories, or too few draws.
 pub fn floor<F>(dataset: &Dataset, options: FloorOptions, fill: F) -> Result<Floor, ScoreError>
 where
     F: Fn(Start, &mut Xoshiro256PlusPlus, &mut Ensemble) + Sync,
@@ -77,36 +81,36 @@ where
         return Err(ScoreError::TooFewDraws { draws: options.draws, needed });
     }
     let observed = observations(dataset)?;
-    let workspace = || (Ensemble::new(options.draws), Workspace::default());
+    let buffers = || (Ensemble::new(options.draws), Buffers::default());
     let scored: Vec<Scored> = observed
         .par_iter()
         .enumerate()
-        .map_init(workspace, |(ensemble, workspace), (index, o)| {
+        .map_init(buffers, |(ensemble, buffers), (index, o)| {
             let start = Start { height_m: o.height_m[0], velocity_m_s: o.velocity_m_s[0] };
             let mut rng = random_stream(options.seed, "floor", index as u64);
             ensemble.resize(o.height_m.len());
             fill(start, &mut rng, ensemble);
-            score(o, ensemble, options.averaged, workspace)
+            score(o, ensemble, options.averaged, buffers)
         })
         .collect();
-    let over = |pick: fn(&Scored) -> TrajectoryError| {
+    let score_of = |pick: fn(&Scored) -> TrajectoryError| {
         BallScore::from_errors(&scored.iter().map(pick).collect::<Vec<_>>())
     };
     Ok(Floor {
-        median: over(|s| s.median),
-        weighted_median: over(|s| s.weighted_median),
-        mean: over(|s| s.mean),
-        mean_of_samples: over(|s| s.mean_of_samples),
-        one_sample: over(|s| s.one_sample),
+        median: score_of(|s| s.median),
+        weighted_median: score_of(|s| s.weighted_median),
+        mean: score_of(|s| s.mean),
+        mean_of_samples: score_of(|s| s.mean_of_samples),
+        one_sample: score_of(|s| s.one_sample),
         crps_height_m: Estimate::of(scored.iter().map(|s| s.crps[0])),
         crps_velocity_m_s: Estimate::of(scored.iter().map(|s| s.crps[1])),
     })
 }
 
-/// Floor of `dataset` under `law`, whose drop height each trajectory's first sample tells.
+/// Floor of `dataset` under `law`; the drop height is that of each trajectory's first sample.
 ///
 /// # Errors
-/// The errors of [`floor`], and samples that are not the law's steps apart.
+/// Those of [`floor`], and [`ScoreError::OtherRate`] if samples are not at the steps of the law.
 pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {
@@ -130,24 +134,26 @@ pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> 
     })
 }
 
-/// Errors of one trajectory under each predictor.
+/// Errors of each predictor on one trajectory.
 struct Scored {
     median: TrajectoryError,
     weighted_median: TrajectoryError,
     mean: TrajectoryError,
     mean_of_samples: TrajectoryError,
     one_sample: TrajectoryError,
-    /// Height m, velocity m/s.
+    /// CRPS of height, m, and velocity, m/s.
     crps: [f64; 2],
 }
 
+/// Buffers that are reused between trajectories.
 #[derive(Default)]
-struct Workspace {
+struct Buffers {
     keys: Vec<u64>,
     weights: Vec<f64>,
 }
 
-fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Workspace) -> Scored {
+/// Errors of each predictor on the trajectory `o`, from an ensemble with its initial state.
+fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Buffers) -> Scored {
     fill_weights(ensemble, &mut w.weights);
     let mut height = Sums::default();
     let mut velocity = Sums::default();
@@ -166,8 +172,9 @@ fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Work
     }
 }
 
-/// 1 / sum over time of |height|, of each draw. A draw that lies at exactly 0 throughout would weigh
-/// infinitely much; it is given the weight of a micrometre instead.
+/// Computes the weight of each draw: 1 / sum over time of |height|.
+///
+/// The sum is limited to at least 1e-6 m, so that a draw that is always at height 0 has a finite weight.
 fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
     weights.clear();
     weights.resize(ensemble.draws(), 0.0);
@@ -179,7 +186,7 @@ fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
     weights.iter_mut().for_each(|sum| *sum = 1.0 / sum.max(1e-6));
 }
 
-/// Sums over time of the absolute errors of each predictor, and of the score.
+/// Sums over time of the absolute errors of each predictor, and of the CRPS.
 #[derive(Default)]
 struct Sums {
     median: f64,
@@ -191,7 +198,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds one time: `truth` against the draws there.
+    /// Adds the errors at one time, given the true value and the draws.
     fn add(
         &mut self,
         truth: f64,
@@ -222,18 +229,18 @@ impl Sums {
         self.mean += (mean - truth).abs();
         self.mean_of_samples += mean_of_samples;
         self.one_sample += one_sample;
-        // E|X - y| - E|X - X'| / 2 with each draw paired with the next instead of all others: as fair
-        // (unbiased from any number of draws, Ferro 2014) as over all pairs, and needs no sorting.
+        // E|X - y| - E|X - X'| / 2, with each draw paired with the next one instead of all others. This is
+        // unbiased for any number of draws (fair in the sense of Ferro 2014), like the average over all
+        // pairs, and needs no sorting.
         self.crps += one_sample - pairs / (2.0 * count);
     }
 }
 
-/// Sum of `term` over pairs, in eight interleaved partial sums, which vector code can keep apart.
+/// Sum of `term` over pairs of elements, in eight interleaved partial sums for vectorisation.
 fn sum(a: &[f32], b: &[f32], term: impl Fn(f64, f64) -> f64) -> f64 {
     let mut partial = [0.0_f64; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = a_chunks.remainder().len();
-    let tail = a.len() - rest;
+    let tail = a.len() - a_chunks.remainder().len();
     for (x, y) in a_chunks.zip(b_chunks) {
         for lane in 0..8 {
             partial[lane] += term(x[lane].into(), y[lane].into());

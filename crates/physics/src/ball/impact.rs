@@ -1,12 +1,12 @@
-//! An impact as the laws that act in it see it, and as the engine records it.
+//! An impact, as passed to effects and as recorded by the engine.
 
 use super::Covariates;
 use crate::Scalar;
 
-/// The instant of contact, before the laws act.
+/// The instant of contact, as passed to the effects on impacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact<'a, S> {
-    /// 0 for the first impact.
+    /// Index of the impact, 0 for the first.
     pub index: usize,
     /// Seconds since the release.
     pub time: S,
@@ -22,20 +22,20 @@ pub struct Impact<'a, S> {
     pub spin: [S; 3],
     /// `I / (m R²)`, 0.4 for a solid ball.
     pub inertia_ratio: S,
-    /// Coefficient of restitution, once the laws for it have acted (the start value before).
+    /// Coefficient of restitution: the base value, or the final one after all effects on it have acted.
     pub restitution: S,
-    /// The trajectory's recorded metadata.
+    /// Covariates of the trajectory.
     pub covariates: &'a Covariates,
 }
 
 impl<S: Scalar> Impact<'_, S> {
-    /// Session time of the impact relative to the session's reference time, s.
+    /// Session time of the impact, relative to the reference of the session clock, s.
     pub fn clock(&self) -> S {
         self.time + self.covariates.clock_s
     }
 }
 
-/// One impact as it happened.
+/// A simulated impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactRecord<S> {
     /// Seconds since the release.
@@ -44,9 +44,9 @@ pub struct ImpactRecord<S> {
     pub position: [S; 3],
     /// Approach speed along the normal, m/s.
     pub speed_in: S,
-    /// Departure speed along the normal, m/s; 0 when the ball came to rest.
+    /// Departure speed along the normal, m/s; 0 if the ball comes to rest.
     pub speed_out: S,
-    /// Horizontal velocity of the centre before the impact, m/s.
+    /// Velocity of the centre along the ground before the impact, m/s.
     pub tangential: [S; 3],
     /// Slip velocity of the contact point before the impact, m/s.
     pub slip: [S; 3],

@@ -1,5 +1,8 @@
-//! A ball that falls, flies and bounces on flat ground: the event-driven engine, and the PyBullet
-//! stepping scheme beside it.
+//! A ball that falls, flies and bounces on flat ground.
+//!
+//! [`simulate`] is the event-driven engine, [`Ball`] wraps it as a [`System`](crate::system::System).
+//! [`bullet`] is PyBullet's time-stepping scheme, [`paper_law`] and [`floor`] reproduce a published data set
+//! and its best possible prediction errors.
 
 pub mod bullet;
 mod contact;
@@ -13,20 +16,20 @@ mod impact;
 mod objection;
 mod order_statistics;
 pub mod paper_law;
-mod possible;
+mod plausibility;
+mod preconditions;
+mod residual_axes;
 mod scene;
 pub mod score;
-mod segment;
-mod shown;
+mod segmentation;
 mod state;
 mod system;
 mod tables;
-mod unlike;
 mod world;
 
 pub use engine::{Offsets, Run, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
 pub use scene::seen_floor_m;
 pub use state::{Axes, Covariates, State};
-pub use system::{Ball, Declares};
+pub use system::{Ball, BallDeclaration};
 pub use world::{BASE_PARAMETERS, FLOOR, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

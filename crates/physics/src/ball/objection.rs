@@ -1,4 +1,4 @@
-//! Why no answer can come of some throws.
+//! Checks that recorded throws can be calibrated at all, and the messages for those that cannot.
 
 use super::{GRAVITY, RESTITUTION};
 use crate::model::Parameter;
@@ -6,61 +6,64 @@ use crate::statistics::median;
 use crate::system::{Objection, Record};
 use thiserror::Error;
 
-/// Share of the spread of the first flight that gravity with a free start may leave: twice that of a ball at half its
-/// terminal speed, below the quarter that wrong units leave.
-const HOPELESS: f64 = 0.2;
+/// Largest accepted residual norm of a free fall in the first flight, relative to the spread of its heights.
+///
+/// Twice the ratio of a ball at half its terminal speed, and below the ratio of 0.25 that wrong units give.
+const MAX_RESIDUAL_RATIO: f64 = 0.2;
 
+/// Reason why the recordings cannot be calibrated.
 #[derive(Debug, Error)]
 enum Reason {
     #[error(
-        "no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from the model, or give data with bounces"
+        "no impacts found, so `restitution` cannot be calibrated; freeze it or remove it from the model, or use data with bounces"
     )]
     NoImpacts,
     #[error(
-        "the model cannot be calibrated: gravity with a free start leaves {rmse_m:.3} m in the first flights, {:.0} times the sensor's noise of {sd_m:.2e} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)",
+        "the model cannot be calibrated: the first flights differ from a free fall with the declared gravity by {rmse_m:.3} m (RMSE), {:.0} times the measurement noise of {sd_m:.2e} m; check units, the sign of the height (up is positive), the contact height (0) and `t_s` (0 at the release)",
         rmse_m / sd_m
     )]
     NotCalibrated { rmse_m: f64, sd_m: f64 },
-    #[error("too few heights of a throw were measured")]
+    #[error("a trajectory has too few measured heights; remove it or record it at a higher rate")]
     TooFewHeights,
 }
 
-/// The objection to a record of which nothing can be made.
+/// The error of a record with too few measured heights.
 pub(super) fn too_few_heights() -> Objection {
     Objection::new(Reason::TooFewHeights)
 }
 
-/// Why no answer can come of these records: the height is the last channel, `sd_m` its noise.
+/// Why these records cannot be calibrated; `sd_m` is the noise of the height, the last channel.
 pub(super) fn objection(parameters: &[Parameter], records: &[Record], sd_m: f64) -> Option<Objection> {
     if !parameters[RESTITUTION].frozen && records.iter().all(|r| r.events.is_empty()) {
         return Some(Objection::new(Reason::NoImpacts));
     }
-    unlike_gravity(parameters[GRAVITY].nominal, records, sd_m).map(Objection::new)
+    unlike_free_fall(parameters[GRAVITY].nominal, records, sd_m).map(Objection::new)
 }
 
-/// A model that does not even follow the first flight is in other units or upside down.
-fn unlike_gravity(g: f64, records: &[Record], sd_m: f64) -> Option<Reason> {
-    let mut shares = Vec::new();
-    let mut misfits = Vec::new();
+/// Compares the first flights with a free fall, to detect wrong units or an inverted height.
+fn unlike_free_fall(g: f64, records: &[Record], sd_m: f64) -> Option<Reason> {
+    let mut ratios = Vec::new();
+    let mut rmses = Vec::new();
     for r in records {
         let Some(vertical) = r.values.len().checked_sub(1) else { continue };
         let (Some(arc), Some(window)) = (r.pieces.first(), r.windows.first()) else { continue };
         let (p, v) = (window.start[vertical], window.start[r.values.len() + vertical]);
-        let (mut n, mut sum, mut square, mut misfit) = (0.0, 0.0, 0.0, 0.0);
+        let (mut n, mut sum, mut square_sum, mut residual_sum) = (0.0, 0.0, 0.0, 0.0);
         for k in arc.clone().filter(|&k| r.values[vertical][k].is_finite()) {
             let (y, t) = (r.values[vertical][k], r.times[k] - r.times[0]);
             n += 1.0;
             sum += y;
-            square += y * y;
-            misfit += (y - p - v * t + 0.5 * g * t * t).powi(2);
+            square_sum += y * y;
+            residual_sum += (y - p - v * t + 0.5 * g * t * t).powi(2);
         }
-        let spread = (square - sum * sum / n).max(0.0);
-        let visible = misfit > 100.0 * n * sd_m * sd_m;
-        shares.push(if visible { (misfit / spread.max(1e-300)).sqrt() } else { 0.0 });
-        misfits.push((misfit / f64::max(n, 1.0)).sqrt());
+        let spread = (square_sum - sum * sum / n).max(0.0);
+        // Residuals below ten standard deviations of the noise are no sign of wrong units.
+        let is_visible = residual_sum > 100.0 * n * sd_m * sd_m;
+        ratios.push(if is_visible { (residual_sum / spread.max(1e-300)).sqrt() } else { 0.0 });
+        rmses.push((residual_sum / f64::max(n, 1.0)).sqrt());
     }
-    if median(&mut shares) < HOPELESS {
+    if median(&mut ratios) < MAX_RESIDUAL_RATIO {
         return None;
     }
-    Some(Reason::NotCalibrated { rmse_m: median(&mut misfits), sd_m })
+    Some(Reason::NotCalibrated { rmse_m: median(&mut rmses), sd_m })
 }

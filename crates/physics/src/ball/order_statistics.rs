@@ -1,7 +1,10 @@
-//! Median and weighted median by selection, without sorting.
+//! Median and weighted median by selection in linear time, without sorting.
 
-/// Draws as integers, value in the upper half and index in the lower, which order as the values do;
-/// those before the returned place are no larger, those after it no smaller.
+/// Encodes draws as integer keys and partitions them at their middle; returns the index of the middle.
+///
+/// A key has the value in its upper 32 bits, encoded so that integers order like the values, and the draw's
+/// index in its lower ones. Keys before the middle are not larger than the middle one, those after it not
+/// smaller.
 pub(crate) fn partition_at_middle(draws: &[f32], keys: &mut Vec<u64>) -> usize {
     keys.clear();
     keys.extend(draws.iter().enumerate().map(|(index, x)| {
@@ -14,13 +17,13 @@ pub(crate) fn partition_at_middle(draws: &[f32], keys: &mut Vec<u64>) -> usize {
     middle
 }
 
-/// Value of a key.
+/// Decodes the value of a key.
 fn value(key: u64) -> f64 {
     let ordered = (key >> 32) as u32;
     f64::from(f32::from_bits(if ordered >> 31 == 1 { ordered ^ 1 << 31 } else { !ordered }))
 }
 
-/// Median of keys partitioned at `middle`: of an even number, the mean of the middle two.
+/// Median of keys that are partitioned at `middle`; for an even number, the mean of the middle two.
 pub(crate) fn median(keys: &[u64], middle: usize) -> f64 {
     let upper = value(keys[middle]);
     match keys[..middle].iter().max() {
@@ -29,8 +32,9 @@ pub(crate) fn median(keys: &[u64], middle: usize) -> f64 {
     }
 }
 
-/// The value at which half of the total weight is reached, by halving the range it can lie in; the
-/// keys are partitioned at `middle` already.
+/// Weighted median: the smallest value at which half of the total weight is reached.
+///
+/// Bisects the index range; the keys are already partitioned at `middle`.
 pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f64]) -> f64 {
     let weight_of =
         |keys: &[u64]| -> f64 { keys.iter().map(|&key| weights[(key & u64::from(u32::MAX)) as usize]).sum() };
@@ -41,7 +45,7 @@ pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f6
         if reached >= half && middle > low {
             high = middle;
         } else {
-            // Rounding of the sums cannot run past the last key: there the range is closed.
+            // Rounding errors of the sums cannot move the range beyond the last key.
             low = middle;
             below = reached;
         }
@@ -55,7 +59,7 @@ pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f6
 
 #[cfg(test)]
 mod tests {
-    //! Contract: selection finds what sorting finds, for even and odd numbers, ties and both signs.
+    //! Selection agrees with sorting, for even and odd numbers of values, ties and both signs.
     use super::*;
     use rand::Rng;
 
@@ -64,7 +68,7 @@ mod tests {
         let mut rng = augsim_data::random_stream(1, "order-statistics", 0);
         let mut keys = Vec::new();
         for count in (1..60).chain([1000, 1001]) {
-            // Few distinct values, so that ties occur; both zeros among them.
+            // Few distinct values, so that ties occur, including zeros of both signs.
             let draw = |word: u64| {
                 let size = (word % 20) as f32 * 0.25;
                 if word >> 63 == 1 { -size } else { size }

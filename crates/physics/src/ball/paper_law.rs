@@ -1,10 +1,9 @@
-//! The data law of the bouncing-ball experiment, with a seed.
+//! Generator of the data of the published bouncing-ball experiment.
 //!
-//! Each trajectory draws a drop height, uniform on 4 to 5 m under the ball, and a restitution, normal
-//! with mean 0.5 and standard deviation 0.1, and is 400 samples at 60 Hz of the PyBullet scheme on
-//! `plane.urdf` without damping. The engine that the experiment calls "physics" keeps restitution
-//! 0.65 and Bullet's damping. These are the choices among all tried that reproduce the published
-//! table best with the published restitutions.
+//! Each trajectory has a random drop height of the underside, uniform on 4 to 5 m, and a random restitution,
+//! normal with mean 0.5 and standard deviation 0.1. It consists of 400 samples at 60 Hz of the PyBullet
+//! scheme on `plane.urdf` without damping. The predictor that the experiment calls "physics" has restitution
+//! 0.65 and Bullet's damping. Of all settings that were tried, these reproduce the published table best.
 
 use super::bullet::{BulletBall, Ground};
 use super::score::ScoreError;
@@ -14,24 +13,24 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Columns of a drop.
+/// Columns of the data.
 const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
 
-/// Times in files may be rounded to 1e-5 s; a tenth of a millisecond is still far below a step.
+/// Tolerance of sample times, s: files may be rounded to 1e-5 s, and a step is 0.017 s.
 const TIME_TOLERANCE_S: f64 = 1e-4;
 
-/// A law of drops: who is dropped from where, and what the ball does.
+/// Distribution of drops: drop height, restitution, and simulation settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PaperLaw {
-    /// Lowest and highest drop of the underside, m; uniform between them.
+    /// Range of the drop height of the underside, m; uniformly distributed.
     pub drop_height_m: [f64; 2],
     /// Mean of the restitution.
     pub restitution_mean: f64,
     /// Standard deviation of the restitution.
     pub restitution_sd: f64,
-    /// Everything else about the ball; its own restitution is not used.
+    /// Other properties of the ball; its restitution is not used.
     pub ball: BulletBall,
-    /// Samples a trajectory, the start included.
+    /// Samples per trajectory, including the initial state.
     pub samples: usize,
 }
 
@@ -47,34 +46,33 @@ impl Default for PaperLaw {
     }
 }
 
-/// Random draws of one trajectory: the truth record.
+/// The random values of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Drop {
     /// Height of the underside at release, m.
     pub drop_height_m: f64,
-    /// Restitution of ball and ground together.
+    /// Combined restitution of ball and ground.
     pub restitution: f64,
 }
 
 impl PaperLaw {
-    /// Draws restitution, N(mean, sd). Bullet's `max(0, -e v)` makes a negative one act as 0.
+    /// Draws a restitution from N(mean, sd); Bullet's `max(0, -e v)` makes a negative one act as 0.
     pub fn draw_restitution(&self, rng: &mut impl Rng) -> f64 {
         let standard: f64 = StandardNormal.sample(rng);
         self.restitution_mean + self.restitution_sd * standard
     }
 
-    /// Draws a drop.
+    /// Draws drop height and restitution.
     pub fn draw(&self, rng: &mut impl Rng) -> Drop {
         let [low, high] = self.drop_height_m;
-        // 53 random bits: every multiple of 2^-53 in [0, 1) is equally likely.
+        // 53 random bits: a uniformly distributed multiple of 2^-53 in [0, 1).
         let unit = (rng.next_u64() >> 11) as f64 * 2.0_f64.powi(-53);
         Drop { drop_height_m: low + (high - low) * unit, restitution: self.draw_restitution(rng) }
     }
 
-    /// `trajectories` drops, named 0, 1, ..., with `height_m` of the underside and `velocity_m_s`, and
-    /// what was drawn for each.
+    /// Generates trajectories (columns `height_m` of the underside, `velocity_m_s`) and their random values.
     ///
-    /// Trajectory i depends on the seed and i alone, whatever their number and the threads.
+    /// Trajectory i depends only on the seed and i, not on the number of trajectories or threads.
     ///
     /// ```
     /// use augsim_physics::ball::paper_law::PaperLaw;
@@ -86,7 +84,7 @@ impl PaperLaw {
     /// ```
     ///
     /// # Errors
-    /// The law has no samples, a height that is infinite, or more of either than [`Limit`]s allow.
+    /// [`DataError`] if there are no samples, a height is infinite, or a [`Limit`] is exceeded.
     pub fn generate(&self, trajectories: usize, seed: u64) -> Result<(Dataset, Vec<Drop>), DataError> {
         let (count, samples) = (trajectories as u64, self.samples as u64);
         Limit::Trajectories
@@ -102,10 +100,10 @@ impl PaperLaw {
         Ok((self.simulate(&drops)?, drops))
     }
 
-    /// The trajectories of given drops.
+    /// Simulates given drops.
     ///
     /// # Errors
-    /// The errors of [`generate`](Self::generate).
+    /// Those of [`generate`](Self::generate).
     pub fn simulate(&self, drops: &[Drop]) -> Result<Dataset, DataError> {
         let time_s: Vec<f64> = (0..self.samples).map(|i| i as f64 * self.ball.step_s).collect();
         let simulate = |(index, drop): (usize, &Drop)| {
@@ -118,15 +116,16 @@ impl PaperLaw {
     }
 }
 
-/// The engine of the experiment: restitution 0.65, Bullet's damping, `plane.urdf`, 60 Hz.
+/// The "physics" predictor of the experiment: restitution 0.65, Bullet's damping, `plane.urdf`, 60 Hz.
 pub fn paper_engine() -> BulletBall {
     BulletBall::default()
 }
 
-/// Predictions of `engine` for each trajectory of `dataset` from its first sample: `height_m` and `velocity_m_s`.
+/// Predicts `height_m` and `velocity_m_s` of each trajectory from its first sample.
 ///
 /// # Errors
-/// A column is missing, the first sample has a gap, or the samples are not the engine's steps apart.
+/// [`ScoreError`] if a column is missing, the first sample is missing, or samples are not at the engine's
+/// steps.
 pub fn rollout(engine: &BulletBall, dataset: &Dataset) -> Result<Dataset, ScoreError> {
     let height = dataset.column_index("height_m")?;
     let velocity = dataset.column_index("velocity_m_s")?;
@@ -143,19 +142,19 @@ pub fn rollout(engine: &BulletBall, dataset: &Dataset) -> Result<Dataset, ScoreE
     Ok(Dataset::from_names(&["height_m", "velocity_m_s"], rows)?)
 }
 
-/// Checks that every sample lies `step_s` after the one before.
+/// Checks that samples are `step_s` apart.
 ///
 /// # Errors
-/// Names the first trajectory and sample that do not.
+/// [`ScoreError::OtherRate`] with the first trajectory and sample that are not.
 pub fn check_rate(dataset: &Dataset, step_s: f64) -> Result<(), ScoreError> {
     for t in dataset.trajectories() {
         let start = t.time_s()[0];
-        let off = t
+        let first_off = t
             .time_s()
             .iter()
             .enumerate()
             .position(|(i, time)| (time - start - i as f64 * step_s).abs() > TIME_TOLERANCE_S);
-        if let Some(sample) = off {
+        if let Some(sample) = first_off {
             let trajectory = t.id().to_owned();
             return Err(ScoreError::OtherRate { trajectory, sample, step_s });
         }

@@ -1,58 +1,60 @@
-//! Errors of the predictors of the [`floor`](super::floor), as the bouncing-ball table defines them.
+//! Error measures of the published bouncing-ball table, used by [`floor`](super::floor).
 //!
-//! Position and velocity: mean absolute error over all samples (the start included) and
-//! trajectories. Trans %: the mean over trajectories of sum |height error| / sum |height|, so that
-//! predicting 0 scores 100 %.
+//! Position and velocity: mean absolute error over all samples (including the initial state) and
+//! trajectories. Trans %: mean over trajectories of sum |height error| / sum |height|, so that predicting 0
+//! scores 100 %.
 
 use augsim_data::{DataError, Dataset};
 use serde::Serialize;
 use thiserror::Error;
 
-/// Reasons why a prediction cannot be scored.
+/// Why a prediction cannot be scored.
 #[derive(Debug, Error)]
 pub enum ScoreError {
-    /// A column is missing.
+    /// A column is missing, or the data are invalid.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// Gaps in what is scored.
+    /// A scored trajectory has gaps.
     #[error("trajectory `{trajectory}`: has gaps; score trajectories without missing cells")]
     Gap {
         /// Trajectory.
         trajectory: String,
     },
-    /// The relative error has no meaning.
-    #[error("trajectory `{trajectory}`: every height is 0, so a relative error has no meaning; leave it out")]
+    /// The relative error is undefined.
+    #[error(
+        "trajectory `{trajectory}`: every height is 0, so the relative error is undefined; remove the trajectory"
+    )]
     NoHeight {
         /// Trajectory.
         trajectory: String,
     },
-    /// Nothing to score.
+    /// There are no trajectories.
     #[error("no trajectories to score; pass at least one")]
     Nothing,
-    /// A floor needs at least two draws, and at least as many as are averaged.
-    #[error("{draws} draws are too few; take at least {needed}")]
+    /// There are fewer than two draws, or fewer than are averaged.
+    #[error("{draws} draws are too few; use at least {needed}")]
     TooFewDraws {
-        /// Asked for.
+        /// Requested number.
         draws: usize,
-        /// Needed.
+        /// Smallest possible number.
         needed: usize,
     },
-    /// Samples are not the engine's steps apart.
+    /// Samples are not at the engine's time steps.
     #[error(
-        "trajectory `{trajectory}`: sample {sample} is not at {sample} steps of {step_s} s after \
-         the first; this engine predicts its own steps only: resample the data"
+        "trajectory `{trajectory}`: sample {sample} is not {sample} steps of {step_s} s after \
+         the first; this engine has a fixed step: resample the data"
     )]
     OtherRate {
         /// Trajectory.
         trajectory: String,
-        /// First sample that is off.
+        /// First sample that is not at a step.
         sample: usize,
         /// The engine's step, s.
         step_s: f64,
     },
 }
 
-/// A mean over trajectories and its standard error.
+/// Mean over trajectories, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// Mean.
@@ -62,7 +64,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Estimates the mean from one value for each trajectory.
+    /// Mean and standard error of one value per trajectory.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Estimate {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
@@ -72,19 +74,19 @@ impl Estimate {
     }
 }
 
-/// Errors over a data set.
+/// Errors on a data set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BallScore {
     /// Mean absolute height error, m.
     pub position_m: Estimate,
     /// Mean absolute velocity error, m/s.
     pub velocity_m_s: Estimate,
-    /// Mean of the trajectories' relative height errors, %.
+    /// Mean relative height error of the trajectories, %.
     pub trans_percent: Estimate,
 }
 
 impl BallScore {
-    /// Mean over trajectories.
+    /// Averages the errors of trajectories.
     pub(crate) fn from_errors(errors: &[TrajectoryError]) -> BallScore {
         BallScore {
             position_m: Estimate::of(errors.iter().map(|e| e.position_m)),
@@ -102,7 +104,7 @@ pub(crate) struct TrajectoryError {
     pub(crate) trans_percent: f64,
 }
 
-/// The true path of one trajectory.
+/// The true heights and velocities of one trajectory.
 pub(crate) struct Observation<'a> {
     pub(crate) height_m: &'a [f64],
     pub(crate) velocity_m_s: &'a [f64],
@@ -110,7 +112,7 @@ pub(crate) struct Observation<'a> {
 }
 
 impl Observation<'_> {
-    /// Mean errors of the trajectory, from the sums of absolute errors over its samples.
+    /// Mean errors of the trajectory, from sums of absolute errors over its samples.
     pub(crate) fn error_from_sums(&self, height: f64, velocity: f64) -> TrajectoryError {
         let samples = self.height_m.len() as f64;
         TrajectoryError {
@@ -121,7 +123,7 @@ impl Observation<'_> {
     }
 }
 
-/// The trajectories of `truth`, checked to be free of gaps and not all zero.
+/// The trajectories of `truth`; an error if one has gaps or heights that are all 0.
 pub(crate) fn observations(truth: &Dataset) -> Result<Vec<Observation<'_>>, ScoreError> {
     let (height, velocity) = (truth.column_index("height_m")?, truth.column_index("velocity_m_s")?);
     if truth.trajectories().is_empty() {

@@ -1,20 +1,23 @@
-//! State of a ball at one instant, and covariates of one trajectory.
+//! State of the ball at one instant, and covariates of a trajectory.
 
 use crate::Scalar;
 
-/// Which of the three coordinates the data have. Heights are `z`, up; the ball's lowest point is followed, contact at 0.
+/// Which of the three coordinates the data contain.
+///
+/// `z` points up. The tracked point is the lowest point of the ball, so that contact is at height 0 above the
+/// floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     /// A drop: `z` alone (`height_m`).
     Vertical,
     /// A throw in the plane: `x`, `z`; spin about `+y`.
     Plane,
-    /// A flight in space: `x`, `y`, `z`.
+    /// A throw in space: `x`, `y`, `z`.
     Space,
 }
 
 impl Axes {
-    /// Indices of the observed coordinates in a 3-vector, in the order of the channels.
+    /// Indices of the measured coordinates in a 3-vector, in the order of the channels.
     pub fn indices(self) -> &'static [usize] {
         match self {
             Axes::Vertical => &[2],
@@ -23,18 +26,18 @@ impl Axes {
         }
     }
 
-    /// Number of observed coordinates.
+    /// Number of measured coordinates.
     pub fn count(self) -> usize {
         self.indices().len()
     }
 }
 
-/// Position (m), velocity (m/s) and spin (rad/s) at a time (s).
+/// Position, velocity and spin at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<S> {
     /// Seconds since the release.
     pub time: S,
-    /// Lowest point of the ball, m.
+    /// Position of the lowest point of the ball, m.
     pub position: [S; 3],
     /// Velocity, m/s.
     pub velocity: [S; 3],
@@ -43,20 +46,20 @@ pub struct State<S> {
 }
 
 impl<S: Scalar> State<S> {
-    /// A ball at rest, without spin, `height` metres above the ground at time zero.
+    /// A ball at rest without spin at time 0, `height` (m) above the ground.
     pub fn at_rest(height: S) -> Self {
         let zero = S::zero();
         Self { time: zero, position: [zero, zero, height], velocity: [zero; 3], spin: [zero; 3] }
     }
 }
 
-/// Recorded properties of a whole trajectory, beside its samples.
+/// Recorded quantities that are constant over a trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Covariates {
-    /// Session time of the release minus the session's reference time, s.
+    /// Session time of the release, relative to the reference of the session clock, s.
     pub clock_s: f64,
     /// Spin at the release, rad/s.
     pub spin_rad_s: [f64; 3],
-    /// Area of the ball's cross-section over its mass, m²/kg; 0 where size or mass is not known.
+    /// Cross-section area divided by mass, m²/kg; 0 if size or mass is unknown.
     pub area_per_mass_m2_kg: f64,
 }

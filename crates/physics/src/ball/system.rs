@@ -1,14 +1,14 @@
-//! The ball behind [`System`]: its schema, and one throw as a task.
+//! The ball as a [`System`]: its schema, and the conversion of tasks to throws.
 
 use super::covariates;
 use super::designs::designs;
 use super::objection::{objection, too_few_heights};
-use super::possible::Possible;
+use super::plausibility::{implausible, unlike};
+use super::preconditions::Preconditions;
+use super::residual_axes::residual_axes;
 use super::scene::floor_height;
-use super::segment::segment;
-use super::shown::shown_against;
+use super::segmentation::segment;
 use super::tables::tables;
-use super::unlike::{implausible, unlike};
 use super::{Axes, FLOOR, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use crate::Scalar;
 use crate::effects::{self, Against, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
@@ -20,13 +20,13 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// Most derivatives of one simulation: more run in blocks.
-const WIDEST: usize = 40;
+/// Largest number of derivatives in one simulation; tasks with more run in blocks.
+const MAX_LANES: usize = 40;
 
 /// A ball that falls, flies and bounces, as a [`System`].
 ///
-/// States are the observed coordinates of the lowest point (m), then their velocities (m/s); channels are the coordinates as
-/// the sensor reports them. Events are impacts; their parameter is the restitution.
+/// States are the measured coordinates of the lowest point (m), then their velocities (m/s); channels are the
+/// measured coordinates. Events are impacts; their parameter is the restitution.
 #[derive(Clone, Debug)]
 pub struct Ball {
     schema: Arc<Schema>,
@@ -34,63 +34,78 @@ pub struct Ball {
     world: World,
     parameters: Vec<Parameter>,
     laws: Vec<Law>,
-    held: bool,
-    declares: Declares,
-    /// The model has a radius.
-    radius_declared: bool,
-    /// Height of the floor that the records show, m, where that is a parameter to calibrate.
+    released_at_rest: bool,
+    declaration: BallDeclaration,
+    /// Whether the model declares a radius.
+    has_radius: bool,
+    /// Height of the floor estimated from the records, m, where it is calibrated.
     seen_floor_m: Option<f64>,
 }
 
-/// Statements of a model file beside its world and parameters.
+/// Declarations of a model file other than world and parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Declares {
-    /// Whether the model names the restitution: one that does not is of flight.
+pub struct BallDeclaration {
+    /// Whether the model declares the restitution; without it there are no impacts.
     pub bounces: bool,
-    /// Whether the model names the height of the floor.
+    /// Whether the model declares the height of the floor.
     pub floor: bool,
-    /// Kinds of its effects, scatter included.
+    /// Kinds of its effects, including the random scatter.
     pub kinds: Vec<String>,
-    /// Standard deviation of the position sensor, m.
+    /// Standard deviation of the measured position, m.
     pub position_sd_m: Option<f64>,
-    /// Scatter of the restitution.
+    /// Random scatter of the restitution.
     pub scatter: Option<Scatter>,
-    /// Column of the height, where it is alone and has another name than `height_m`.
+    /// Column of the height for 1-D data, if it is not `height_m`.
     pub height_column: Option<String>,
 }
 
-/// Distance between the floor that the records show and the declared one, m, from which a model that does not name the floor
-/// gets it as a parameter: nobody's ball is so large that its centre is this far up, and up to here the library's
-/// `height-offset` says it.
-const ELSEWHERE_M: f64 = 0.05;
+/// Largest difference of estimated and declared floor height, m, without calibrating the floor height.
+///
+/// Smaller differences are left to the effect `height-offset`: they arise, for example, where the centre of
+/// the ball was tracked instead of its lowest point. Applies to models that do not declare the floor height.
+const MAX_FLOOR_DIFFERENCE_M: f64 = 0.05;
 
-/// Fewest measured heights of a record that is used.
-const FEWEST_HEIGHTS: usize = 8;
+/// Fewest measured heights of a usable record.
+const MIN_HEIGHTS: usize = 8;
 
 impl Ball {
-    /// The ball of a declared world with these parameters, one for each place of the world's vector.
+    /// Builds the ball from its world and its parameters, in the order of the world's vector.
     ///
-    /// A radius of 0 becomes 1 m: without spin only ratios to it enter, so that any will do.
-    pub fn new(world: World, mut parameters: Vec<Parameter>, release: Release, declares: Declares) -> Self {
-        let radius_declared = parameters.get(RADIUS).is_some_and(|radius| radius.nominal > 0.0);
+    /// A radius of 0 (unknown) becomes 1 m; without recorded spin the simulated positions do not depend on
+    /// it.
+    pub fn new(
+        world: World,
+        mut parameters: Vec<Parameter>,
+        release: Release,
+        declaration: BallDeclaration,
+    ) -> Self {
+        let has_radius = parameters.get(RADIUS).is_some_and(|radius| radius.nominal > 0.0);
         if let Some(radius) = parameters.get_mut(RADIUS)
-            && !radius_declared
+            && !has_radius
         {
             radius.nominal = 1.0;
         }
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
-        let held = release == Release::Rest;
-        let schema = Arc::new(schema(world.axes, held, &declares));
-        let (laws, seen_floor_m) = (Vec::new(), None);
-        Self { schema, library, world, parameters, laws, held, declares, radius_declared, seen_floor_m }
+        let released_at_rest = release == Release::Rest;
+        Self {
+            schema: Arc::new(schema(world.axes, released_at_rest, &declaration)),
+            library,
+            world,
+            parameters,
+            laws: Vec::new(),
+            released_at_rest,
+            declaration,
+            has_radius,
+            seen_floor_m: None,
+        }
     }
 
-    /// Height of the floor, m, before any fit.
+    /// Height of the floor before any fit, m: estimated from the records, or declared.
     fn floor_m(&self) -> f64 {
         self.seen_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
     }
 
-    /// Simulates in the scalar whose lanes are the seeds of the task.
+    /// Simulates a task in the scalar `S`, whose lanes are the seeds of the task.
     fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) {
         let axes = self.world.axes.indices();
         let (record, times) = (task.record, task.times());
@@ -102,11 +117,12 @@ impl Ball {
             seeded(&values, task.seeds, |s| if let Seed::Parameter(i) = s { Some(i) } else { None });
         let start: Vec<S> =
             seeded(task.start, task.seeds, |s| if let Seed::Start(i) = s { Some(i) } else { None });
-        let covariates = covariates::known(record);
-        // A ball that is held is let go at time 0, whether that is a sample or not.
-        let held = self.held && task.window.start == 0;
-        let begin = if held { 0.0 } else { times.first().copied().unwrap_or(0.0) };
-        let mut state = State { time: S::constant(begin), ..State::at_rest(S::zero()) };
+        let covariates = covariates::values_or_zero(record);
+        // A ball that is released at rest is released at time 0, whether there is a sample at that time or
+        // not.
+        let starts_at_release = self.released_at_rest && task.window.start == 0;
+        let start_time = if starts_at_release { 0.0 } else { times.first().copied().unwrap_or(0.0) };
+        let mut state = State { time: S::constant(start_time), ..State::at_rest(S::zero()) };
         state.spin = covariates.spin_rad_s.map(S::constant);
         for (i, &axis) in axes.iter().enumerate() {
             (state.position[axis], state.velocity[axis]) = (start[i], start[axes.len() + i]);
@@ -154,7 +170,7 @@ impl Ball {
                 Against::X => impact.position[0].value(),
                 Against::Y => impact.position[1].value(),
                 Against::Z => impact.position[2].value(),
-                // Heights and speeds of flight are not what an impact is a function of.
+                // These features are not defined at impacts.
                 Against::Speed | Against::VelocityZ => f64::NAN,
             });
             out.push_event(impact.time.value(), features);
@@ -206,7 +222,7 @@ impl System for Ball {
 
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
         task.check(&self.schema, self.parameters.len())?;
-        in_blocks(task, WIDEST, out, |task, out| {
+        in_blocks(task, MAX_LANES, out, |task, out| {
             with_lanes!(task.seeds.len(), [4, 8, 12, 16, 24; 40], S => self.run::<S>(task, out));
             Ok(())
         })
@@ -232,7 +248,7 @@ impl System for Ball {
     }
 
     fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
-        covariates::read(constant)
+        covariates::from_columns(constant)
     }
 
     fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
@@ -242,9 +258,9 @@ impl System for Ball {
         if heights.iter().filter(|z| z.is_finite()).count() == 0 {
             return Err(too_few_heights());
         }
-        segment(record, self.parameters[GRAVITY].nominal.max(0.1), sigma, self.declares.bounces);
-        let left = record.values.last().map_or(0, |z| z.iter().filter(|z| z.is_finite()).count());
-        if left < FEWEST_HEIGHTS || record.pieces.is_empty() {
+        segment(record, self.parameters[GRAVITY].nominal.max(0.1), sigma, self.declaration.bounces);
+        let remaining = record.values.last().map_or(0, |z| z.iter().filter(|z| z.is_finite()).count());
+        if remaining < MIN_HEIGHTS || record.pieces.is_empty() {
             return Err(too_few_heights());
         }
         Ok(())
@@ -253,8 +269,8 @@ impl System for Ball {
     fn settled(&self, records: &[&Record]) -> Option<Arc<dyn System>> {
         let seen = floor_height(records, self.parameters[GRAVITY].nominal)?;
         let floor = &self.parameters[FLOOR];
-        let elsewhere = (seen - floor.nominal).abs() > ELSEWHERE_M && !self.declares.floor;
-        if floor.frozen && !elsewhere {
+        let is_elsewhere = (seen - floor.nominal).abs() > MAX_FLOOR_DIFFERENCE_M && !self.declaration.floor;
+        if floor.frozen && !is_elsewhere {
             return None;
         }
         let mut ball = self.clone();
@@ -280,14 +296,14 @@ impl System for Ball {
     }
 
     fn possible(&self, effect: usize, records: &[&Record]) -> bool {
-        let possible = Possible {
+        let preconditions = Preconditions {
             axes: self.world.axes,
-            held: self.held,
-            radius_declared: self.radius_declared,
+            released_at_rest: self.released_at_rest,
+            has_radius: self.has_radius,
             parameters: &self.parameters,
-            kinds: &self.declares.kinds,
+            kinds: &self.declaration.kinds,
         };
-        possible.allows(effect, records)
+        preconditions.allows(effect, records)
     }
 
     fn tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
@@ -296,16 +312,17 @@ impl System for Ball {
     }
 
     fn shown_against(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
-        shown_against(record, events)
+        residual_axes(record, events)
     }
 
     fn designs(&self, records: &[&Record], step_s: f64) -> Designs {
-        designs(self.schema.channels.len(), self.floor_m(), self.held, records, step_s)
+        designs(self.schema.channels.len(), self.floor_m(), self.released_at_rest, records, step_s)
     }
 }
 
-fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
-    let height = declares.height_column.as_deref().unwrap_or("height_m");
+/// Schema of the ball for these axes.
+fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> Schema {
+    let height = declaration.height_column.as_deref().unwrap_or("height_m");
     let columns: &[&str] = match axes {
         Axes::Vertical => &[height],
         Axes::Plane => &["x_m", "z_m"],
@@ -317,7 +334,7 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
     });
     let velocities = columns.iter().map(|column| StateSchema {
         quantity: Quantity::new(&format!("velocity of {}", column.trim_end_matches("_m")), "m/s"),
-        begin: if held { Begin::Fixed(0.0) } else { Begin::Free },
+        begin: if released_at_rest { Begin::Fixed(0.0) } else { Begin::Free },
     });
     let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
     let targets = TableTarget::ALL.iter().map(|t| Target {
@@ -335,7 +352,7 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
             .map(|c| Channel {
                 column: c.to_string(),
                 unit: "m".into(),
-                sd: declares.position_sd_m,
+                sd: declaration.position_sd_m,
                 ..Channel::default()
             })
             .collect(),
@@ -356,8 +373,9 @@ fn schema(axes: Axes, held: bool, declares: &Declares) -> Schema {
             words: ["impact".into(), "impacts".into()],
             parameter: RESTITUTION,
             scatter: Effect::from(&SCATTER_SPEC),
-            declared: declares.scatter,
-            // A floor that moves changes the rebound by its velocity: by a share that falls with the speed of impact.
+            declared: declaration.scatter,
+            // A moving floor changes the rebound speed by its own velocity; relative to the impact speed,
+            // that change decreases with the impact speed.
             strength: Against::ALL.iter().position(|a| *a == Against::NormalSpeed),
         }),
         conditions: ["heights", "speeds", "spins"].map(String::from).to_vec(),

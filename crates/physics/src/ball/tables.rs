@@ -1,4 +1,4 @@
-//! Which laws of one feature throws can speak about, and over which range of the feature.
+//! Candidate tables (functions of one feature) for a set of throws, with the range of the feature.
 
 use super::Axes;
 use super::covariates::{clock_s, has_spin, has_start_time};
@@ -6,11 +6,13 @@ use crate::effects::{Against, Location, Target};
 use crate::statistics::quantile;
 use crate::system::{Event, Record, Table};
 
-/// Knots of a law of one feature.
+/// Number of knots of a table.
 const KNOTS: usize = 8;
 
-/// Laws over the features that vary in these records; knots between the 1 % and 99 % quantiles. Laws of the impact are among
-/// them if the restitution is calibrated.
+/// Candidate tables over the features that vary in these records.
+///
+/// Knots span the 1 % to 99 % quantiles of the feature. Tables that act at impacts are included if the
+/// restitution is calibrated and there are impacts.
 pub(super) fn tables(
     axes: Axes,
     floor_m: f64,
@@ -18,8 +20,8 @@ pub(super) fn tables(
     records: &[&Record],
     events: &[Vec<Event>],
 ) -> Vec<Table> {
-    let horizontal = axes != Axes::Vertical;
-    let (start_time, spin) = (has_start_time(records), has_spin(records));
+    let is_horizontal = axes != Axes::Vertical;
+    let (has_clock, spins) = (has_start_time(records), has_spin(records));
     let mut pairs: Vec<(Target, Against)> = vec![
         (Target::AccelerationZ, Against::Z),
         (Target::AccelerationZ, Against::Time),
@@ -28,16 +30,16 @@ pub(super) fn tables(
         (Target::Drag, Against::Speed),
         (Target::Drag, Against::Time),
     ];
-    let impact_laws = calibrates_restitution && records.iter().any(|r| !r.events.is_empty());
-    if impact_laws {
+    let has_impact_tables = calibrates_restitution && records.iter().any(|r| !r.events.is_empty());
+    if has_impact_tables {
         for against in [Against::NormalSpeed, Against::Time, Against::Bounce] {
             pairs.push((Target::Restitution, against));
         }
-        if start_time {
+        if has_clock {
             pairs.push((Target::Restitution, Against::Clock));
         }
     }
-    if horizontal {
+    if is_horizontal {
         use Against::*;
         use Target::*;
         pairs.extend([
@@ -51,10 +53,10 @@ pub(super) fn tables(
             (SensorX, Z),
             (SensorX, VelocityX),
         ]);
-        if start_time {
+        if has_clock {
             pairs.extend([(AccelerationX, Clock), (AccelerationZ, Clock)]);
         }
-        if impact_laws {
+        if has_impact_tables {
             pairs.extend([
                 (Restitution, X),
                 (Restitution, TangentialSpeed),
@@ -63,11 +65,11 @@ pub(super) fn tables(
                 (TangentialJump, X),
                 (TangentialJump, NormalSpeed),
             ]);
-            if spin {
+            if spins {
                 pairs.push((Restitution, Spin));
             }
         }
-        if spin {
+        if spins {
             pairs.extend([(Magnus, Time), (Magnus, Speed)]);
         }
     }
@@ -77,7 +79,7 @@ pub(super) fn tables(
     pairs
         .into_iter()
         .filter_map(|(target, against)| {
-            let (first, last) = span(target, against, axes, floor_m, records, events)?;
+            let (first, last) = feature_range(target, against, axes, floor_m, records, events)?;
             Some(Table {
                 target: Target::ALL.iter().position(|t| *t == target)?,
                 against: Against::ALL.iter().position(|a| *a == against)?,
@@ -89,8 +91,8 @@ pub(super) fn tables(
         .collect()
 }
 
-/// 1 % and 99 % quantiles of a feature; `None` if it hardly varies.
-fn span(
+/// 1 % and 99 % quantiles of a feature; `None` if it does not vary or has too few values.
+fn feature_range(
     target: Target,
     against: Against,
     axes: Axes,
@@ -99,10 +101,10 @@ fn span(
     events: &[Vec<Event>],
 ) -> Option<(f64, f64)> {
     let mut x: Vec<f64> = if target.location() == Location::Impact {
-        let place = Against::ALL.iter().position(|a| *a == against)?;
-        events.iter().flatten().map(|event| event.feature(place)).collect()
+        let index = Against::ALL.iter().position(|a| *a == against)?;
+        events.iter().flatten().map(|event| event.feature(index)).collect()
     } else {
-        records.iter().flat_map(|r| in_flight(against, axes, floor_m, r)).collect()
+        records.iter().flat_map(|r| flight_values(against, axes, floor_m, r)).collect()
     };
     x.retain(|v| v.is_finite());
     if x.len() < 3 * KNOTS {
@@ -113,15 +115,15 @@ fn span(
     (last - first > 1e-6 * (1.0 + first.abs())).then_some((first, last))
 }
 
-/// Values of a feature at the samples of a record's arcs; heights count from the floor.
-fn in_flight(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
+/// Values of a feature at the samples of a record's arcs; heights are relative to the floor.
+fn flight_values(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
     let channel = |axis: usize| axes.indices().iter().position(|&a| a == axis);
     let mut out = Vec::new();
     for a in &r.pieces {
         for k in a.clone().skip(1) {
             let y = |axis: usize, k: usize| channel(axis).map_or(0.0, |c| r.values[c][k]);
             let rate = |axis: usize| {
-                // Over a few samples: single differences are all noise.
+                // A difference over a few samples: those of adjacent samples are mostly noise.
                 let (low, high) = (a.start.max(k.saturating_sub(4)), (k + 4).min(a.end - 1));
                 (y(axis, high) - y(axis, low)) / (r.times[high] - r.times[low])
             };

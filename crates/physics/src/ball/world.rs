@@ -1,13 +1,13 @@
-//! Which laws act, and where each finds its parameters in one flat vector.
+//! The set of active effects, and the position of their parameters in the parameter vector.
 
 use super::Axes;
 use crate::Scalar;
 use crate::effects::{self, Law, TABLE_KIND, Table};
 
-/// The parameters that every ball world has, in the order of the parameter vector; those of the terms follow.
+/// Names of the base parameters, in the order of the parameter vector; those of effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =
     ["gravity_m_s2", "restitution", "radius_m", "inertia_ratio", "floor_height_m"];
-/// Index of the gravity, m/s².
+/// Index of gravity, m/s².
 pub const GRAVITY: usize = 0;
 /// Index of the coefficient of restitution.
 pub const RESTITUTION: usize = 1;
@@ -18,19 +18,19 @@ pub const INERTIA_RATIO: usize = 3;
 /// Index of the height of the floor in the coordinates of the data, m.
 pub const FLOOR: usize = 4;
 
-/// A law: one of the library, or a table of its own.
+/// A reference to a library effect, or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LawRef {
-    /// Position in [`effects::all`].
+    /// Library effect, as an index into [`effects::all`].
     Listed(usize),
-    /// A tabulated law.
+    /// Table.
     Table(Table),
 }
 
-/// A law with its place in the parameter vector.
+/// An active effect with its range in the parameter vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
-    /// The law.
+    /// The effect or table.
     pub law: LawRef,
     /// Index of its first parameter.
     pub first: usize,
@@ -38,17 +38,20 @@ pub struct Term {
     pub count: usize,
 }
 
-/// The laws that act. Parameter values live outside, in a flat vector, so that one world serves many fits.
+/// The set of active effects.
+///
+/// Parameter values are not part of it: they are in a separate vector, so that all trial values of a fit
+/// share one world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
-    /// Which coordinates exist.
+    /// Measured coordinates.
     pub axes: Axes,
     terms: Vec<Term>,
     parameters: usize,
 }
 
 impl World {
-    /// A world of gravity and constant restitution.
+    /// A world without effects: gravity and constant restitution.
     pub fn new(axes: Axes) -> Self {
         Self { axes, terms: Vec::new(), parameters: BASE_PARAMETERS.len() }
     }
@@ -58,9 +61,10 @@ impl World {
         self.parameters
     }
 
-    /// Adds a law with `count` parameters at the end of the vector; returns the index of its first parameter.
+    /// Adds an effect with `count` parameters at the end of the vector; returns the first one's index.
     ///
-    /// Terms act in the order of the registry, tables first: additive laws of restitution before multiplicative ones.
+    /// Effects act in the order of the registry, tables first, because additive effects on the restitution
+    /// act before multiplicative ones.
     pub fn add(&mut self, law: LawRef, count: usize) -> usize {
         let first = self.parameters;
         self.parameters += count;
@@ -72,19 +76,19 @@ impl World {
         first
     }
 
-    /// Adds an effect of the library by kind; `None` if there is no such kind (or it is no law, as scatter).
+    /// Adds a library effect by kind; `None` if there is no such kind or it is the random scatter.
     pub fn add_kind(&mut self, kind: &str) -> Option<usize> {
         let index = effects::index_of(kind)?;
         let count = effects::spec_of(kind)?.parameters.len();
         Some(self.add(LawRef::Listed(index), count))
     }
 
-    /// The terms in the order in which they act.
+    /// Active effects, in the order in which they act.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }
 
-    /// Kind of the law that owns the parameter of this index; `None` for a base parameter.
+    /// Kind of the effect that has the parameter with this index; `None` for a base parameter.
     pub(super) fn owner(&self, parameter: usize) -> Option<&'static str> {
         let term = self.terms.iter().find(|t| (t.first..t.first + t.count).contains(&parameter))?;
         match term.law {
@@ -93,7 +97,7 @@ impl World {
         }
     }
 
-    /// The laws with their slices of `parameters`, in the order in which they act.
+    /// Active effects with their slices of `parameters`, in the order in which they act.
     pub(super) fn laws<'a, S: Scalar>(&'a self, parameters: &'a [S]) -> Vec<(&'a dyn Law<S>, &'a [S])> {
         let listed = effects::all::<S>();
         self.terms

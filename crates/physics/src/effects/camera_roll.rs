@@ -1,9 +1,9 @@
-//! A camera turned about its line of sight.
+//! Camera roll: a camera rotated about its optical axis.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
-/// The law is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
+/// The formula is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
 pub struct CameraRoll;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "geometry of projection",
     separated_by: &[(
         Rival::Any,
-        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+        "rotate the camera by 90 degrees, then the ground by 180 degrees: the effects of camera, ground and force change sign independently",
     )],
     ..EffectSpec::PLAIN
 };

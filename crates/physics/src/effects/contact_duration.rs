@@ -1,9 +1,9 @@
-//! Contact that lasts: a damped spring, with gravity acting during contact.
+//! Finite contact duration: the ground is a damped spring, and gravity acts during contact.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 
-/// The law is z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e.
+/// The formula is z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e.
 pub struct ContactDuration;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     start: Start::Within(&[[1e-3, 0.05]]),
     separated_by: &[(
         Rival::Any,
-        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+        "also record the impacts with a microphone: the impact times determine delay and contact duration independently of the heights",
     )],
     ..EffectSpec::PLAIN
 };

@@ -1,11 +1,11 @@
-//! Sliding friction at the impact, up to sticking.
+//! Coulomb friction at the impact: sliding, limited by sticking.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Start};
 use crate::scalar::{axpy, dot};
 
-/// The law is dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio.
+/// The formula is dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio.
 pub struct CoulombFriction;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -20,7 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
     start: Start::At(&[0.05]),
     separated_by: &[(
         Rival::Kind("grip-friction"),
-        "throw with fast spin at a shallow angle: gripping takes a share of the slip, sliding friction takes a fixed amount",
+        "throw with fast spin at a shallow angle: grip removes a fixed fraction of the slip, sliding friction a fixed amount",
     )],
     ..EffectSpec::PLAIN
 };
@@ -30,10 +30,10 @@ impl<S: Scalar> Law<S> for CoulombFriction {
         let slip = dot(&impact.slip, &impact.slip).sqrt();
         let stick = impact.inertia_ratio / (impact.inertia_ratio + 1.0);
         let slide = p[0] * (impact.restitution + 1.0) * impact.normal_speed;
-        // Below a nanometre per second the direction of the slip is rounding: the ball sticks.
-        let share =
+        // Below 1 nm/s the direction of the slip is dominated by rounding: the ball is taken to stick.
+        let fraction =
             if slip.value() < 1e-9 || slide.value() >= (slip * stick).value() { stick } else { slide / slip };
-        *j = axpy(j, &impact.slip, -share);
+        *j = axpy(j, &impact.slip, -fraction);
     }
 }
 

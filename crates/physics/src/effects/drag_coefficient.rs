@@ -1,4 +1,4 @@
-//! Air drag of balls of known size and mass: one coefficient for all.
+//! Air drag with a common drag coefficient for balls of known size and mass.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
@@ -7,7 +7,7 @@ use crate::scalar::{axpy, dot};
 /// Density of air at 20 °C and 1013 hPa, kg/m³.
 const AIR_KG_M3: f64 = 1.204;
 
-/// The law is a = -rho Cd A / (2 m) |v - w| (v - w), A and m recorded for each trajectory.
+/// The formula is a = -rho Cd A / (2 m) |v - w| (v - w), A and m recorded for each trajectory.
 pub struct DragCoefficient;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! A fixed share of the slip is taken at each impact.
+//! Grip friction: each impact removes a fixed fraction of the slip velocity.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// An impact changes the tangential velocity by -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks.
+/// The formula is dv_t = -kappa u, u the slip; kappa = i / (1 + i) if the ball sticks.
 pub struct GripFriction;
 
 static SPEC: EffectSpec = EffectSpec {

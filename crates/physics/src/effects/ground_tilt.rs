@@ -1,9 +1,9 @@
-//! A ground that is not level along x.
+//! Ground tilted along x.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The ground is the plane z = x tan(alpha).
+/// The formula is: ground plane z = x tan(alpha).
 pub struct GroundTilt;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "geometry",
     separated_by: &[(
         Rival::Any,
-        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+        "rotate the camera by 90 degrees, then the ground by 180 degrees: the effects of camera, ground and force change sign independently",
     )],
     ..EffectSpec::PLAIN
 };

@@ -1,9 +1,9 @@
-//! A constant error of the measured height.
+//! Constant offset of the measured height.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
 
-/// The law is z' = z + b.
+/// The formula is z' = z + b.
 pub struct HeightOffset;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     same_as: Some("floor_height_m"),
     separated_by: &[(
         Rival::Any,
-        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+        "also record the impacts with a microphone: the impact times determine delay and contact duration independently of the heights",
     )],
     ..EffectSpec::PLAIN
 };

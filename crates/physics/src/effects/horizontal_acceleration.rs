@@ -1,9 +1,9 @@
-//! A constant horizontal acceleration along x.
+//! Constant horizontal acceleration along x.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is a_x = a.
+/// The formula is a_x = a.
 pub struct HorizontalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,16 +18,16 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &["steady side force", "apparatus out of level"],
+    stands_for: &["steady side force", "tilted apparatus"],
     excludes: &[],
     formula: "a_x = a",
-    source: "geometry: gravity times the tangent of the angle out of level",
+    source: "geometry: gravity times the tangent of the tilt angle",
     separated_by: &[(
         Rival::Any,
-        "turn the camera by 90 degrees, then the ground by 180 degrees: camera, ground and force change sign separately",
+        "rotate the camera by 90 degrees, then the ground by 180 degrees: the effects of camera, ground and force change sign independently",
     )],
     confirmed_by: Some(
-        "turn the apparatus by 180 degrees about the vertical: a force of the room changes sign, an apparatus out of level does not",
+        "rotate the apparatus by 180 degrees about the vertical: relative to the apparatus an external force changes sign, a tilt of the apparatus does not",
     ),
     ..EffectSpec::PLAIN
 };

@@ -1,9 +1,9 @@
-//! The measurement is late, or the release was not at time zero.
+//! Constant measurement delay, or a release that was not at time zero.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is z'(t) = z(t - delay).
+/// The formula is z'(t) = z(t - delay).
 pub struct Latency;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -24,10 +24,10 @@ static SPEC: EffectSpec = EffectSpec {
     source: "calibration of the instrument",
     separated_by: &[(
         Rival::Any,
-        "record the impacts with a microphone beside the camera: their times settle delay and contact without the heights",
+        "also record the impacts with a microphone: the impact times determine delay and contact duration independently of the heights",
     )],
     confirmed_by: Some(
-        "record the release itself with a second instrument (a light gate or a microphone): a late clock and a late release then differ",
+        "record the release itself with a second instrument (a light gate or a microphone): this distinguishes a late clock from a late release",
     ),
     ..EffectSpec::PLAIN
 };

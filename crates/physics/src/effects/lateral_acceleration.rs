@@ -1,9 +1,9 @@
-//! A constant horizontal acceleration along y (data in space).
+//! Constant horizontal acceleration along y (3-D data).
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// The law is a_y = a.
+/// The formula is a_y = a.
 pub struct LateralAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,10 +18,10 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Lateral,
-    stands_for: &["steady side force", "apparatus out of level"],
+    stands_for: &["steady side force", "tilted apparatus"],
     excludes: &[],
     formula: "a_y = a",
-    source: "geometry: gravity times the tangent of the angle out of level",
+    source: "geometry: gravity times the tangent of the tilt angle",
     ..EffectSpec::PLAIN
 };
 

@@ -1,30 +1,30 @@
-//! The hooks through which an effect takes part in a simulation.
+//! The hooks through which an effect modifies a simulation of the ball.
 
 use super::EffectSpec;
 use crate::Scalar;
 use crate::ball::{Covariates, Impact};
 
-/// The ball in flight, as a force law sees it.
+/// State of the ball in flight, as passed to force laws.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<'a, S> {
     /// Seconds since the release.
     pub time: S,
     /// Position, m.
     pub position: [S; 3],
-    /// Velocity against the ground, m/s.
+    /// Velocity relative to the ground, m/s.
     pub velocity: [S; 3],
-    /// Velocity against the air, m/s.
+    /// Velocity relative to the air, m/s.
     pub airspeed: [S; 3],
     /// Spin, rad/s.
     pub spin: [S; 3],
-    /// The trajectory's recorded metadata.
+    /// Covariates of the trajectory.
     pub covariates: &'a Covariates,
 }
 
-/// A state that is about to be observed.
+/// A state that is about to be measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight<S> {
-    /// Position, m; sensor laws change it.
+    /// Measured position, m; sensor effects change it.
     pub position: [S; 3],
     /// True position, m.
     pub truth: [S; 3],
@@ -32,42 +32,42 @@ pub struct Sight<S> {
     pub velocity: [S; 3],
 }
 
-/// An effect: a term with named parameters that vanishes when they are all 0.
+/// The physical law of an effect: a term that vanishes when its parameters have their null values.
 ///
-/// Every hook has a default that does nothing; an effect overrides those it needs. `p` holds the effect's parameters in
-/// the order of its [`EffectSpec`].
+/// Every hook has a default that changes nothing; an effect overrides those it needs. `p` holds the effect's
+/// parameters in the order of its [`EffectSpec`].
 pub trait Law<S: Scalar>: Send + Sync {
-    /// Whether [`acceleration`](Law::acceleration) is used: flight then has no closed form.
+    /// Whether [`acceleration`](Law::acceleration) is used, so that flight has no closed form.
     fn changes_flight(&self) -> bool {
         false
     }
-    /// Acceleration that depends on nothing, m/s²; keeps the closed form of flight.
+    /// Adds a constant acceleration to `a`, m/s²; flight keeps its closed form.
     fn constant_acceleration(&self, _p: &[S], _a: &mut [S; 3]) {}
-    /// Velocity of the air, m/s.
+    /// Adds a velocity of the air to `w`, m/s.
     fn air_velocity(&self, _p: &[S], _w: &mut [S; 3]) {}
-    /// Acceleration in flight, m/s², added to `a`.
+    /// Adds a state-dependent acceleration in flight to `a`, m/s².
     fn acceleration(&self, _p: &[S], _flight: &Flight<'_, S>, _a: &mut [S; 3]) {}
-    /// Angle of the ground plane `z = x tan(angle)`, rad.
+    /// Returns the angle of the ground plane `z = x tan(angle)`, rad.
     fn ground_angle(&self, _p: &[S]) -> Option<S> {
         None
     }
-    /// The coefficient of restitution, given the one found so far.
+    /// Returns the coefficient of restitution, given the value `e` after the preceding effects.
     fn restitution(&self, _p: &[S], _impact: &Impact<'_, S>, e: S) -> S {
         e
     }
-    /// Change of the tangential velocity, m/s, added to `j`.
+    /// Adds a change of the tangential velocity to `j`, m/s.
     fn tangential(&self, _p: &[S], _impact: &Impact<'_, S>, _j: &mut [S; 3]) {}
-    /// Duration of contact, s.
+    /// Returns the duration of contact, s.
     fn contact_duration(&self, _p: &[S]) -> Option<S> {
         None
     }
-    /// The true spin at the release, rad/s, given the recorded one.
+    /// Replaces the recorded spin at the release by the true one, rad/s.
     fn spin(&self, _p: &[S], _spin: &mut [S; 3]) {}
-    /// Delay of the measurement, s.
+    /// Returns the delay of the measurement, s.
     fn delay(&self, _p: &[S]) -> Option<S> {
         None
     }
-    /// Whether [`observe`](Law::observe) does anything.
+    /// Whether [`observe`](Law::observe) is used.
     fn changes_sight(&self) -> bool {
         false
     }
@@ -75,12 +75,12 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn sees_velocity(&self) -> bool {
         false
     }
-    /// Change of the measured position.
+    /// Changes the measured position.
     fn observe(&self, _p: &[S], _sight: &mut Sight<S>) {}
 }
 
-/// A named effect of the library: a [`Law`] for every scalar, with its description.
+/// An effect of the library: a [`Law`] with its description.
 pub trait Effect<S: Scalar>: Law<S> {
-    /// Description of the effect: kind, place, parameters with units, sources.
+    /// Description of the effect.
     fn spec(&self) -> &'static EffectSpec;
 }

@@ -1,10 +1,10 @@
-//! Viscous drag: proportional to the velocity.
+//! Viscous drag, proportional to the velocity relative to the air.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// The law is a = -c (v - w), w the velocity of the air.
+/// The formula is a = -c (v - w), w the velocity of the air.
 pub struct LinearDrag;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,10 +1,10 @@
-//! Lift on a spinning ball.
+//! Magnus force: lift on a spinning ball.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec};
 use crate::scalar::{axpy, cross};
 
-/// The law is a = s (spin x v); in the plane a = s w (v_z, -v_x).
+/// The formula is a = s (spin x v); in the plane a = s w (v_z, -v_x).
 pub struct Magnus;
 
 static SPEC: EffectSpec = EffectSpec {

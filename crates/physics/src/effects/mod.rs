@@ -1,8 +1,8 @@
-//! The library of effects: one file per effect, registered here by name.
+//! The library of ball effects: one file per effect, registered here.
 //!
-//! To add one: write `effects/my_effect.rs` on the pattern of its neighbours (a unit struct, a `static SPEC`, the hooks of
-//! [`Law`] that it needs), then name the file and add one line to the registry below. Everything else (model files, search,
-//! reports, the tests that run over the registry) finds it there.
+//! To add one, write `effects/my_effect.rs` like the existing files (a unit struct, a `static SPEC`, and the
+//! hooks of [`Law`] that it needs), declare the module and add one line to the registry below. Model files,
+//! search, reports and the tests over all effects read the registry.
 
 mod law;
 pub(crate) mod registry;
@@ -37,7 +37,8 @@ pub use scatter::{SCATTER_KIND, SCATTER_SPEC, scatter_word};
 pub use spec::{EffectSpec, Join, Location, Needs, ParameterSpec, Polar, Rival, Start};
 pub use table::{Against, TABLE_KIND, Table, Target};
 
-// Laws of restitution act in this order: additive ones first, then multiplicative ones; scatter is added last by the engine.
+// Effects on the restitution act in this order: additive ones first, then multiplicative ones, since the two
+// do not commute. The engine adds the random scatter last.
 registry::registry! {
     unlisted SCATTER_KIND, TABLE_KIND;
     quadratic_drag::QuadraticDrag,

@@ -1,10 +1,10 @@
-//! Air drag at high Reynolds number: grows with the square of the speed.
+//! Air drag at high Reynolds number, proportional to the square of the airspeed.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Flight, Law, Location, Needs, ParameterSpec, Rival};
 use crate::scalar::{axpy, dot};
 
-/// The law is a = -k |v - w| (v - w), w the velocity of the air.
+/// The formula is a = -k |v - w| (v - w), w the velocity of the air.
 pub struct QuadraticDrag;
 
 static SPEC: EffectSpec = EffectSpec {

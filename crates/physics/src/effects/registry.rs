@@ -1,8 +1,10 @@
-//! The macro that turns a list of effects into a library with look-ups by kind; the ball and pushing both use it.
+//! Macro that declares a library of effects with look-ups by kind; used for the ball and for pushing.
 
-/// Declares `all`, the listed effects in their order, and the look-ups by kind. The module that it is used in has the trait
-/// `Effect` and a scatter (`SCATTER_KIND`, `SCATTER_SPEC`), which is looked up but not listed; `unlisted` are the kinds that
-/// model files may name besides.
+/// Declares `all`, the listed effects in their order, and look-ups by kind.
+///
+/// The calling module defines the trait `Effect` and the random scatter (`SCATTER_KIND`, `SCATTER_SPEC`),
+/// which can be looked up but is not listed. `unlisted` are further kinds that model files may use; only
+/// suggestions use them.
 macro_rules! registry {
     (unlisted $($unlisted:path),*; $($effect:path),* $(,)?) => {
         const COUNT: usize = [$(stringify!($effect)),*].len();
@@ -12,24 +14,23 @@ macro_rules! registry {
             [$(&$effect),*]
         }
 
-        /// Position of a kind in [`all`].
+        /// Index of a kind in [`all`].
         pub fn index_of(kind: &str) -> Option<usize> {
             all::<f64>().iter().position(|e| e.spec().kind == kind)
         }
 
-        /// The description of a kind, the scatter included.
+        /// Description of a kind, including the scatter.
         pub fn spec_of(kind: &str) -> Option<&'static $crate::effects::EffectSpec> {
             all::<f64>().into_iter().map(|e| e.spec()).chain([&SCATTER_SPEC]).find(|s| s.kind == kind)
         }
 
-        /// The known kinds that `kind` may have meant: those that end in it as a word, or else the one that is spelt most
-        /// like it.
+        /// Suggestions for an unknown kind: those that end in it as a whole word, else the closest spelling.
         pub fn kinds_like(kind: &str) -> Vec<&'static str> {
             let known = || all::<f64>().into_iter().map(|e| e.spec().kind).chain([$($unlisted),*]);
-            let ends: Vec<&str> =
-                known().filter(|k| k.strip_suffix(kind).is_some_and(|rest| rest.ends_with('-'))).collect();
-            if !kind.is_empty() && !ends.is_empty() {
-                return ends;
+            let has_suffix = |k: &&str| k.strip_suffix(kind).is_some_and(|prefix| prefix.ends_with('-'));
+            let matches: Vec<&str> = known().filter(has_suffix).collect();
+            if !kind.is_empty() && !matches.is_empty() {
+                return matches;
             }
             known().min_by_key(|k| $crate::model::edit_distance(kind, k)).into_iter().collect()
         }

@@ -1,10 +1,10 @@
-//! Restitution that drifts with the session clock: wear, warming, deflation.
+//! Restitution that drifts linearly with session time, e.g. by wear, warming or deflation.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is e = e0 + d (T - T_ref), T the session time of the impact.
+/// The formula is e = e0 + d (T - T_ref), T the session time of the impact.
 pub struct RestitutionDrift;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
     stands_for: &[],
     excludes: &[],
     formula: "e = e0 + d (T - T_ref), T the session time of the impact",
-    source: "squash and tennis balls: restitution against temperature",
+    source: "measurements on squash and tennis balls: restitution versus temperature",
     separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
     ..EffectSpec::PLAIN
 };

@@ -1,10 +1,10 @@
-//! Restitution that depends on where the ball lands along x.
+//! Restitution that depends linearly on the landing position along x.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is e = e0 + q x.
+/// The formula is e = e0 + q x.
 pub struct RestitutionPosition;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
     stands_for: &[],
     excludes: &[],
     formula: "e = e0 + q x",
-    source: "a floor that is not the same everywhere",
+    source: "a floor with non-uniform properties",
     separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
     ..EffectSpec::PLAIN
 };

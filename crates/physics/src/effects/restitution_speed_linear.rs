@@ -1,10 +1,10 @@
-//! Restitution that falls linearly with the impact speed.
+//! Restitution that decreases linearly with the impact speed.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is e = e0 - b (v_n - 3 m/s).
+/// The formula is e = e0 - b (v_n - 3 m/s).
 pub struct RestitutionSpeedLinear;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -26,11 +26,11 @@ static SPEC: EffectSpec = EffectSpec {
     separated_by: &[
         (
             Rival::Kind("restitution-speed-power"),
-            "drop from very low (1 to 5 cm) and very high (5 m): a line and a power differ most at the ends of the speed range",
+            "drop from very low (1 to 5 cm) and very high (5 m): a linear law and a power law differ most at the ends of the speed range",
         ),
         (
             Rival::At(Location::Flight),
-            "record flights without a bounce (catch the ball): what remains there is not restitution",
+            "record flights without a bounce (catch the ball): residuals there are not caused by restitution",
         ),
     ],
     ..EffectSpec::PLAIN

@@ -1,10 +1,10 @@
-//! Restitution that falls as a power of the impact speed.
+//! Restitution that decreases as a power of the impact speed.
 
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival};
 
-/// The law is e = e0 (v_n / 3 m/s)^-p.
+/// The formula is e = e0 (v_n / 3 m/s)^-p.
 pub struct RestitutionSpeedPower;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "Johnson 1985, Contact Mechanics (plastic: p = 1/4); Thornton and Ning 1998",
     separated_by: &[(
         Rival::At(Location::Flight),
-        "record flights without a bounce (catch the ball): what remains there is not restitution",
+        "record flights without a bounce (catch the ball): residuals there are not caused by restitution",
     )],
     ..EffectSpec::PLAIN
 };

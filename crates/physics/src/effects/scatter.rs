@@ -1,15 +1,15 @@
-//! Restitution that differs at random from impact to impact, or from trajectory to trajectory.
+//! Random effect: restitution that varies between impacts or between trajectories.
 //!
-//! Not a [`Law`](super::Law): its parameter is the standard deviation of a random number that the engine takes as an input
-//! (the offsets `xi`), because a likelihood needs the numbers themselves.
+//! It is not a [`Law`](super::Law): its parameter is a standard deviation, and the engine takes the
+//! realisations (the offsets `xi`) as inputs, because the likelihood is evaluated at given realisations.
 
 use super::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::system::ScatterPer;
 
-/// Kind of the scatter of restitution.
+/// Kind of the random effect on the restitution.
 pub const SCATTER_KIND: &str = "restitution-scatter";
 
-/// Description of the scatter of restitution.
+/// Description of the random effect on the restitution.
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Impact,
@@ -22,7 +22,7 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::PLAIN
 };
 
-/// The word in model files for what one draw of the restitution belongs to: `per = "impact"`.
+/// Value of the model-file key `per`: whether the restitution is drawn per impact or per trajectory.
 pub fn scatter_word(per: ScatterPer) -> &'static str {
     match per {
         ScatterPer::Event => "impact",

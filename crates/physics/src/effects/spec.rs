@@ -1,26 +1,26 @@
-//! The description of an effect: everything that the loop, a reader, a model file and a report read of it.
+//! Description of an effect, as used by discovery, model files, reports and the documentation.
 
 use std::f64::consts::PI;
 
 /// Where an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Location {
-    /// The effect acts between impacts.
+    /// Between impacts.
     Flight,
-    /// The effect acts at impacts.
+    /// At impacts.
     Impact,
-    /// The effect is in what is measured, not in the motion.
+    /// In the measurement, not in the motion.
     Sensor,
-    /// The effect acts between a pushed object and what it lies on.
+    /// Between a pushed object and the surface it lies on.
     Support,
-    /// The effect acts between a pushed object and the rod.
+    /// Between a pushed object and the rod.
     Contact,
-    /// The effect is in the rod and what moves it.
+    /// In the rod and its drive.
     Rod,
 }
 
 impl Location {
-    /// The word that reports and `result.json` use.
+    /// Name in reports and in `result.json`.
     pub fn name(self) -> &'static str {
         match self {
             Location::Flight => "flight",
@@ -36,115 +36,116 @@ impl Location {
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSpec {
-    /// Name with the unit in it, as in model files.
+    /// Name with the unit as suffix, as in model files.
     pub name: &'static str,
-    /// Unit in print; empty for a pure number.
+    /// Unit as printed; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Smallest value that makes sense.
+    /// Lower bound of plausible values.
     pub min: f64,
-    /// Largest value that makes sense.
+    /// Upper bound of plausible values.
     pub max: f64,
-    /// A size at which the effect is usually seen: the scale of numbers and starts of fits.
+    /// Typical magnitude; used for scaling and as start value of fits.
     pub typical: f64,
-    /// The value at which the effect vanishes, when all parameters that scale it have theirs.
+    /// Null value: the effect vanishes where all its amplitude parameters have theirs.
     pub null: f64,
 }
 
-/// Data that an effect needs before it can be looked for.
+/// Data without which an effect cannot be searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing special.
+    /// No special data.
     Nothing,
     /// A horizontal coordinate.
     Horizontal,
-    /// A horizontal coordinate, and the ball's radius where balls spin.
+    /// A horizontal coordinate, and the ball's radius if balls spin.
     Slip,
     /// Two horizontal coordinates.
     Lateral,
-    /// A recorded spin that is not zero everywhere, and a horizontal coordinate.
+    /// A recorded spin that is not always zero, and a horizontal coordinate.
     Spin,
     /// A recorded spin, and all three coordinates.
     SpinInSpace,
     /// A recorded start time of each trajectory.
     StartTime,
-    /// Recorded `mass_kg` and `radius_m` of every trajectory whose ratio of area to mass is not the same in all.
+    /// Recorded `mass_kg` and `radius_m` of every trajectory, with different ratios of area to mass.
     AreaPerMass,
     /// A declared release at rest at `t_s = 0`.
     ReleaseAtRest,
-    /// Values of each trajectory: a model file declares them, and no search over what all share does.
+    /// One value per trajectory, which only a model file can declare; discovery does not search for it.
     OfEach,
-    /// A rod so fast that the object coasts from it by more than the noise.
+    /// A rod fast enough that the object slides on ahead of it by more than the noise.
     Coasting,
 }
 
 impl Needs {
-    /// Quantities that have to be in the data, in words; empty where nothing special is needed.
+    /// The required data as a phrase for reports; empty if none.
     pub fn words(self) -> &'static str {
         match self {
             Needs::Nothing => "",
             Needs::Horizontal => "a horizontal coordinate (x_m)",
-            Needs::Slip => "a horizontal coordinate, and the radius where balls spin",
+            Needs::Slip => "a horizontal coordinate, and the radius (radius_m) if balls spin",
             Needs::Lateral => "two horizontal coordinates (x_m, y_m)",
             Needs::Spin => "a recorded spin (spin_rad_s) and a horizontal coordinate",
             Needs::SpinInSpace => "a recorded spin (spin_x_rad_s, …) and all three coordinates",
-            Needs::StartTime => "the start of each trajectory on the session's clock (start_time_s)",
-            Needs::AreaPerMass => "radius_m and mass_kg of balls that differ in them",
-            Needs::ReleaseAtRest => "a release at rest at t_s = 0, which the model declares",
+            Needs::StartTime => "the session time at the start of each trajectory (start_time_s)",
+            Needs::AreaPerMass => "radius_m and mass_kg, with different area-to-mass ratios",
+            Needs::ReleaseAtRest => "a model that declares a release at rest at t_s = 0",
             Needs::OfEach => "a model file that declares it with per = \"trajectory\"",
-            Needs::Coasting => "a rod so fast that the object coasts from it",
+            Needs::Coasting => "a rod fast enough that the object slides on ahead of it",
         }
     }
 }
 
-/// Another explanation, seen from an effect.
+/// An alternative explanation that an effect may be confused with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rival {
-    /// An effect of this kind.
+    /// The effect of this kind.
     Kind(&'static str),
-    /// Any kind that acts at this place.
+    /// Any effect that acts at this place.
     At(Location),
-    /// Any other kind.
+    /// Any other effect.
     Any,
 }
 
-/// An effect that acts through another one.
+/// The carrier that an effect acts through, such as the drag for a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Join {
-    /// The kind that has to be in the model.
+    /// Kind of the carrier, which has to be in the model.
     pub kind: &'static str,
-    /// Where its parameters begin when both are tried together.
+    /// Start values of the carrier's parameters when both are tried together.
     pub start: &'static [f64],
-    /// Where the parameters of the effect itself begin then: one attempt each.
+    /// Start values of the effect's own parameters then: one fit from each.
     pub own: &'static [&'static [f64]],
 }
 
-/// Where a fit of an added effect begins.
+/// Start values of the fit of an added effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// At the one-step estimate of its test.
+    /// The one-step estimate of its score test.
     Estimate,
-    /// At the one-step estimate, brought into these bounds (one pair for each parameter).
+    /// The one-step estimate, clamped to these bounds (one pair per parameter).
     Within(&'static [[f64; 2]]),
-    /// At these values.
+    /// These values.
     At(&'static [f64]),
 }
 
-/// Parameters of an amount and a direction, which has no meaning where the amount vanishes.
+/// Polar parametrisation: an amplitude, and a direction that is undefined where it vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Polar {
-    /// A ratio of two axes, 1 for none: the axis repeats after half a turn, and its inverse is a quarter turn.
+    /// An axis ratio, 1 for none: the angle has a period of half a turn, a quarter turn inverts the ratio.
     Axis,
-    /// A size, 0 for none: the direction repeats after a turn.
+    /// A magnitude, 0 for none: the angle has a period of a full turn.
     Direction,
 }
 
 impl Polar {
-    /// Brings an amount and its direction, rad, to the values that say the same: a ratio of 1 or more, an angle within half a
-    /// period of 0.
+    /// Normalises an amplitude and its angle, rad, to an equivalent pair.
+    ///
+    /// Afterwards a ratio is at least 1, a magnitude at least 0, and the angle is within half a period of 0.
     ///
     /// ```
     /// use augsim_physics::effects::Polar;
-    /// let (mut ratio, mut angle) = (0.5, 0.0); // an axis half as long is the other axis twice as long
+    /// let (mut ratio, mut angle) = (0.5, 0.0); // half as long along one axis is twice as long along the other
     /// Polar::Axis.bring_round(&mut ratio, &mut angle);
     /// assert_eq!((ratio, angle.abs()), (2.0, std::f64::consts::FRAC_PI_2));
     /// ```
@@ -167,69 +168,74 @@ impl Polar {
         }
     }
 
-    /// The values a linear `step` away from `at`, taken along the plane of amount and direction.
+    /// Adds a linear `step` to the point `at` (amplitude, angle) in Cartesian coordinates.
+    ///
+    /// A linear step in the polar coordinates themselves would be wrong near the null value, where the angle
+    /// is undefined.
     pub fn step(self, at: [f64; 2], step: [f64; 2]) -> [f64; 2] {
-        let (turns, zero) = match self {
+        let (angle_factor, null) = match self {
             Polar::Axis => (2.0, 1.0),
             Polar::Direction => (1.0, 0.0),
         };
-        let amount = at[0] - zero;
-        let (along, across) = (amount + step[0], amount * turns * step[1]);
-        [zero + along.hypot(across), at[1] + across.atan2(along) / turns]
+        let amplitude = at[0] - null;
+        let (along, across) = (amplitude + step[0], amplitude * angle_factor * step[1]);
+        [null + along.hypot(across), at[1] + across.atan2(along) / angle_factor]
     }
 }
 
-/// The description of an effect. Where every parameter has its null value, the effect vanishes.
+/// Description of an effect. The effect vanishes where every parameter has its null value.
 ///
-/// Everything that the loop has to know of one effect and not of others stands here, beside its law: what it joins, contains
-/// and starts from, and what it is confused with.
+/// All properties of a single effect that discovery needs are declared here, next to its formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectSpec {
     /// Name in model files, reports and `result.json`.
     pub kind: &'static str,
     /// Where it acts.
     pub location: Location,
-    /// Parameters of the effect, in the order of its vector of values.
+    /// Parameters, in the order of its vector of values.
     pub parameters: &'static [ParameterSpec],
-    /// Data without which it is not looked for.
+    /// Data without which it is not searched for.
     pub needs: Needs,
-    /// Other causes with the same mathematical term, which data of one apparatus cannot tell apart (alias class).
+    /// Other physical causes with the same term, not distinguishable with data of one apparatus.
     pub stands_for: &'static [&'static str],
-    /// Kinds that describe the same thing in another form; at most one of them in a model.
+    /// Kinds that describe the same phenomenon in another form; a model has at most one of them.
     pub excludes: &'static [&'static str],
-    /// The law in one line.
+    /// The formula in one line.
     pub formula: &'static str,
-    /// Where it is from.
+    /// Literature reference.
     pub source: &'static str,
-    /// A declared parameter that is the same term: where it is free, the effect is not looked for.
+    /// A declared parameter with the same effect: if it is calibrated, the effect is not searched for.
     pub same_as: Option<&'static str>,
-    /// The effect that it acts through, if it does: the two are also tried together, because neither shows without the other.
+    /// The carrier that it acts through; both are also tried together, as neither may improve the fit alone.
     pub joins: Option<Join>,
-    /// A simpler kind that it turns into where some of its parameters have their null: what it has beyond that is a further
-    /// step, tested once.
+    /// A simpler kind that it reduces to where some of its parameters have their null value.
+    ///
+    /// The additional parameters are tested as one further step.
     pub contains: Option<&'static str>,
-    /// A kind whose test promises what this one would bring, for a law that no test forecasts from afar: where that kind is
-    /// fitted, this one is fitted too.
+    /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
+    ///
+    /// For an effect whose own score test, a linearisation at the null values, does not predict its gain.
     pub foretold_by: Option<&'static str>,
-    /// Whether it makes every simulation dearer (flight without a closed form): such effects are tested apart from cheap ones.
+    /// Whether it slows down every simulation (no closed form); tested separately from cheap effects.
     pub costly: bool,
-    /// Where a fit with it begins.
+    /// Start values of a fit with it.
     pub start: Start,
-    /// Values at which it is first simulated, for a law that is singular at its null; empty: there.
+    /// Values of its first simulation, if it is singular at its null values; empty: the null values.
     pub probe: &'static [f64],
-    /// How many of its parameters, from the first, say how much of it there is; the others are its direction or its scale and
-    /// have no null of their own. Absent: all of them.
+    /// Number of leading parameters that are amplitudes; `None`: all of them.
+    ///
+    /// The others are directions or scales and have no null value of their own.
     pub amounts: Option<usize>,
-    /// Whether its two parameters are an amount and a direction.
+    /// How its two parameters form an amplitude and a direction, if they do.
     pub polar: Option<Polar>,
-    /// The experiment that tells it from another explanation.
+    /// Experiments that distinguish it from alternative explanations.
     pub separated_by: &'static [(Rival, &'static str)],
-    /// The experiment that confirms it, where there is no other explanation.
+    /// The experiment that confirms it, where there is no alternative explanation.
     pub confirmed_by: Option<&'static str>,
 }
 
 impl EffectSpec {
-    /// A description of nothing, for the fields that an effect leaves as they usually are.
+    /// Default values of all fields, for struct update syntax.
     pub const PLAIN: EffectSpec = EffectSpec {
         kind: "",
         location: Location::Flight,

@@ -1,11 +1,12 @@
-//! A spin that was recorded about axes turned against those of the positions.
+//! Misaligned spin sensor: its axes are rotated against those of the positions.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// The true spin is the recorded one turned by alpha about x, beta about y, gamma about z, in this order.
+/// The true spin is the recorded one rotated by alpha about x, then beta about y, then gamma about z.
 pub struct SpinMisalignment;
 
+/// An angle parameter.
 const fn angle(name: &'static str) -> ParameterSpec {
     ParameterSpec { name, unit: "rad", min: -3.2, max: 3.2, typical: 0.1, null: 0.0 }
 }
@@ -18,7 +19,7 @@ static SPEC: EffectSpec = EffectSpec {
     stands_for: &[],
     excludes: &[],
     formula: "spin = Rz(gamma) Ry(beta) Rx(alpha) recorded spin",
-    source: "rotation of a vector; a camera that measures spin has axes of its own",
+    source: "rotation matrix; the sensor that measures spin has its own axes",
     ..EffectSpec::PLAIN
 };
 

@@ -1,11 +1,12 @@
-//! A spin that was not recorded, or recorded wrongly.
+//! Per-trajectory correction of the spin, where it was not recorded or recorded wrongly.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// The true spin at the release is the recorded one (0 where none was recorded) and this.
+/// The formula is: true spin at the release = recorded spin (0 if not recorded) + offset.
 pub struct SpinOffset;
 
+/// An angular-velocity parameter.
 const fn rate(name: &'static str) -> ParameterSpec {
     ParameterSpec { name, unit: "rad/s", min: -3000.0, max: 3000.0, typical: 100.0, null: 0.0 }
 }
@@ -16,7 +17,7 @@ static SPEC: EffectSpec = EffectSpec {
     parameters: &[rate("x_rad_s"), rate("y_rad_s"), rate("z_rad_s")],
     needs: Needs::OfEach,
     formula: "spin = recorded spin + (x, y, z), of each trajectory",
-    source: "a thrower never spins two balls alike; lift and rebound show the spin",
+    source: "the spin varies from throw to throw; Magnus lift and rebound reveal it",
     ..EffectSpec::PLAIN
 };
 

@@ -1,11 +1,11 @@
-//! A law that is not in the library: a piecewise-linear function of one feature, as a table of knots.
+//! A piecewise-linear function of one feature, for effects that the library does not have.
 
 use super::{Flight, Law, Location, Sight};
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::scalar::{axpy, cross, dot};
 
-/// Kind of a tabulated law in model files.
+/// Kind of a table in model files.
 pub const TABLE_KIND: &str = "table";
 
 /// The quantity that a table adds to.
@@ -13,7 +13,7 @@ pub const TABLE_KIND: &str = "table";
 pub enum Target {
     /// The coefficient of restitution.
     Restitution,
-    /// A quadratic drag coefficient, 1/m.
+    /// The quadratic drag coefficient, 1/m.
     Drag,
     /// Acceleration along x, m/s².
     AccelerationX,
@@ -23,7 +23,7 @@ pub enum Target {
     AccelerationZ,
     /// The Magnus coefficient.
     Magnus,
-    /// The change of tangential velocity along x at an impact, m/s.
+    /// The change of the tangential velocity along x at an impact, m/s.
     TangentialJump,
     /// The measured x, m.
     SensorX,
@@ -31,12 +31,12 @@ pub enum Target {
     SensorZ,
 }
 
-/// The feature that the table is a function of.
+/// The feature that a table is a function of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Against {
     /// Time since the release, s.
     Time,
-    /// Session time, s, relative to the session's reference time.
+    /// Session time relative to the reference of the session clock, s.
     Clock,
     /// Bounce index, from 0.
     Bounce,
@@ -46,7 +46,7 @@ pub enum Against {
     TangentialSpeed,
     /// Slip of the contact point along x, m/s.
     Slip,
-    /// Absolute spin, rad/s.
+    /// Magnitude of the spin, rad/s.
     Spin,
     /// Speed in flight, m/s.
     Speed,
@@ -62,16 +62,17 @@ pub enum Against {
     VelocityZ,
 }
 
+/// Implements `ALL`, `name` and `from_name` for an enum without fields.
 macro_rules! names {
     ($type:ident: $($variant:ident = $name:literal),* $(,)?) => {
         impl $type {
-            /// Every value, in order.
+            /// All variants, in order.
             pub const ALL: &'static [$type] = &[$($type::$variant),*];
-            /// The word in model files and results.
+            /// Name in model files and results.
             pub fn name(self) -> &'static str {
                 match self { $($type::$variant => $name),* }
             }
-            /// The value of a word.
+            /// Variant with this name.
             pub fn from_name(name: &str) -> Option<Self> {
                 match name { $($name => Some($type::$variant),)* _ => None }
             }
@@ -84,7 +85,7 @@ names!(Against: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed =
     Slip = "slip", Spin = "spin", Speed = "speed", X = "x", Y = "y", Z = "height", VelocityX = "velocity-x", VelocityZ = "velocity-z");
 
 impl Against {
-    /// Unit of the feature in print.
+    /// Unit of the feature, as printed.
     pub fn unit(self) -> &'static str {
         match self {
             Against::Time | Against::Clock => "s",
@@ -118,14 +119,14 @@ impl Target {
     }
 }
 
-/// A piecewise-linear law: values at uniform knots, linear between them, constant outside.
+/// A piecewise-linear function of one feature: uniform knots, constant outside them.
 ///
-/// The values are the law's parameters, in the order of the knots.
+/// The values at the knots are its parameters, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// The quantity that the table adds to.
     pub target: Target,
-    /// The feature it depends on.
+    /// The feature that it depends on.
     pub against: Against,
     /// First knot, in the feature's unit.
     pub first: f64,
@@ -134,24 +135,25 @@ pub struct Table {
 }
 
 impl Table {
-    /// The law's value at `x`, for the values `p` at the knots.
+    /// Value at `x`, for the values `p` at the knots; 0 without knots.
     pub fn interpolate<S: Scalar>(&self, p: &[S], x: S) -> S {
-        let Some(top) = p.len().checked_sub(1) else {
+        let Some(last) = p.len().checked_sub(1) else {
             return S::zero();
         };
-        let scale = top as f64 / (self.last - self.first).max(1e-300);
+        let scale = last as f64 / (self.last - self.first).max(1e-300);
         let u = (x - self.first) * scale;
-        if top == 0 || u.value() <= 0.0 {
+        if last == 0 || u.value() <= 0.0 {
             p[0]
-        } else if u.value() >= top as f64 {
-            p[top]
+        } else if u.value() >= last as f64 {
+            p[last]
         } else {
             let i = u.value() as usize;
             p[i] + (p[i + 1] - p[i]) * (u - i as f64)
         }
     }
 
-    fn in_flight<S: Scalar>(&self, f: &Flight<'_, S>) -> S {
+    /// Value of the feature in flight.
+    fn flight_feature<S: Scalar>(&self, f: &Flight<'_, S>) -> S {
         match self.against {
             Against::Time => f.time,
             Against::Clock => f.time + f.covariates.clock_s,
@@ -165,7 +167,8 @@ impl Table {
         }
     }
 
-    fn at_impact<S: Scalar>(&self, i: &Impact<'_, S>) -> S {
+    /// Value of the feature at an impact.
+    fn impact_feature<S: Scalar>(&self, i: &Impact<'_, S>) -> S {
         match self.against {
             Against::Time => i.time,
             Against::Clock => i.clock(),
@@ -179,7 +182,8 @@ impl Table {
         }
     }
 
-    fn in_sight<S: Scalar>(&self, s: &Sight<S>) -> S {
+    /// Value of the feature at a measurement; true positions, not measured ones.
+    fn sensor_feature<S: Scalar>(&self, s: &Sight<S>) -> S {
         match self.against {
             Against::X => s.truth[0],
             Against::Y => s.truth[1],
@@ -196,7 +200,7 @@ impl<S: Scalar> Law<S> for Table {
         self.target.location() == Location::Flight
     }
     fn acceleration(&self, p: &[S], flight: &Flight<'_, S>, a: &mut [S; 3]) {
-        let value = self.interpolate(p, self.in_flight(flight));
+        let value = self.interpolate(p, self.flight_feature(flight));
         match self.target {
             Target::Drag => {
                 let u = &flight.airspeed;
@@ -211,13 +215,13 @@ impl<S: Scalar> Law<S> for Table {
     }
     fn restitution(&self, p: &[S], impact: &Impact<'_, S>, e: S) -> S {
         match self.target {
-            Target::Restitution => e + self.interpolate(p, self.at_impact(impact)),
+            Target::Restitution => e + self.interpolate(p, self.impact_feature(impact)),
             _ => e,
         }
     }
     fn tangential(&self, p: &[S], impact: &Impact<'_, S>, j: &mut [S; 3]) {
         if self.target == Target::TangentialJump {
-            j[0] += self.interpolate(p, self.at_impact(impact));
+            j[0] += self.interpolate(p, self.impact_feature(impact));
         }
     }
     fn changes_sight(&self) -> bool {
@@ -229,8 +233,8 @@ impl<S: Scalar> Law<S> for Table {
     }
     fn observe(&self, p: &[S], sight: &mut Sight<S>) {
         match self.target {
-            Target::SensorX => sight.position[0] += self.interpolate(p, self.in_sight(sight)),
-            Target::SensorZ => sight.position[2] += self.interpolate(p, self.in_sight(sight)),
+            Target::SensorX => sight.position[0] += self.interpolate(p, self.sensor_feature(sight)),
+            Target::SensorZ => sight.position[2] += self.interpolate(p, self.sensor_feature(sight)),
             _ => {}
         }
     }

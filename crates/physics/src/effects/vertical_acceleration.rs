@@ -1,9 +1,9 @@
-//! A constant vertical acceleration beside the declared gravity.
+//! Constant vertical acceleration in addition to the declared gravity.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec};
 
-/// The law is a_z = a.
+/// The formula is a_z = a.
 pub struct VerticalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

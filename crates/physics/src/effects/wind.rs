@@ -1,9 +1,9 @@
-//! A steady horizontal wind along x; acts through the drag.
+//! Steady horizontal wind along x, which acts through the drag.
 
 use crate::Scalar;
 use crate::effects::{Effect, EffectSpec, Join, Law, Location, Needs, ParameterSpec};
 
-/// The air moves with w along x; drag acts on v - w.
+/// The air moves with velocity w along x; drag acts on v - w.
 pub struct Wind;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,4 +1,4 @@
-//! Models with what was found in them.
+//! Models with the results of a fit, and the implementation of [`Declaration`].
 
 use super::{EffectBlock, Model, ModelFile, Parameter, Per, PushModel};
 use crate::ball::Axes;
@@ -13,44 +13,46 @@ use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
+/// Missing columns of a data set.
 #[derive(Debug, Error)]
-enum Columns {
+enum MissingColumns {
     #[error("no position columns; 1-D data need `height_m`, 2-D `x_m` and `z_m`, 3-D `x_m`, `y_m` and `z_m`")]
-    NoPosition,
+    Position,
     #[error(
-        "no column `{0}`; pushes need `pusher_x_m`, `pusher_y_m` (the rod's centre) and `x_m`, `y_m`, `theta_rad` (the object's centroid); `augsim data convert` makes them from measured sets"
+        "no column `{0}`; pushes need `pusher_x_m`, `pusher_y_m` (the rod's centre) and `x_m`, `y_m`, `theta_rad` (the object's centroid); `augsim data convert` produces them from published data sets"
     )]
-    NoPush(String),
+    Push(String),
 }
 
 impl Fitted {
-    /// Puts the values into a parameter.
-    fn put(&self, p: &mut Parameter) {
+    /// Stores the values in a parameter.
+    fn store(&self, p: &mut Parameter) {
         match &self.values {
             FittedValues::One(value) => (p.nominal, p.ci95) = (*value, self.ci95),
             FittedValues::ByGroup(groups) => {
                 p.per = Per::Group;
                 p.groups = groups.clone();
                 let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;
-                // Rounding must not carry the mean of values at a bound beyond it.
+                // The mean of values that are all at a bound may exceed it by rounding.
                 p.nominal = mean.clamp(p.min, p.max);
             }
         }
     }
 }
 
-/// A block of a law with the values that were found.
+/// The block of an effect with fitted values.
 fn block(kind: &str, parameters: Vec<Parameter>, values: &[Fitted]) -> EffectBlock {
     let mut block = EffectBlock { kind: kind.into(), scatter: None, table: None, parameters };
-    block.parameters.iter_mut().zip(values).for_each(|(p, v)| v.put(p));
+    block.parameters.iter_mut().zip(values).for_each(|(p, v)| v.store(p));
     block
 }
 
+/// Calibrated parameters of an effect, at 0.
 fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
     specs.iter().map(|s| Parameter::free(s.name.into(), 0.0, s.min, s.max)).collect()
 }
 
-/// The block of a table of the ball's.
+/// The block of a ball table with fitted values; `None` if target or feature is out of range.
 fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
     let (target, against) = (*Target::ALL.get(table.target)?, *Against::ALL.get(table.against)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
@@ -59,23 +61,23 @@ fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBl
     Some(block)
 }
 
-/// Puts values into declared parameters: those of the base, then those of the effects that are laws.
-fn put_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [EffectBlock]) {
+/// Stores fitted values: base parameters first, then those of effects other than the random scatter.
+fn store_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [EffectBlock]) {
     let laws = effects.iter_mut().filter(|b| b.scatter.is_none());
     let mut slots: Vec<&mut Parameter> =
         base.iter_mut().chain(laws.flat_map(|b| &mut b.parameters)).collect();
     for (index, fitted) in &found.declared {
         if let Some(p) = slots.get_mut(*index) {
-            fitted.put(p);
+            fitted.store(p);
         }
     }
-    // A table in a model file is a list of values, without intervals.
+    // The format of a table is a list of values without intervals.
     let tables = effects.iter_mut().filter(|b| b.table.is_some());
     tables.flat_map(|b| &mut b.parameters).for_each(|p| p.ci95 = None);
 }
 
-/// Puts the standard deviation into the first scatter of a model.
-fn put_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
+/// Stores the fitted standard deviation in the first random scatter of a model.
+fn store_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
     let scatter = effects.iter_mut().find(|b| b.scatter.is_some());
     if let (Some(sd), Some(p)) = (found.scatter_sd, scatter.and_then(|b| b.parameters.first_mut())) {
         (p.nominal, p.ci95) = (sd, found.scatter_ci95.or(p.ci95));
@@ -83,12 +85,13 @@ fn put_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
 }
 
 impl Model {
-    /// The model with what was found.
-    fn with(&self, found: &Augmentation) -> Self {
+    /// The model with the results of a fit.
+    fn with_fit(&self, found: &Augmentation) -> Self {
         let mut out = self.clone();
         out.clock_reference_s = found.clock_reference_s.or(out.clock_reference_s);
-        put_declared(found, &mut out.parameters, &mut out.effects);
-        // What the data showed of the scene, and was calibrated without being declared, is declared from now on.
+        store_declared(found, &mut out.parameters, &mut out.effects);
+        // Scene parameters that were calibrated without being declared, such as the floor height, become
+        // declared.
         for (index, _) in &found.declared {
             if let Some(p) = out.parameters.get_mut(*index).filter(|p| !out.declared.contains(&p.name)) {
                 out.declared.push(p.name.clone());
@@ -108,16 +111,16 @@ impl Model {
                 }
             });
         }
-        put_scatter(found, &mut out.effects);
+        store_scatter(found, &mut out.effects);
         out
     }
 }
 
 impl PushModel {
-    /// The model with what was found; a parameter that was fitted stands in the file.
-    fn with(&self, found: &Augmentation) -> Self {
+    /// The model with the results of a fit; every fitted parameter becomes declared.
+    fn with_fit(&self, found: &Augmentation) -> Self {
         let mut out = self.clone();
-        put_declared(found, &mut out.parameters, &mut out.effects);
+        store_declared(found, &mut out.parameters, &mut out.effects);
         let library = push::effects::all::<f64>();
         for addition in &found.additions {
             out.effects.extend(match addition {
@@ -132,7 +135,7 @@ impl PushModel {
                 }
             });
         }
-        put_scatter(found, &mut out.effects);
+        store_scatter(found, &mut out.effects);
         for p in &out.parameters {
             if (p.ci95.is_some() || !p.groups.is_empty()) && !out.declared.contains(&p.name) {
                 out.declared.push(p.name.clone());
@@ -143,7 +146,7 @@ impl PushModel {
 }
 
 impl ModelFile {
-    /// The model as the loop takes it, whatever its scenario.
+    /// The model as a [`Declaration`].
     pub fn declaration(&self) -> &dyn Declaration {
         match self {
             ModelFile::Ball(model) => model,
@@ -151,21 +154,21 @@ impl ModelFile {
         }
     }
 
-    /// The text of a model that a fit has changed, if reading it gives back the same model.
+    /// Text of the model file, after checking that it parses back to the same model.
     ///
     /// # Errors
-    /// [`NotReadable`].
+    /// [`NotReadable`] if it does not.
     pub fn readable(&self) -> Result<String, NotReadable> {
         let (file, text) = match self {
             ModelFile::Ball(model) => (&model.file, model.to_toml()),
             ModelFile::Push(model) => (&model.file, model.to_toml()),
         };
-        let not =
+        let not_readable =
             |source: Option<Box<dyn StdError + Send + Sync>>| NotReadable { model: file.clone(), source };
         match ModelFile::parse(&text, file) {
             Ok(back) if back == *self => Ok(text),
-            Ok(_) => Err(not(None)),
-            Err(e) => Err(not(Some(Box::new(e)))),
+            Ok(_) => Err(not_readable(None)),
+            Err(e) => Err(not_readable(Some(Box::new(e)))),
         }
     }
 }
@@ -189,13 +192,13 @@ impl Declaration for Model {
             (true, false) => Model::open(self, Axes::Plane),
             (false, _) if has("height_m") => Model::open(self, Axes::Vertical),
             (false, _) if has("z_m") => self.open_height("z_m"),
-            (false, _) => return Err(Objection::new(Columns::NoPosition)),
+            (false, _) => return Err(Objection::new(MissingColumns::Position)),
         };
         Ok(Arc::new(ball))
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        ModelFile::Ball(self.with(found)).readable()
+        ModelFile::Ball(self.with_fit(found)).readable()
     }
 }
 
@@ -217,10 +220,10 @@ impl Declaration for PushModel {
         if missing.is_empty() {
             return Ok(Arc::new(system));
         }
-        Err(Objection::new(Columns::NoPush(missing.join("`, `"))))
+        Err(Objection::new(MissingColumns::Push(missing.join("`, `"))))
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        ModelFile::Push(self.with(found)).readable()
+        ModelFile::Push(self.with_fit(found)).readable()
     }
 }

@@ -1,11 +1,11 @@
-//! Mistakes in a model file, each with file, line and remedy.
+//! Errors in model files, each with file, line and remedy.
 
 use super::{Place, Rule};
 use augsim_data::{shown, shown_cause};
 use std::fmt;
 use thiserror::Error;
 
-/// A model file that cannot be used. Every message names the file, the line and the remedy.
+/// Why a model file cannot be used; every message names file, line and remedy.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// The file cannot be read.
@@ -16,7 +16,7 @@ pub enum ModelError {
         /// The reason.
         cause: std::io::Error,
     },
-    /// No key at all.
+    /// The file has no keys.
     #[error(
         "{file}: the model file is empty; it begins with `scenario = \"ball\"` or `scenario = \"push\"`, followed by a \
          [parameters] table"
@@ -25,7 +25,7 @@ pub enum ModelError {
         /// The file.
         file: String,
     },
-    /// Not TOML.
+    /// The file is not valid TOML.
     #[error(
         "{file}:{line}: not valid TOML: {}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table",
         shown_cause(&cause.message())
@@ -35,10 +35,10 @@ pub enum ModelError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// Error of the TOML reader.
+        /// Error of the TOML parser.
         cause: Box<toml::de::Error>,
     },
-    /// A key that nothing reads.
+    /// A key is unknown.
     #[error("{file}:{line}: unknown key `{}` in {place}; {known}", shown(key))]
     UnknownKey {
         /// The file.
@@ -47,12 +47,12 @@ pub enum ModelError {
         line: usize,
         /// The key.
         key: String,
-        /// Where it stands.
+        /// Its location.
         place: Place,
-        /// The keys that are known there.
+        /// The keys that are allowed there.
         known: Box<KnownKeys>,
     },
-    /// An effect that the library does not have.
+    /// An effect is not in the library.
     #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{}`?", shown(kind), nearest.join("` or `"))]
     UnknownKind {
         /// The file.
@@ -61,24 +61,24 @@ pub enum ModelError {
         line: usize,
         /// The kind.
         kind: String,
-        /// The known kinds that it may have meant.
+        /// Similar kinds of the library.
         nearest: Vec<&'static str>,
     },
-    /// Something that must be there is not.
+    /// A required key is missing.
     #[error("{file}:{line}: {place} lacks `{key}`; add `{example}`")]
     Missing {
         /// The file.
         file: String,
         /// Line, from 1.
         line: usize,
-        /// Where it is missing.
+        /// Location of the missing key.
         place: Place,
         /// The key.
         key: &'static str,
-        /// A line that would do.
+        /// A line that fixes it.
         example: &'static str,
     },
-    /// A value of the wrong kind.
+    /// A value has the wrong type or breaks a rule.
     #[error("{file}:{line}: `{}` must be {rule}", shown(key))]
     WrongType {
         /// The file.
@@ -87,10 +87,10 @@ pub enum ModelError {
         line: usize,
         /// The key.
         key: String,
-        /// Rule that the value breaks.
+        /// The rule that it breaks.
         rule: Rule,
     },
-    /// A value outside its bounds.
+    /// A value is outside its bounds.
     #[error(
         "{file}:{line}: `{key}` = {value} is outside [{min}, {max}]; change the value or widen min and max"
     )]
@@ -108,7 +108,7 @@ pub enum ModelError {
         /// Upper bound.
         max: f64,
     },
-    /// Two blocks that cannot stand together.
+    /// Two effects exclude each other.
     #[error("{file}:{line}: `{kind}` and `{other}` describe the same thing; keep one of them")]
     Conflict {
         /// The file.
@@ -122,17 +122,17 @@ pub enum ModelError {
     },
 }
 
-/// The keys that are known in one place of a model file.
+/// The allowed keys at one location of a model file, for suggestions.
 #[derive(Debug, PartialEq)]
 pub struct KnownKeys {
-    /// The one that is spelt most like the key that was found.
+    /// The allowed key with the most similar spelling.
     pub nearest: &'static str,
-    /// All of them.
+    /// All allowed keys.
     pub all: Vec<&'static str>,
 }
 
 impl fmt::Display for KnownKeys {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "did you mean `{}`? Known here: {}", self.nearest, self.all.join(", "))
+        write!(f, "did you mean `{}`? Allowed keys: {}", self.nearest, self.all.join(", "))
     }
 }

@@ -1,16 +1,17 @@
-//! Statements of a model about its data (gravity, sensor noise, columns), for the checks of suspicious data.
+//! Expectations of a model about its data (gravity, noise, columns), for plausibility checks.
 
 use super::{Model, ModelFile, PushModel};
 use crate::ball::GRAVITY;
 use augsim_data::checks::Expected;
 
 impl Model {
-    /// Gravity, the declared sensor noise, and the coordinates.
+    /// Expected gravity, sensor noise and columns of the data.
     pub fn expected(&self) -> Expected {
         Expected {
             gravity_m_s2: Some(self.parameters[GRAVITY].nominal),
             position_sd_m: self.position_sd_m,
-            // A file may have the height under both names, `height_m` and `z_m`: the model reads one of them.
+            // `height_m` is not listed: a file may have the height under both names, and the model reads one
+            // of them.
             outputs: names(&["x_m", "y_m", "z_m"]),
             ..Expected::default()
         }
@@ -18,7 +19,7 @@ impl Model {
 }
 
 impl PushModel {
-    /// The declared sensor noise, the pose of the object, and the position of the rod.
+    /// Expected sensor noise, and the columns of object pose and rod position.
     pub fn expected(&self) -> Expected {
         Expected {
             position_sd_m: self.position_sd_m,
@@ -30,12 +31,13 @@ impl PushModel {
     }
 }
 
+/// Converts column names to owned strings.
 fn names(columns: &[&str]) -> Vec<String> {
     columns.iter().map(|column| (*column).to_owned()).collect()
 }
 
 impl ModelFile {
-    /// The statements of this model about its data.
+    /// Expectations of this model about its data.
     pub fn expected(&self) -> Expected {
         match self {
             ModelFile::Ball(model) => model.expected(),

@@ -1,25 +1,25 @@
-//! Values by group: a model file names groups, the data have them.
+//! Parameter values by group: matching the groups of a model file to those of the data.
 
 use super::{Model, ModelFile, Parameter, Per, PushModel};
 
-/// A value for a group that the data do not have.
+/// A parameter value for a group that the data do not have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownGroup {
     /// The parameter.
     pub parameter: String,
-    /// The group that its value is for.
+    /// The unknown group.
     pub group: String,
 }
 
 impl Parameter {
-    /// The values for `groups` in turn: a group without a value of its own has the nominal one.
+    /// Values for `groups` in order; a group without a value gets the nominal one.
     pub fn values_of(&self, groups: &[String]) -> Vec<f64> {
-        let own = |name: &String| self.groups.iter().find(|(n, _)| n == name);
-        groups.iter().map(|name| own(name).map_or(self.nominal, |(_, v)| *v)).collect()
+        let entry = |name: &String| self.groups.iter().find(|(n, _)| n == name);
+        groups.iter().map(|name| entry(name).map_or(self.nominal, |(_, v)| *v)).collect()
     }
 }
 
-/// The first value by group of these parameters whose group is none of `groups`.
+/// The first group value of these parameters whose group is not in `groups`.
 pub fn unknown_group<'p>(
     mut parameters: impl Iterator<Item = &'p Parameter>,
     groups: &[&str],
@@ -31,21 +31,21 @@ pub fn unknown_group<'p>(
 }
 
 impl Model {
-    /// The first value by group whose group is none of `groups`.
+    /// The first group value whose group is not in `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 
 impl PushModel {
-    /// The first value by group whose group is none of `groups`.
+    /// The first group value whose group is not in `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 
 impl ModelFile {
-    /// The first value by group whose group is none of `groups`.
+    /// The first group value whose group is not in `groups`.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         match self {
             ModelFile::Ball(model) => model.unknown_group(groups),
@@ -53,7 +53,7 @@ impl ModelFile {
         }
     }
 
-    /// All parameters: the declared ones, then those of the effects.
+    /// All parameters: base parameters, then those of the effects.
     pub fn parameters(&self) -> impl Iterator<Item = &Parameter> {
         let (parameters, effects) = match self {
             ModelFile::Ball(model) => (&model.parameters, &model.effects),
@@ -62,6 +62,7 @@ impl ModelFile {
         parameters.iter().chain(effects.iter().flat_map(|b| &b.parameters))
     }
 
+    /// Like [`parameters`](Self::parameters), mutable.
     fn parameters_mut(&mut self) -> impl Iterator<Item = &mut Parameter> {
         let (parameters, effects) = match self {
             ModelFile::Ball(model) => (&mut model.parameters, &mut model.effects),
@@ -70,12 +71,12 @@ impl ModelFile {
         parameters.iter_mut().chain(effects.iter_mut().flat_map(|b| &mut b.parameters))
     }
 
-    /// Drops the values of all groups but `groups`, where only these are looked at.
+    /// Drops the values of all groups except `groups`, for data that contain only these.
     pub fn keep_groups(&mut self, groups: &[String]) {
         self.parameters_mut().for_each(|p| p.groups.retain(|(name, _)| groups.contains(name)));
     }
 
-    /// The model of one group: where a parameter has a value for it, that is the one for all trajectories.
+    /// The model of one group: its value of each parameter becomes the value for all trajectories.
     pub fn of_group(mut self, group: &str) -> Self {
         for p in self.parameters_mut() {
             if let Some((_, value)) = p.groups.iter().find(|(name, _)| name == group) {

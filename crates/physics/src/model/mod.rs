@@ -1,4 +1,4 @@
-//! Model files: what is declared about a system, and what `discover` adds to it.
+//! Model files of the built-in systems: parsing, writing, and inserting the results of a fit.
 
 mod augment;
 mod error;
@@ -27,7 +27,7 @@ pub use rule::{Place, Rule};
 pub use scenario::ModelFile;
 pub use template::{TEMPLATES, template};
 
-/// Reads a file and parses it by `parse(text, file)`.
+/// Reads a file and parses it with `parse(text, file)`.
 fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
     let file = path.display().to_string();
     match augsim_data::read_text(path) {
@@ -36,25 +36,25 @@ fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Resul
     }
 }
 
-/// An effect in the model.
+/// An `[[effect]]` block of a model file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectBlock {
-    /// Kind, as in the library.
+    /// Kind of the effect in the library.
     pub kind: String,
-    /// For the scatter of restitution: what one draw belongs to.
+    /// For a random effect: whether it is drawn per event or per record.
     pub scatter: Option<ScatterPer>,
-    /// For a tabulated law: its shape; the parameters are the values at the knots.
+    /// For a table: its target, feature and range; the parameters are the values at the knots.
     pub table: Option<Table>,
-    /// Its parameters, in the order of the library.
+    /// Parameters, in the order of the library.
     pub parameters: Vec<Parameter>,
 }
 
-/// How a trajectory begins.
+/// Initial state of a trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Release {
-    /// At rest at `t_s = 0`; the position is fitted for each trajectory.
+    /// Released at rest at `t_s = 0`; the position is estimated for each trajectory.
     Rest,
-    /// Position and velocity are fitted for each trajectory.
+    /// Position and velocity are estimated for each trajectory.
     #[default]
     Free,
 }
@@ -62,27 +62,27 @@ pub enum Release {
 /// A model of the bouncing ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Where it is from, for messages.
+    /// Path of the file, for messages.
     pub file: String,
-    /// The base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults.
+    /// Base parameters in the order of [`BASE_PARAMETERS`]; frozen defaults if not in the file.
     pub parameters: Vec<Parameter>,
     /// Names of the base parameters that the file declares.
     pub declared: Vec<String>,
     /// Declared standard deviation of the position sensor, m.
     pub position_sd_m: Option<f64>,
-    /// Session time that laws of the session clock count from, s; without it the mean of the data's start times.
+    /// Reference of the session clock, s; if absent, the mean of the data's start times.
     pub clock_reference_s: Option<f64>,
-    /// How trajectories begin.
+    /// Initial state of the trajectories.
     pub release: Release,
     /// Effects in the model.
     pub effects: Vec<EffectBlock>,
 }
 
 impl Model {
-    /// Reads a model file.
+    /// Reads and parses a model file.
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         read(path, Self::parse)
     }
@@ -99,12 +99,12 @@ impl Model {
     /// ```
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
         parse::parse(text, file)
     }
 
-    /// Gravity and restitution, both with their usual bounds.
+    /// A model without effects; gravity is frozen, restitution is calibrated.
     pub fn plain(gravity_m_s2: f64, restitution: f64) -> Self {
         let mut parameters: Vec<_> = BASE_PARAMETERS.iter().map(|n| parse::base_default(n)).collect();
         parameters[0].nominal = gravity_m_s2;
@@ -121,7 +121,7 @@ impl Model {
         }
     }
 
-    /// The world of this model and the nominal parameter vector. Scatter is no law and has no place in the vector.
+    /// Builds the world and the nominal parameter vector; random effects are not part of either.
     pub fn world(&self, axes: Axes) -> (World, Vec<f64>) {
         let mut world = World::new(axes);
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
@@ -137,7 +137,7 @@ impl Model {
         (world, values)
     }
 
-    /// The model file's text; [`parse`](Model::parse) reads it back to the same model.
+    /// Text of the model file; [`parse`](Model::parse) reads it back to the same model.
     ///
     /// ```
     /// use augsim_physics::model::Model;

@@ -1,47 +1,52 @@
-//! From a model file to the system that it declares.
+//! Construction of a system from a model file.
 
 use super::{EffectBlock, Model, Parameter, PushModel};
-use crate::ball::{Axes, Ball, Declares};
+use crate::ball::{Axes, Ball, BallDeclaration};
 use crate::push::effects::{SCATTER_KIND, index_of};
 use crate::push::{PushDeclares, Pushing};
 use crate::system::Scatter;
 
 impl Model {
-    /// The declared ball, observed along `axes`. Scatter is no law and has no place in the system's parameters.
+    /// Builds the ball, observed along `axes`; the random scatter is not among the system's parameters.
     pub fn open(&self, axes: Axes) -> Ball {
-        let (world, _) = self.world(axes);
-        let blocks = self.effects.iter().filter(|b| b.scatter.is_none());
-        Ball::new(world, with_effects(&self.parameters, blocks), self.release, self.declares())
+        self.open_with(axes, self.declares())
     }
 
-    /// The declared ball in data whose only column of position is `height_column`.
+    /// Builds the ball for data whose only position column is `height_column`.
     pub fn open_height(&self, height_column: &str) -> Ball {
-        let (world, _) = self.world(Axes::Vertical);
+        self.open_with(
+            Axes::Vertical,
+            BallDeclaration { height_column: Some(height_column.into()), ..self.declares() },
+        )
+    }
+
+    fn open_with(&self, axes: Axes, declares: BallDeclaration) -> Ball {
+        let (world, _) = self.world(axes);
         let blocks = self.effects.iter().filter(|b| b.scatter.is_none());
-        let declares = Declares { height_column: Some(height_column.into()), ..self.declares() };
         Ball::new(world, with_effects(&self.parameters, blocks), self.release, declares)
     }
 
-    fn declares(&self) -> Declares {
-        Declares {
+    /// Declarations other than world and parameters.
+    fn declares(&self) -> BallDeclaration {
+        BallDeclaration {
             bounces: self.declared.iter().any(|p| p == "restitution"),
             floor: self.declared.iter().any(|p| p == "floor_height_m"),
             kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             scatter: self.effects.iter().find_map(|b| {
                 let p = b.parameters.first()?;
-                Some(Scatter { per: b.scatter?, sd: p.nominal.max(LEAST_SCATTER), ci95: p.ci95 })
+                Some(Scatter { per: b.scatter?, sd: p.nominal.max(MIN_SCATTER_SD), ci95: p.ci95 })
             }),
             height_column: None,
         }
     }
 }
 
-/// A scatter that a file declares begins at no less: at 0 it could not grow.
-const LEAST_SCATTER: f64 = 1e-4;
+/// Lower bound of the start value of a declared scatter: from 0 the fit could not increase it.
+const MIN_SCATTER_SD: f64 = 1e-4;
 
 impl PushModel {
-    /// The declared object and rod. Scatter is no law and has no place in the system's parameters.
+    /// Builds the object and rod; the random scatter is not among the system's parameters.
     pub fn open(&self) -> Pushing {
         let (world, _) = self.world();
         let blocks = self.effects.iter().filter(|b| index_of(&b.kind).is_some());
@@ -57,7 +62,7 @@ impl PushModel {
     }
 }
 
-/// Base parameters, then those of the effects, as they stand in the world's vector.
+/// Base parameters, then those of the effects, in the order of the world's vector.
 fn with_effects<'a>(base: &[Parameter], blocks: impl Iterator<Item = &'a EffectBlock>) -> Vec<Parameter> {
     base.iter().chain(blocks.flat_map(|b| &b.parameters)).cloned().collect()
 }

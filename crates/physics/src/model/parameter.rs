@@ -1,63 +1,62 @@
-//! Declared parameters.
+//! A model parameter: value, bounds, scope and fitted interval.
 
 use crate::system::effect::EffectParameter;
 
-/// The scope of one value of a parameter.
+/// Scope of a parameter's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Per {
     /// One value for all trajectories.
     #[default]
     All,
-    /// One value for each `group` (object) in the data.
+    /// One value per `group` (object) in the data.
     Group,
-    /// One value for each trajectory: a nuisance, fitted and not reported.
+    /// One value per trajectory: a nuisance parameter, estimated but not reported.
     Trajectory,
 }
 
-/// Standard deviations from the middle of a normal law to the ends of its 95 % interval.
+/// Half width of the 95 % interval of a normal distribution, in standard deviations.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// A declared parameter.
+/// A parameter of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Name with its unit.
+    /// Name with the unit as suffix.
     pub name: String,
-    /// The declared value.
+    /// Declared (or fitted) value.
     pub nominal: f64,
     /// Lower bound.
     pub min: f64,
     /// Upper bound.
     pub max: f64,
-    /// Not calibrated.
+    /// Whether it is fixed at its nominal value, not calibrated.
     pub frozen: bool,
-    /// The scope of one value.
+    /// Scope of its value.
     pub per: Per,
-    /// 95 % interval, when a fit has put it here.
+    /// 95 % interval from a fit.
     pub ci95: Option<[f64; 2]>,
-    /// Values by group, when a fit with `per = "group"` has put them here.
+    /// Values by group from a fit with `per = "group"`.
     pub groups: Vec<(String, f64)>,
 }
 
 impl Parameter {
-    /// Standard deviation that its 95 % interval stands for, in its unit; `None` without a finite interval, and for one that is
-    /// not calibrated.
+    /// Standard deviation from the 95 % interval; `None` if frozen or without a finite interval.
     pub fn standard_deviation(&self) -> Option<f64> {
         let [low, high] = self.ci95.filter(|_| !self.frozen)?;
         let sd = (high - low) / (2.0 * NORMAL_95);
         sd.is_finite().then_some(sd)
     }
 
-    /// A parameter of a law that was added, at the value at which the law vanishes.
+    /// Parameter of an added effect, at its null value.
     pub fn added(p: &EffectParameter) -> Self {
         Self::free(p.name.clone(), p.null, p.min, p.max)
     }
 
-    /// The value of a table at its knot `i`, from 0.
+    /// Value of a table at knot `i`, counted from 0; null value 0.
     pub fn knot(i: usize) -> Self {
-        Self::free(format!("knot{i}"), 0.0, -MOST_OF_A_KNOT, MOST_OF_A_KNOT)
+        Self::free(format!("knot{i}"), 0.0, -MAX_KNOT_VALUE, MAX_KNOT_VALUE)
     }
 
-    /// A parameter to calibrate, one value for all records.
+    /// A parameter that is calibrated, with one value for all records.
     ///
     /// ```
     /// use augsim_physics::model::Parameter;
@@ -70,5 +69,5 @@ impl Parameter {
     }
 }
 
-/// Bound of the values of a table, in the unit of what it adds to.
-const MOST_OF_A_KNOT: f64 = 100.0;
+/// Bound of the magnitude of table values, in the unit of the table's target.
+const MAX_KNOT_VALUE: f64 = 100.0;

@@ -1,4 +1,4 @@
-//! Model files in: every key is known or refused, with its line.
+//! Parser of model files; unknown keys are errors that name the line.
 
 use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Place, Release, Rule};
 use crate::ball::BASE_PARAMETERS;
@@ -26,7 +26,7 @@ pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// A base parameter as it is when a file does not name it: frozen.
+/// Default of a base parameter that a file does not declare: frozen at its nominal value.
 pub(super) fn base_default(name: &str) -> Parameter {
     let (nominal, min, max) = match name {
         "gravity_m_s2" => (9.81, 0.0, 100.0),
@@ -35,36 +35,19 @@ pub(super) fn base_default(name: &str) -> Parameter {
         "floor_height_m" => (0.0, -1e3, 1e3),
         _ => (0.4, 0.01, 1.0),
     };
-    Parameter {
-        name: name.into(),
-        nominal,
-        min,
-        max,
-        frozen: true,
-        per: Per::All,
-        ci95: None,
-        groups: Vec::new(),
-    }
+    Parameter { frozen: true, ..Parameter::free(name.into(), nominal, min, max) }
 }
 
+/// Default of an effect's parameter that a file does not declare: its typical value, calibrated.
 pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
-    Parameter {
-        name: spec.name.into(),
-        nominal: spec.typical,
-        min: spec.min,
-        max: spec.max,
-        frozen: false,
-        per: Per::All,
-        ci95: None,
-        groups: Vec::new(),
-    }
+    Parameter::free(spec.name.into(), spec.typical, spec.min, spec.max)
 }
 
-/// The effects that a scenario knows.
+/// Look-ups in the effect library of a scenario.
 pub(super) struct Library {
     pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
     pub(super) kinds_like: fn(&str) -> Vec<&'static str>,
-    /// A line of a model file that names an effect, for messages.
+    /// An example line for messages about a missing `kind`.
     pub(super) example: &'static str,
 }
 
@@ -74,14 +57,14 @@ const BALL: Library = Library {
     example: "kind = \"quadratic-drag\"",
 };
 
-/// Access to a parsed model file, with errors that name file and line.
+/// Reader of TOML values whose errors name file and line.
 pub(super) struct Reader<'t> {
     pub(super) text: &'t str,
     pub(super) file: &'t str,
 }
 
 impl<'t> Reader<'t> {
-    /// The file as a table.
+    /// Parses the file to its root table.
     pub(super) fn root(&self) -> Result<Spanned<DeTable<'t>>, ModelError> {
         DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
             file: self.file.into(),
@@ -90,7 +73,7 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// Checks that the file is of `scenario`; `example` is the line that says so.
+    /// Checks the key `scenario`; `example` is the line that the error suggests.
     pub(super) fn scenario(
         &self,
         root: &DeTable<'_>,
@@ -102,10 +85,12 @@ impl<'t> Reader<'t> {
         self.word("scenario", value, &[scenario]).map(|_| ())
     }
 
+    /// Line of a byte range, from 1.
     pub(super) fn line(&self, span: Range<usize>) -> usize {
         1 + self.text.bytes().take(span.start).filter(|&b| b == b'\n').count()
     }
 
+    /// Checks that a table has no keys other than `known`.
     pub(super) fn known(
         &self,
         table: &DeTable<'_>,
@@ -128,6 +113,7 @@ impl<'t> Reader<'t> {
         Ok(())
     }
 
+    /// The error of a value that breaks a rule.
     pub(super) fn wrong(&self, key: &str, value: &Value<'_>, rule: impl Into<Rule>) -> ModelError {
         ModelError::WrongType {
             file: self.file.into(),
@@ -137,6 +123,7 @@ impl<'t> Reader<'t> {
         }
     }
 
+    /// The error of a missing key.
     pub(super) fn missing(
         &self,
         line: usize,
@@ -147,6 +134,7 @@ impl<'t> Reader<'t> {
         ModelError::Missing { file: self.file.into(), line, place, key, example }
     }
 
+    /// A finite number.
     pub(super) fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
         let text = match value.get_ref() {
             DeValue::Float(f) => f.as_str(),
@@ -159,6 +147,15 @@ impl<'t> Reader<'t> {
         }
     }
 
+    /// A finite number above 0.
+    pub(super) fn positive(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
+        match self.number(key, value)? {
+            number if number > 0.0 => Ok(number),
+            _ => Err(self.wrong(key, value, "a positive number")),
+        }
+    }
+
+    /// A string out of `words`; any string if the list is empty.
     pub(super) fn word<'v>(
         &self,
         key: &str,
@@ -171,6 +168,7 @@ impl<'t> Reader<'t> {
         }
     }
 
+    /// A table.
     pub(super) fn table<'v, 'a>(
         &self,
         key: &str,
@@ -180,20 +178,23 @@ impl<'t> Reader<'t> {
         value.get_ref().as_table().ok_or_else(|| self.wrong(key, value, expected))
     }
 
+    /// A list of finite numbers.
     pub(super) fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
         let list = value.get_ref().as_array();
         let list = list.ok_or_else(|| self.wrong(key, value, "a list of numbers"))?;
         list.iter().map(|v| self.number(key, v)).collect()
     }
 
-    /// Overwrites `p` by what the file says: a bare number is a nominal value.
+    /// Overwrites `p` with a value of the file: a table, or a bare number as nominal value.
+    ///
+    /// `calibrated` is whether a declared parameter is calibrated unless the file says `frozen = true`.
     pub(super) fn parameter(
         &self,
         p: &mut Parameter,
         value: &Value<'_>,
-        declares: bool,
+        calibrated: bool,
     ) -> Result<(), ModelError> {
-        if declares {
+        if calibrated {
             p.frozen = false;
         }
         let name = p.name.clone();
@@ -230,7 +231,7 @@ impl<'t> Reader<'t> {
             }
             if let Some(v) = table.get("groups") {
                 if p.per != Per::Group {
-                    return Err(self.wrong("groups", v, "left out, or stand beside per = \"group\""));
+                    return Err(self.wrong("groups", v, "removed, or combined with per = \"group\""));
                 }
                 for (group, v) in self.table("groups", v)?.iter() {
                     let group: &str = group.get_ref();
@@ -253,25 +254,25 @@ impl<'t> Reader<'t> {
         Ok(())
     }
 
-    /// The blocks under `[[effect]]`, each read by `one`, which sees those before it.
+    /// Reads the `[[effect]]` blocks with `read_block`, which also gets the preceding blocks.
     pub(super) fn effects(
         &self,
         root: &DeTable<'_>,
-        one: impl Fn(&Value<'_>, &[EffectBlock]) -> Result<EffectBlock, ModelError>,
+        read_block: impl Fn(&Value<'_>, &[EffectBlock]) -> Result<EffectBlock, ModelError>,
     ) -> Result<Vec<EffectBlock>, ModelError> {
         let mut effects = Vec::new();
         if let Some(value) = root.get("effect") {
             let blocks = value.get_ref().as_array();
             let blocks = blocks.ok_or_else(|| self.wrong("effect", value, "written as [[effect]] blocks"))?;
             for block in blocks.iter() {
-                let block = one(block, &effects)?;
+                let block = read_block(block, &effects)?;
                 effects.push(block);
             }
         }
         Ok(effects)
     }
 
-    /// The word after `kind`.
+    /// The value of `kind` in an `[[effect]]` block.
     fn kind<'v>(&self, value: &'v Value<'_>, library: &Library) -> Result<&'v str, ModelError> {
         let line = self.line(value.span());
         let kind = self.table("effect", value)?.get("kind");
@@ -279,13 +280,15 @@ impl<'t> Reader<'t> {
         self.word("kind", kind, &[])
     }
 
-    /// A block whose kind is in the library and may stand beside those before it; `more` are keys beside its parameters'.
+    /// Reads the block of a library effect; an error if it excludes or repeats a preceding block.
+    ///
+    /// `extra_keys` are allowed in addition to the names of the parameters.
     pub(super) fn listed(
         &self,
         value: &Value<'_>,
         earlier: &[EffectBlock],
         library: &Library,
-        more: &[&'static str],
+        extra_keys: &[&'static str],
     ) -> Result<EffectBlock, ModelError> {
         let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
         let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
@@ -299,8 +302,8 @@ impl<'t> Reader<'t> {
         }
         let mut known = vec!["kind"];
         known.extend(spec.parameters.iter().map(|p| p.name));
-        known.extend(more);
-        self.known(table, Place::EffectOf(spec.kind), &known)?;
+        known.extend(extra_keys);
+        self.known(table, Place::EffectOfKind(spec.kind), &known)?;
         let mut parameters = Vec::new();
         for parameter in spec.parameters {
             let mut p = effect_default(parameter);
@@ -312,34 +315,36 @@ impl<'t> Reader<'t> {
         Ok(EffectBlock { kind: spec.kind.into(), scatter: None, table: None, parameters })
     }
 
+    /// Reads an `[[effect]]` block of the ball: a library effect, a table or the random scatter.
     fn effect(&self, value: &Value<'_>, earlier: &[EffectBlock]) -> Result<EffectBlock, ModelError> {
         let table = self.table("effect", value)?;
         let kind = self.kind(value, &BALL)?;
         if kind == TABLE_KIND {
             return self.tabulated(table, self.line(value.span()));
         }
-        let scatters = kind == SCATTER_KIND;
-        let block = self.listed(value, earlier, &BALL, if scatters { &["per"] } else { &[] })?;
+        let is_scatter = kind == SCATTER_KIND;
+        let block = self.listed(value, earlier, &BALL, if is_scatter { &["per"] } else { &[] })?;
         let scatter = match table.get("per") {
             Some(v) if self.word("per", v, &["impact", "trajectory"])? == "trajectory" => {
                 Some(ScatterPer::Record)
             }
-            _ => scatters.then_some(ScatterPer::Event),
+            _ => is_scatter.then_some(ScatterPer::Event),
         };
         Ok(EffectBlock { scatter, ..block })
     }
 
+    /// Reads an `[[effect]]` block with a table.
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
-        let place = || Place::EffectOf(TABLE_KIND);
+        let place = || Place::EffectOfKind(TABLE_KIND);
         self.known(table, place(), &["kind", "target", "against", "first", "last", "values"])?;
-        let need = |key: &'static str, example: &'static str| {
+        let required = |key: &'static str, example: &'static str| {
             table.get(key).ok_or_else(|| self.missing(line, place(), key, example))
         };
         let targets: Vec<_> = Target::ALL.iter().map(|t| t.name()).collect();
         let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
-        let target = self.word("target", need("target", "target = \"restitution\"")?, &targets)?;
-        let against = self.word("against", need("against", "against = \"impact-speed\"")?, &features)?;
-        let knots = need("values", "values = [0.0, -0.01, -0.02]")?;
+        let target = self.word("target", required("target", "target = \"restitution\"")?, &targets)?;
+        let against = self.word("against", required("against", "against = \"impact-speed\"")?, &features)?;
+        let knots = required("values", "values = [0.0, -0.01, -0.02]")?;
         let values = self.numbers("values", knots)?;
         if values.is_empty() {
             return Err(self.wrong("values", knots, "a list of one number or more: the values at the knots"));
@@ -350,12 +355,16 @@ impl<'t> Reader<'t> {
         let shape = Table {
             target,
             against,
-            first: self.number("first", need("first", "first = 0.5")?)?,
-            last: self.number("last", need("last", "last = 5.0")?)?,
+            first: self.number("first", required("first", "first = 0.5")?)?,
+            last: self.number("last", required("last", "last = 5.0")?)?,
         };
         if shape.first >= shape.last {
-            let last = need("last", "last = 5.0")?;
-            return Err(self.wrong("last", last, "above `first`: the knots stand evenly from first to last"));
+            let last = required("last", "last = 5.0")?;
+            return Err(self.wrong(
+                "last",
+                last,
+                "above `first`: the knots are evenly spaced from first to last",
+            ));
         }
         Ok(EffectBlock {
             kind: TABLE_KIND.into(),
@@ -364,21 +373,13 @@ impl<'t> Reader<'t> {
             parameters: values
                 .into_iter()
                 .enumerate()
-                .map(|(i, v)| Parameter {
-                    name: format!("knot{i}"),
-                    nominal: v,
-                    min: -100.0,
-                    max: 100.0,
-                    frozen: false,
-                    per: Per::All,
-                    ci95: None,
-                    groups: Vec::new(),
-                })
+                .map(|(i, nominal)| Parameter { nominal, ..Parameter::knot(i) })
                 .collect(),
         })
     }
 }
 
+/// Parses the text of a ball model; `file` is its path for messages.
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let reader = Reader { text, file };
     let root = reader.root()?;
@@ -393,7 +394,8 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         reader.known(table, Place::Table("parameters"), &BASE_PARAMETERS)?;
         for p in &mut parameters {
             if let Some(v) = table.get(p.name.as_str()) {
-                // A radius, an inertia ratio or a floor given as a number is a measurement, not something to calibrate.
+                // A radius, an inertia ratio or a floor height given as a bare number counts as measured: it
+                // is frozen.
                 let plain_number = v.get_ref().as_table().is_none();
                 let geometry = ["radius_m", "inertia_ratio", "floor_height_m"].contains(&p.name.as_str());
                 reader.parameter(p, v, !(plain_number && geometry))?;
@@ -414,11 +416,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         }
         for key in ["position_sd_m", "height_sd_m"] {
             if let Some(v) = table.get(key) {
-                let sd = reader.number(key, v)?;
-                if sd <= 0.0 {
-                    return Err(reader.wrong(key, v, "a positive number"));
-                }
-                position_sd_m = Some(sd);
+                position_sd_m = Some(reader.positive(key, v)?);
             }
         }
     }

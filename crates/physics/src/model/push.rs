@@ -1,4 +1,4 @@
-//! Model files of pushing: `scenario = "push"`.
+//! Model files of planar pushing: `scenario = "push"`.
 
 use super::parse::{Library, Reader, Value};
 use super::{EffectBlock, ModelError, Parameter, Per, Place, Rule, read, write};
@@ -38,14 +38,16 @@ const PUSH: Library = Library {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PushModel {
-    /// Where it is from, for messages.
+    /// Path of the file, for messages.
     pub file: String,
     /// The object.
     pub object: Object,
-    /// The outline as the file gives it, where it does, m.
+    /// Outline as given in the file, m; `None` for a named object.
     pub polygon_m: Option<Vec<[f64; 2]>>,
-    /// The base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their defaults (`c_m`:
-    /// that of uniform pressure).
+    /// Base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their
+    /// defaults.
+    ///
+    /// The default of `c_m` is that of uniform pressure.
     pub parameters: Vec<Parameter>,
     /// Names of the base parameters that the file declares.
     pub declared: Vec<String>,
@@ -58,8 +60,10 @@ pub struct PushModel {
 }
 
 impl PushModel {
-    /// The textbook model of an object: ellipsoid, uniform pressure, friction 0.25, rod of 4.75 mm; `c_m` and
-    /// `contact_friction` can be calibrated.
+    /// The textbook model of an object: ellipsoidal limit surface, uniform pressure, friction 0.25, rod of
+    /// 4.75 mm.
+    ///
+    /// `c_m` and `contact_friction` are calibrated.
     pub fn textbook(object: Object) -> Self {
         let mut parameters = base_parameters(&object);
         parameters[0].frozen = false;
@@ -76,7 +80,7 @@ impl PushModel {
         }
     }
 
-    /// Sets the nominal value of each base parameter that `value` has one for, by name.
+    /// Sets the nominal value of each base parameter to `value(name)`, where that is `Some`.
     pub fn with_nominal(mut self, value: impl Fn(&str) -> Option<f64>) -> Self {
         for p in &mut self.parameters {
             p.nominal = value(&p.name).unwrap_or(p.nominal);
@@ -84,10 +88,10 @@ impl PushModel {
         self
     }
 
-    /// Reads a model file.
+    /// Reads and parses a model file.
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         read(path, Self::parse)
     }
@@ -95,7 +99,7 @@ impl PushModel {
     /// Parses the text of a model file; `file` is used in messages.
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
         let reader = Reader { text, file };
         let root = reader.root()?;
@@ -111,7 +115,8 @@ impl PushModel {
             reader.known(table, Place::Table("parameters"), &BASE_PARAMETERS)?;
             for p in &mut parameters {
                 if let Some(v) = table.get(p.name.as_str()) {
-                    // Given as numbers, these are measurements (and poses do not carry the last two).
+                    // Given as a bare number, these count as measured and are frozen. The last two cannot be
+                    // identified from poses anyway.
                     let measured = ["rod_radius_m", "support_friction", "mass_kg"].contains(&p.name.as_str());
                     let plain_number = v.get_ref().as_table().is_none();
                     reader.parameter(p, v, !(plain_number && measured))?;
@@ -129,11 +134,7 @@ impl PushModel {
             reader.known(table, Place::Table("sensor"), &keys)?;
             for (key, slot) in keys.iter().zip(&mut sd) {
                 if let Some(v) = table.get(*key) {
-                    let number = reader.number(key, v)?;
-                    if number <= 0.0 {
-                        return Err(reader.wrong(key, v, "a positive number"));
-                    }
-                    *slot = Some(number);
+                    *slot = Some(reader.positive(key, v)?);
                 }
             }
         }
@@ -142,7 +143,7 @@ impl PushModel {
             let block = reader.listed(block, earlier, &PUSH, &[])?;
             if let Some(p) = block.parameters.iter().find(|p| p.per != Per::All) {
                 let expected =
-                    "\"all\" in [[effect]] blocks: effects on pushes have one value for all groups";
+                    "\"all\" in [[effect]] blocks: effects of pushing have one value for all groups";
                 return Err(reader.wrong(&format!("{}.per", p.name), value, expected));
             }
             let scatter = (block.kind == SCATTER_KIND).then_some(ScatterPer::Record);
@@ -161,7 +162,7 @@ impl PushModel {
         })
     }
 
-    /// The world of this model and the nominal parameter vector. Scatter is no law and has no place in the vector.
+    /// Builds the world and the nominal parameter vector; random effects are not part of either.
     pub fn world(&self) -> (World, Vec<f64>) {
         let mut world = World::new(self.object.clone());
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
@@ -174,7 +175,7 @@ impl PushModel {
         (world, values)
     }
 
-    /// The model file's text; [`parse`](Self::parse) reads it back to the same model.
+    /// Text of the model file; [`parse`](Self::parse) reads it back to the same model.
     pub fn to_toml(&self) -> String {
         let mut s = String::from("scenario = \"push\"\n");
         if self.polygon_m.is_none() || self.object.name != "polygon" {
@@ -203,12 +204,14 @@ impl PushModel {
     }
 }
 
-/// Largest coordinate of an outline, m. Areas and moments are polynomials of the coordinates: those of 1e308 overflow.
-const FARTHEST_VERTEX_M: f64 = 1000.0;
+/// Largest coordinate of an outline, m; areas and moments are polynomials of the coordinates and must not
+/// overflow.
+const MAX_COORDINATE_M: f64 = 1000.0;
 
 /// Vertices of an outline, m.
 type Vertices = Vec<[f64; 2]>;
 
+/// Reads the object: a known name, or an outline with an optional name.
 fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vertices>), ModelError> {
     let name = root.get("object");
     let Some(outline) = root.get("polygon_m") else {
@@ -224,19 +227,28 @@ fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Ver
     };
     let object = Object::polygon(name, &vertices);
     let object = object.ok_or_else(|| {
-        reader.wrong("polygon_m", outline, "an outline of three or more different vertices around an area, m")
+        reader.wrong(
+            "polygon_m",
+            outline,
+            "an outline of at least three different vertices, in metres, with a non-zero area",
+        )
     })?;
     Ok((object, Some(vertices)))
 }
 
+/// Reads the vertices of an outline.
 fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelError> {
     let expected = "a list of vertices [[x, y], …] in metres";
     let list = value.get_ref().as_array().ok_or_else(|| reader.wrong("polygon_m", value, expected))?;
     list.iter()
         .map(|pair| match reader.numbers("polygon_m", pair) {
             Ok(numbers) => match numbers[..] {
-                [x, y] if x.abs().max(y.abs()) <= FARTHEST_VERTEX_M => Ok([x, y]),
-                [_, _] => Err(reader.wrong("polygon_m", pair, "coordinates in metres, of at most 1000 m")),
+                [x, y] if x.abs().max(y.abs()) <= MAX_COORDINATE_M => Ok([x, y]),
+                [_, _] => Err(reader.wrong(
+                    "polygon_m",
+                    pair,
+                    "coordinates in metres with magnitudes of at most 1000 m",
+                )),
                 _ => Err(reader.wrong("polygon_m", pair, expected)),
             },
             Err(_) if !matches!(pair.get_ref(), DeValue::Array(_)) => {
@@ -247,7 +259,7 @@ fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelErro
         .collect()
 }
 
-/// The base parameters as they are when a file does not name them: frozen.
+/// Defaults of the base parameters that a file does not declare: frozen at their nominal values.
 fn base_parameters(object: &Object) -> Vec<Parameter> {
     let nominal = World::new(object.clone()).nominal();
     let bounds = [(0.001, 1.0), (0.0, 2.0), (0.0, 0.1), (0.001, 5.0), (0.001, 1000.0)];
@@ -256,14 +268,8 @@ fn base_parameters(object: &Object) -> Vec<Parameter> {
         .zip(nominal)
         .zip(bounds)
         .map(|((name, nominal), (min, max))| Parameter {
-            name: name.to_string(),
-            nominal,
-            min,
-            max,
             frozen: true,
-            per: Per::All,
-            ci95: None,
-            groups: Vec::new(),
+            ..Parameter::free(name.to_string(), nominal, min, max)
         })
         .collect()
 }

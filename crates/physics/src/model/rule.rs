@@ -1,4 +1,4 @@
-//! Values that messages about a model file carry: the place that is meant, and the rule that a value breaks.
+//! Parts of error messages about model files: the location, and the rule that a value breaks.
 
 use crate::push::OBJECTS;
 use std::fmt;
@@ -6,16 +6,16 @@ use std::fmt;
 /// A place in a model file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The keys that stand before any table.
+    /// The top-level keys, before any table.
     File,
-    /// The table of this name.
+    /// The table with this name.
     Table(&'static str),
-    /// The table of the parameter of this name.
+    /// The table of the parameter with this name.
     Parameter(String),
-    /// An `[[effect]]` block whose kind is not known yet.
+    /// An `[[effect]]` block whose kind is unknown.
     Effect,
     /// An `[[effect]]` block of this kind.
-    EffectOf(&'static str),
+    EffectOfKind(&'static str),
 }
 
 impl fmt::Display for Place {
@@ -25,19 +25,19 @@ impl fmt::Display for Place {
             Place::Table(name) => write!(f, "[{name}]"),
             Place::Parameter(name) => write!(f, "`{name}`"),
             Place::Effect => f.write_str("[[effect]]"),
-            Place::EffectOf(kind) => write!(f, "[[effect]] `{kind}`"),
+            Place::EffectOfKind(kind) => write!(f, "[[effect]] `{kind}`"),
         }
     }
 }
 
-/// A rule that values of a key follow, written so that "must be" can stand before it.
+/// A rule for the value of a key, displayed as the continuation of "must be".
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// A rule in words.
+    /// Any rule, as text.
     Is(&'static str),
-    /// The value is one of these words.
+    /// One of these strings.
     OneOf(Vec<&'static str>),
-    /// The value is the name of an object of the laboratory.
+    /// The name of a known object.
     Object,
 }
 

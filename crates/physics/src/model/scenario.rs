@@ -1,10 +1,10 @@
-//! A model file of any scenario.
+//! A model file of either scenario, ball or pushing.
 
 use super::parse::Reader;
 use super::{Model, ModelError, Place, PushModel, read};
 use std::path::Path;
 
-/// A model file, told apart by its key `scenario`.
+/// A model file; its key `scenario` selects the variant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelFile {
     /// `scenario = "ball"`.
@@ -14,10 +14,10 @@ pub enum ModelFile {
 }
 
 impl ModelFile {
-    /// Reads a model file.
+    /// Reads and parses a model file.
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         read(path, Self::parse)
     }
@@ -25,7 +25,7 @@ impl ModelFile {
     /// Parses the text of a model file; `file` is used in messages.
     ///
     /// # Errors
-    /// [`ModelError`] names the file, the line and the remedy.
+    /// [`ModelError`], with file, line and remedy.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelError> {
         let reader = Reader { text, file };
         let root = reader.root()?;
@@ -33,7 +33,7 @@ impl ModelFile {
         if root.is_empty() {
             return Err(ModelError::Empty { file: file.into() });
         }
-        // Shown between backticks: a choice of two.
+        // The message encloses this in backticks, so that two lines are suggested.
         let example = "scenario = \"ball\"` or `scenario = \"push\"";
         let value = root.get("scenario");
         let value = value.ok_or_else(|| reader.missing(1, Place::File, "scenario", example))?;

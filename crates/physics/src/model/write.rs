@@ -1,21 +1,21 @@
-//! Model files out: the layout is ours, every value and every name that a user chose is written by the `toml` crate.
+//! Writer of model files; the `toml` crate formats and escapes all values and user-defined names.
 
 use super::{Model, Parameter, Per, Release};
 use crate::effects::scatter_word;
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
-/// A value as TOML has it: strings quoted, lists and tables in one line.
+/// Formats a value as TOML: strings quoted, lists and tables in one line.
 pub(super) fn value(v: &(impl Serialize + ?Sized)) -> String {
     let mut text = String::new();
-    // Numbers, strings, lists and tables of these all have a form in TOML.
+    // Cannot fail for numbers, strings, and lists and tables of these.
     match v.serialize(toml::ser::ValueSerializer::new(&mut text)) {
         Ok(_) => text,
         Err(_) => String::new(),
     }
 }
 
-/// A parameter's table.
+/// The inline table of a parameter.
 #[derive(Serialize)]
 struct Entry<'a> {
     nominal: f64,
@@ -31,10 +31,12 @@ struct Entry<'a> {
     groups: &'a [(String, f64)],
 }
 
+/// Serialises pairs of group and value as a map.
 fn as_map<S: Serializer>(groups: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(groups.iter().map(|(name, value)| (name, value)))
 }
 
+/// The line of a parameter.
 pub(super) fn entry(p: &Parameter) -> String {
     let table = Entry {
         nominal: p.nominal,
@@ -52,6 +54,7 @@ pub(super) fn entry(p: &Parameter) -> String {
     format!("{} = {}\n", p.name, value(&table))
 }
 
+/// Text of a ball model.
 pub(super) fn to_toml(model: &Model) -> String {
     let mut s = String::from("scenario = \"ball\"\n\n[parameters]\n");
     for p in model.parameters.iter().filter(|p| model.declared.contains(&p.name)) {

@@ -1,4 +1,4 @@
-//! A model file as the loop sees it: what it declares, and what it becomes with what was found.
+//! Interface to the model files of all systems: declarations, and writing of fit results.
 
 use super::{Law, Objection, ScatterPer, System};
 use augsim_data::checks::Expected;
@@ -10,80 +10,80 @@ use thiserror::Error;
 /// The value of a parameter after a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
-    /// The value, or the values by group.
+    /// The value, or one value per group.
     pub values: FittedValues,
-    /// 95 % interval of a single value.
+    /// 95 % interval, for a single value.
     pub ci95: Option<[f64; 2]>,
 }
 
-/// One value, or one for each group.
+/// One value, or one value per group.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FittedValues {
-    /// One for all.
+    /// One value for all groups.
     One(f64),
     /// Name and value of each group.
     ByGroup(Vec<(String, f64)>),
 }
 
-/// One addition of a fit to a declared model.
+/// One effect that a fit added to the declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Addition {
-    /// A law with the values of its parameters.
+    /// An effect or table with the values of its parameters.
     Law(Law, Vec<Fitted>),
-    /// Scatter of the parameter of the schema's events, with its standard deviation.
+    /// A random effect in the event parameter, with its standard deviation.
     Scatter(ScatterPer, f64),
 }
 
-/// The outcome of a fit: values of declared parameters, and additions in their order.
+/// The result of a fit: values of declared parameters, and added effects in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Augmentation {
-    /// Session time that laws of the session clock count from, s, where the data have one.
+    /// Reference of the session clock, s: time zero of drifting effects, where the data have session times.
     pub clock_reference_s: Option<f64>,
-    /// Values of declared parameters, by the place of the parameter in the system's vector.
+    /// Fitted declared parameters, each with its index in the system's parameter vector.
     pub declared: Vec<(usize, Fitted)>,
     /// Effects in the order in which they were added.
     pub additions: Vec<Addition>,
-    /// Standard deviation of the scatter, declared or added.
+    /// Standard deviation of the random effect, declared or added.
     pub scatter_sd: Option<f64>,
     /// 95 % interval of that standard deviation, where it is known.
     pub scatter_ci95: Option<[f64; 2]>,
 }
 
-/// A model file that, written with what was found, does not read back as what was written.
+/// The error of a model file that, written with a fit result, does not read back to the same model.
 #[derive(Debug, Error)]
 #[error(
-    "the model that augments {model} cannot be written so that it reads back the same{}; please report it with model and data",
+    "the model that augments {model} does not read back to the same model after writing{}; please report this with the model and the data",
     source.as_ref().map_or(String::new(), |e| format!(" ({e})"))
 )]
 pub struct NotReadable {
     /// The model.
     pub model: String,
-    /// Why it is refused, if it is.
+    /// The parse error, if there was one.
     pub source: Option<Box<dyn StdError + Send + Sync>>,
 }
 
-/// A model file of any system, read and checked.
+/// A model file of any system, parsed and checked.
 pub trait Declaration: Debug + Send + Sync {
-    /// Where it is from, for messages.
+    /// Path of the file, for messages.
     fn file(&self) -> &str;
 
-    /// Its statements about the data that it is to explain.
+    /// Properties that it expects of the data, for plausibility checks.
     fn expected(&self) -> Expected;
 
-    /// Session time that laws of the session clock count from, s, where the model says so.
+    /// Reference of the session clock, s, where the model declares it.
     fn clock_reference_s(&self) -> Option<f64> {
         None
     }
 
-    /// The system that it declares, measured in a data set in which the columns are that `has` knows.
+    /// Builds the declared system for a data set; `has` says whether the data have a column of that name.
     ///
     /// # Errors
-    /// Which columns are missing.
+    /// [`Objection`] names the missing columns.
     fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection>;
 
-    /// The text of the model with what was found; reading it gives back the same model.
+    /// The model file's text with a fit result written into it.
     ///
     /// # Errors
-    /// [`NotReadable`].
+    /// [`NotReadable`] if the text does not parse back to the same model.
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable>;
 }

@@ -1,22 +1,22 @@
-//! Experiments that could be made.
+//! Candidate experiments for experiment design.
 
 use super::Record;
 
-/// An experiment: a record that has not been measured.
+/// A candidate experiment: a record without measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// The experiment in words.
+    /// Description of the experiment, as printed.
     pub text: String,
-    /// Times, inputs and covariates, and one window with the state at its beginning; no values.
+    /// Times, inputs, covariates and one window with its initial state; no measured values.
     pub record: Record,
-    /// Events after which the record ends: later ones are too uncertain to plan with.
+    /// The record ends after this many events: predictions beyond them are too uncertain for planning.
     pub most_events: usize,
 }
 
-/// A list of experiments.
+/// A list of candidate experiments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Designs {
-    /// Words for the list as a whole, in the sentence "no … tells them apart".
+    /// Noun phrase for the whole list, for the sentence "no … tells A from B".
     pub words: String,
     /// The experiments.
     pub list: Vec<Design>,

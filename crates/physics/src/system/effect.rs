@@ -1,4 +1,4 @@
-//! An effect of a system's library, with everything that the loop asks about it.
+//! An effect of a system's library, with all properties that calibration and discovery use.
 
 use super::quantity::Quantity;
 use crate::effects::{EffectSpec, ParameterSpec, Polar, Rival as RivalSpec, Start as StartSpec};
@@ -6,17 +6,17 @@ use crate::effects::{EffectSpec, ParameterSpec, Polar, Rival as RivalSpec, Start
 /// One parameter of an effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectParameter {
-    /// Name with the unit in it, as in model files.
+    /// Name with the unit as suffix, as in model files.
     pub name: String,
-    /// Unit in print; empty for a pure number.
+    /// Unit as printed; empty for a dimensionless number.
     pub unit: String,
-    /// Smallest value that makes sense.
+    /// Lower bound of plausible values.
     pub min: f64,
-    /// Largest value that makes sense.
+    /// Upper bound of plausible values.
     pub max: f64,
-    /// A size at which the effect is usually seen.
+    /// Typical magnitude; used for scaling.
     pub typical: f64,
-    /// The value at which the effect vanishes.
+    /// Null value: the effect vanishes there.
     pub null: f64,
 }
 
@@ -27,98 +27,98 @@ impl From<&ParameterSpec> for EffectParameter {
     }
 }
 
-/// The effect that another one acts through.
+/// The carrier that an effect acts through, such as the drag for a wind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Join {
-    /// The kind that has to be in the model.
+    /// Kind of the carrier, which has to be in the model.
     pub kind: String,
-    /// Where its parameters begin when both are tried together.
+    /// Start values of the carrier's parameters when both are tried together.
     pub start: Vec<f64>,
-    /// Where the parameters of the effect itself begin then: one attempt each.
+    /// Start values of the effect's own parameters then: one fit from each.
     pub own: Vec<Vec<f64>>,
 }
 
-/// Where a fit of an added effect begins.
+/// Start values of the fit of an added effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Start {
-    /// At the one-step estimate of its test.
+    /// The one-step estimate of its score test.
     #[default]
     Estimate,
-    /// At the one-step estimate, brought into these bounds (one pair for each parameter).
+    /// The one-step estimate, clamped to these bounds (one pair per parameter).
     Within(Vec<[f64; 2]>),
-    /// At these values.
+    /// These values.
     At(Vec<f64>),
 }
 
-/// Another explanation, seen from an effect.
+/// An alternative explanation that an effect may be confused with.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rival {
-    /// An effect of this kind.
+    /// The effect of this kind.
     Kind(String),
-    /// Any kind that acts at this place.
+    /// Any effect that acts at this place.
     At(String),
-    /// Any other kind.
+    /// Any other effect.
     Any,
 }
 
-/// An effect that may be missing.
+/// A candidate effect of a system's library.
 ///
-/// Effects of built-in systems are described by an [`EffectSpec`] beside their law, those of written systems in their file:
-/// the loop reads this form and does not know which.
+/// Effects of built-in systems are converted from an [`EffectSpec`], those of written systems from their
+/// file; calibration and discovery use only this form.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effect {
     /// Name in model files, reports and results.
     pub kind: String,
-    /// Where it acts, in the system's words.
+    /// Where it acts (`flight`, `impact`, `sensor`, …).
     pub place: String,
-    /// Parameters of the effect, in the order of its vector of values.
+    /// Parameters, in the order of its vector of values.
     pub parameters: Vec<EffectParameter>,
-    /// The law in one line.
+    /// The formula in one line.
     pub formula: String,
-    /// Where it is from.
+    /// Literature reference.
     pub source: String,
-    /// Other causes with the same term, which data of one apparatus cannot tell apart.
+    /// Other physical causes with the same term, not distinguishable with data of one apparatus.
     pub stands_for: Vec<String>,
-    /// Kinds that describe the same thing in another form; at most one of them in a model.
+    /// Kinds that describe the same phenomenon in another form; a model has at most one of them.
     pub excludes: Vec<String>,
-    /// The effect that it acts through, if it does: the two are also tried together, because neither shows without the other.
+    /// The carrier that it acts through; both are also tried together, as neither may improve the fit alone.
     pub joins: Option<Join>,
-    /// A simpler kind that it turns into where some of its parameters have their null.
+    /// A simpler kind that it reduces to where some of its parameters have their null value.
     pub contains: Option<String>,
-    /// A kind whose test promises what this one would bring: where that kind is fitted, this one is fitted too.
+    /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
     pub foretold_by: Option<String>,
-    /// Whether it makes every simulation dearer: such effects are tested apart from cheap ones.
+    /// Whether it slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
-    /// Where a fit with it begins.
+    /// Start values of a fit with it.
     pub start: Start,
-    /// Values at which it is first simulated, for a law that is singular at its null; empty: there.
+    /// Values of its first simulation, if it is singular at its null values; empty: the null values.
     pub probe: Vec<f64>,
-    /// How many of its parameters, from the first, say how much of it there is. Absent: all of them.
+    /// Number of leading parameters that are amplitudes; `None`: all of them.
     pub amounts: Option<usize>,
-    /// Whether its two parameters are an amount and a direction.
+    /// How its two parameters form an amplitude and a direction, if they do.
     pub polar: Option<Polar>,
-    /// The experiment that tells it from another explanation.
+    /// Experiments that distinguish it from alternative explanations.
     pub separated_by: Vec<(Rival, String)>,
-    /// The experiment that confirms it, where there is no other explanation.
+    /// The experiment that confirms it, where there is no alternative explanation.
     pub confirmed_by: Option<String>,
-    /// For a formula of a grammar, which is no law that somebody described: how simple it is and where it stands.
+    /// Complexity and domain, for a formula that was generated by a grammar.
     pub grammar: Option<Grammar>,
 }
 
-/// Simplicity and place of a formula that a grammar made.
+/// Complexity and domain of a formula that was generated by a grammar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grammar {
-    /// Numbers, names and operations in it.
+    /// Number of nodes: constants, variables and operations.
     pub nodes: usize,
-    /// The quantity that it is a shape of.
+    /// The quantity that it is a function of.
     pub of: Quantity,
-    /// Smallest and largest value of this quantity in the data.
+    /// Smallest and largest value of that quantity in the data.
     pub range: [f64; 2],
 }
 
 impl From<&EffectSpec> for Effect {
     fn from(spec: &EffectSpec) -> Self {
-        let words = |list: &[&str]| list.iter().map(|s| s.to_string()).collect();
+        let owned = |list: &[&str]| list.iter().map(|s| s.to_string()).collect();
         let rival = |rival: &RivalSpec| match rival {
             RivalSpec::Kind(kind) => Rival::Kind(kind.to_string()),
             RivalSpec::At(location) => Rival::At(location.name().into()),
@@ -130,8 +130,8 @@ impl From<&EffectSpec> for Effect {
             parameters: spec.parameters.iter().map(EffectParameter::from).collect(),
             formula: spec.formula.into(),
             source: spec.source.into(),
-            stands_for: words(spec.stands_for),
-            excludes: words(spec.excludes),
+            stands_for: owned(spec.stands_for),
+            excludes: owned(spec.excludes),
             joins: spec.joins.map(|join| Join {
                 kind: join.kind.into(),
                 start: join.start.to_vec(),
@@ -155,19 +155,21 @@ impl From<&EffectSpec> for Effect {
     }
 }
 
-/// The experiment that tells two explanations apart, by the effects that one has and the other has not: what is known of two
-/// kinds before what is known of a kind and a place, and that before what tells a kind from any other.
+/// The experiment that distinguishes two models, from the effects that only one of them has.
+///
+/// Entries for a pair of kinds take precedence over those for a kind and a place, and these over those for a
+/// kind and any other.
 pub fn known_separation<'e>(one: &[&'e Effect], other: &[&'e Effect]) -> Option<&'e str> {
     let sides = [(one, other), (other, one)];
     let known = |applies: &dyn Fn(&Rival, &[&Effect]) -> bool| {
-        sides.iter().find_map(|(mine, theirs)| {
-            let mut all = mine.iter().flat_map(|effect| &effect.separated_by);
-            all.find(|(rival, _)| applies(rival, theirs)).map(|(_, text)| text.as_str())
+        sides.iter().find_map(|(effects, rivals)| {
+            let mut entries = effects.iter().flat_map(|effect| &effect.separated_by);
+            entries.find(|(rival, _)| applies(rival, rivals)).map(|(_, text)| text.as_str())
         })
     };
-    let is = |rival: &Rival, kind: &str| matches!(rival, Rival::Kind(k) if k == kind);
-    let at = |rival: &Rival, place: &str| matches!(rival, Rival::At(p) if p == place);
-    known(&|rival, theirs| theirs.iter().any(|e| is(rival, &e.kind)))
-        .or_else(|| known(&|rival, theirs| theirs.iter().any(|e| at(rival, &e.place))))
+    let has_kind = |rival: &Rival, kind: &str| matches!(rival, Rival::Kind(k) if k == kind);
+    let has_place = |rival: &Rival, place: &str| matches!(rival, Rival::At(p) if p == place);
+    known(&|rival, rivals| rivals.iter().any(|e| has_kind(rival, &e.kind)))
+        .or_else(|| known(&|rival, rivals| rivals.iter().any(|e| has_place(rival, &e.place))))
         .or_else(|| known(&|rival, _| *rival == Rival::Any))
 }

@@ -1,88 +1,90 @@
-//! Why a system cannot do what it is asked.
+//! Errors of systems and of their simulations.
 
 use super::Schema;
 use std::error::Error as StdError;
 use thiserror::Error;
 
-/// A window that cannot be simulated at the values of its task.
+/// Why a window cannot be simulated at the values of its task.
 #[derive(Debug, Error)]
 pub enum SimulationError {
-    /// The task does not fit the system: too few values, a seed that names nothing.
+    /// The task does not match the system, such as a wrong number of values or a seed out of range.
     #[error("the {system} system takes {expected} {part}, and the task has {found}")]
     Task {
         /// Name of the system.
         system: String,
-        /// Which part of the task.
+        /// The part of the task that does not match.
         part: &'static str,
-        /// How many the system takes.
+        /// Number that the system takes.
         expected: usize,
-        /// How many the task has.
+        /// Number that the task has.
         found: usize,
     },
-    /// The numbers are no longer finite.
+    /// The simulation diverged.
     #[error(
-        "the simulation of the {system} system left the finite numbers at t = {time_s} s; check the model's parameters"
+        "the simulation of the {system} system diverged at t = {time_s} s (non-finite state); check the model's parameters"
     )]
     NotFinite {
         /// Name of the system.
         system: String,
-        /// When, s.
+        /// Time at which the state was no longer finite, s.
         time_s: f64,
     },
-    /// The equations are too stiff or too rough for the steps that are allowed.
+    /// The integrator exceeded its step limit: the equations are stiff or discontinuous.
     #[error(
-        "the {system} system needs more than {steps} integration steps by t = {time_s} s; its equations are stiff or have a jump: \
-         check the parameters, or make the jump an event"
+        "the {system} system needs more than {steps} integration steps by t = {time_s} s; its equations are stiff or discontinuous: \
+         check the parameters, or declare the discontinuity as an event"
     )]
     Steps {
         /// Name of the system.
         system: String,
-        /// How many steps are allowed.
+        /// Largest number of steps.
         steps: usize,
-        /// How far they led, s.
+        /// Time reached, s.
         time_s: f64,
     },
-    /// Events without end.
+    /// The simulation exceeded its event limit.
     #[error(
-        "the {system} system passes more than {events} events by t = {time_s} s; say when it comes to rest"
+        "the {system} system passes more than {events} events by t = {time_s} s; declare a rest condition"
     )]
     Events {
         /// Name of the system.
         system: String,
-        /// How many events are allowed.
+        /// Largest number of events.
         events: usize,
-        /// How far they led, s.
+        /// Time reached, s.
         time_s: f64,
     },
-    /// Error of the engine of a system, in its own words.
+    /// Error of a system's engine.
     #[error(transparent)]
     Engine(Box<dyn StdError + Send + Sync>),
 }
 
 impl SimulationError {
-    /// The refusal of a task without a place in the results of `simulate_all`, which got so many tasks and places.
+    /// The error of `simulate_all` if there are more `tasks` than outputs (`places`).
     pub fn no_place(schema: &Schema, tasks: usize, places: usize) -> Self {
         let system = schema.system.clone();
-        Self::Task { system, part: "places for results", expected: tasks, found: places }
+        Self::Task { system, part: "outputs", expected: tasks, found: places }
     }
 }
 
-/// A law that a system does not have.
+/// Why an effect or table cannot be added to a system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum SystemError {
-    /// No such effect.
-    #[error("the library has {count} effects, and none of index {index}")]
+    /// The index is outside the library.
+    #[error("the library has {count} effects; index {index} is out of range")]
     Effect {
-        /// The index that was asked for.
+        /// The requested index.
         index: usize,
-        /// How many there are.
+        /// Number of effects.
         count: usize,
     },
-    /// The system would have more parameters, states or operations than it can.
-    #[error("no further law fits into this system: it would have too many parameters, states or operations")]
+    /// The system would exceed its limit of parameters, states or operations.
+    #[error(
+        "no further effect can be added to this system: it would have too many parameters, states or operations"
+    )]
     Full,
-    /// No table of this target and feature.
-    #[error("no table can add to target {target} as a function of feature {against} in this system")]
+    /// There is no table for this target and feature.
+    #[error("this system has no table that adds to target {target} as a function of feature {against}")]
     Table {
         /// Index of the target.
         target: usize,
@@ -91,13 +93,13 @@ pub enum SystemError {
     },
 }
 
-/// Why no answer can come of some data, in one sentence that says what to do.
+/// Why some data cannot be used, as one sentence that says what to do.
 #[derive(Debug, Error)]
 #[error(transparent)]
 pub struct Objection(Box<dyn StdError + Send + Sync>);
 
 impl Objection {
-    /// The objection of a system, as its own error says it.
+    /// Wraps the error of a system.
     pub fn new(error: impl StdError + Send + Sync + 'static) -> Self {
         Self(Box::new(error))
     }

@@ -1,15 +1,16 @@
-//! How many derivatives a simulation carries at once.
+//! Splitting of the derivatives of a simulation into blocks of at most the widest dual number.
 //!
-//! Dual numbers have a fixed number of lanes. A task with more seeds than the widest runs in several blocks, which costs the
-//! simulation of the values once more for each but gives the same bytes: no task has too many derivatives.
+//! Dual numbers have a fixed number of lanes. A task with more seeds than the widest runs once per block of
+//! seeds. Each block repeats the simulation of the values, and the result is bit-identical to that of one
+//! wider run.
 
 use super::{Seed, Simulated, SimulationError, Task};
 use crate::Scalar;
 
-/// Runs `run` once for at most `widest` seeds at a time and puts the lanes together in `out`.
+/// Runs a task in blocks of at most `widest` seeds and assembles the derivatives in `out`.
 ///
 /// # Errors
-/// The first of `run`.
+/// The first error of `run`.
 pub fn in_blocks(
     task: &Task<'_>,
     widest: usize,
@@ -37,7 +38,7 @@ pub fn in_blocks(
     done
 }
 
-/// The numbers of `values` as independent variables of the lanes that `lane` of their place gives, constants elsewhere.
+/// Converts `values` to scalars: element `place(seed)` becomes the variable of the seed's lane.
 pub fn seeded<S: Scalar>(values: &[f64], seeds: &[Seed], place: impl Fn(Seed) -> Option<usize>) -> Vec<S> {
     let mut out: Vec<S> = values.iter().map(|&v| S::constant(v)).collect();
     for (lane, seed) in seeds.iter().enumerate() {
@@ -50,8 +51,10 @@ pub fn seeded<S: Scalar>(values: &[f64], seeds: &[Seed], place: impl Fn(Seed) ->
     out
 }
 
-/// Runs an expression with the narrowest scalar that has `count` lanes: plain numbers for none, dual numbers of one of the
-/// listed widths (in increasing order), or of the widest.
+/// Evaluates an expression with the narrowest scalar type that has at least `count` lanes.
+///
+/// That is `f64` for 0, otherwise the first sufficient width of the list (in increasing order), or the
+/// widest.
 macro_rules! with_lanes {
     ($count:expr, [$($lanes:literal),* ; $widest:literal], $scalar:ident => $run:expr) => {
         match $count {

@@ -1,18 +1,18 @@
-//! Laws that a system may be augmented by.
+//! Terms that can be added to a system: library effects and tables.
 
 use super::Effect;
 
-/// A law in a model.
+/// A term of a model: a library effect or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
-    /// An effect, by its place in the system's library.
+    /// An effect, by its index in the system's library.
     Effect(usize),
-    /// A law that the library does not have.
+    /// A piecewise-linear function of one feature.
     Table(Table),
 }
 
 impl Law {
-    /// Number of its parameters.
+    /// Number of parameters.
     pub fn size(&self, library: &[Effect]) -> usize {
         match self {
             Law::Effect(i) => library.get(*i).map_or(0, |e| e.parameters.len()),
@@ -21,12 +21,14 @@ impl Law {
     }
 }
 
-/// A piecewise-linear function of one feature: values at uniform knots, constant outside. The values are its parameters.
+/// A piecewise-linear function of one feature with uniform knots, constant outside them.
+///
+/// The values at the knots are its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table {
-    /// The quantity that it adds to, by its place in the schema's targets.
+    /// Quantity that it adds to, as an index into the schema's targets.
     pub target: usize,
-    /// The quantity that it depends on, by its place in the schema's features.
+    /// Quantity that it depends on, as an index into the schema's features.
     pub against: usize,
     /// First knot, in the feature's unit.
     pub first: f64,

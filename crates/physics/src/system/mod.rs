@@ -1,13 +1,13 @@
-//! The trait through which the loop sees any system: it moves, it is measured, and its model may be wrong.
+//! The trait [`System`]: the interface between calibration or discovery and any simulated system.
 //!
-//! A [`System`] says by its [`Schema`] what its states, channels and inputs are, has declared parameters and a library of
-//! effects that may be missing, and simulates windows of records with any number of derivatives. It is object-safe: the
-//! loop is compiled once, and dual numbers stay behind [`System::simulate`]. Laws are added by [`System::augmented`], whose
-//! answer is a system like any other: a written system is compiled once for a set of laws and not once for a simulation,
-//! and whatever takes a system takes an augmented one.
+//! A [`System`] describes its states, channels and inputs in a [`Schema`], has declared parameters and a
+//! library of candidate effects, and simulates windows of records together with any number of derivatives.
+//! The trait is object-safe: discovery is compiled once, and dual numbers stay behind [`System::simulate`].
+//! [`System::augmented`] returns a new system with more effects. A system of written equations is therefore
+//! compiled once per model structure, not once per simulation.
 //!
-//! Adding a system: implement the five methods without a default; [`in_blocks`] and `with_lanes` choose the widths of the
-//! dual numbers. Adding one from Rust by its equations: see `Equations` in the `ode` module.
+//! To add a system, implement the methods that have no default; [`in_blocks`] and `with_lanes` choose the
+//! number of derivative lanes.
 
 mod declaration;
 mod design;
@@ -43,203 +43,210 @@ pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;
 
-/// A system that moves, is measured, and has a model that may be wrong.
+/// A dynamic system with a measured output and a model that may lack effects.
 pub trait System: Debug + Send + Sync {
-    /// States, channels, inputs, covariates, features and targets with their units, and the words for them.
+    /// Describes states, channels, inputs, covariates, features and targets with their units.
     fn schema(&self) -> &Schema;
 
-    /// Parameters in the order of a task's vector: the declared ones, then those of the added laws.
+    /// Parameters in the order of the parameter vector: declared ones, then those of added effects.
     fn parameters(&self) -> &[Parameter];
 
-    /// Effects that may be missing, in the order in which they act; the same for a system and its augmented ones.
+    /// Candidate effects, in the order in which they are applied; augmentation does not change the list.
     fn library(&self) -> &[Effect];
 
-    /// The laws that [`augmented`](System::augmented) has added, in the order of their parameters.
+    /// Effects that [`augmented`](System::augmented) has added, in the order of their parameters.
     fn laws(&self) -> &[Law];
 
-    /// This system with more laws; their parameters follow those that are there, in the order of `laws`.
+    /// Returns this system with further effects; their parameters are appended in the order of `laws`.
     ///
     /// # Errors
-    /// A law that the system does not have.
+    /// [`SystemError`] if the system does not have one of the effects.
     fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError>;
 
-    /// Simulates one window of a record: the channels, and their derivatives with respect to the seeds of the task, however
-    /// many.
+    /// Simulates one window: the channels and their derivatives with respect to the task's seeds.
     ///
     /// # Errors
-    /// [`SimulationError`]: the window cannot be simulated at these values; `out` is then undefined.
+    /// [`SimulationError`] if the window cannot be simulated at these values; `out` is then undefined.
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError>;
 
-    /// Simulates many windows: result and place of `out` number `i` are those of task `i`, to the last bit those of
-    /// [`simulate`](System::simulate), whatever else stands in the list. Runs on the calling thread: a caller with several
-    /// hands out parts of its list, best in multiples of [`side_by_side`](System::side_by_side).
+    /// Simulates many windows: element `i` of the result and of `out` belongs to task `i`.
     ///
-    /// The default simulates one after the other. A system that carries several windows in one pass overrides it.
+    /// Each result is bit-identical to that of [`simulate`](System::simulate), whatever the other tasks are.
+    /// Runs on the calling thread; a caller with several threads splits its list, preferably into multiples
+    /// of [`side_by_side`](System::side_by_side). The default simulates one window after the other; a system
+    /// that batches windows in SIMD lanes overrides it.
     ///
     /// # Errors
-    /// Of each task its own [`SimulationError`], which concerns no other; its place of `out` is then undefined. A task
-    /// without a place in `out` is refused.
+    /// One [`SimulationError`] per failed task, whose element of `out` is then undefined; the other tasks are
+    /// not affected. A task without an element in `out` is refused.
     fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
-        let places = out.len();
-        let mut places_left = out.iter_mut();
-        let simulate = |task| match places_left.next() {
-            Some(out) => self.simulate(task, out),
-            None => Err(SimulationError::no_place(self.schema(), tasks.len(), places)),
+        let out_count = out.len();
+        let mut outputs = out.iter_mut();
+        let simulate = |task| match outputs.next() {
+            Some(output) => self.simulate(task, output),
+            None => Err(SimulationError::no_place(self.schema(), tasks.len(), out_count)),
         };
         tasks.iter().map(simulate).collect()
     }
 
-    /// How many windows with the same seeds [`simulate_all`](System::simulate_all) carries in one pass.
+    /// Batch size of [`simulate_all`](System::simulate_all): windows with equal seeds in one pass.
     fn side_by_side(&self) -> usize {
         1
     }
 
-    /// Values of an effect's parameters at which it vanishes, each a place to score it at and to fit it from. An inner
-    /// parameter, such as a width or a threshold, has no null of its own and stands on a grid there; its derivative is 0
-    /// at every one of these points.
+    /// Parameter values at which an effect vanishes: points of its score test, start values of its fit.
     ///
-    /// The default is one point, that of the nulls; none for an effect that the library does not have.
+    /// An inner parameter, such as a width or a threshold, has no null value: it takes values on a grid, and
+    /// its derivative is 0 at each of these points. The default is one point, the null values of all
+    /// parameters; the list is empty for an index outside the library.
     fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
         let nulls = |effect: &Effect| effect.parameters.iter().map(|p| p.null).collect();
         self.library().get(effect).map(nulls).into_iter().collect()
     }
 
-    /// Values of an effect's parameters from which it is fitted without being scored: thresholds of laws that have no slope
-    /// at their null, such as the overflow of a tank, scanned over the range of what they watch. At these the effect acts.
+    /// Start values of an effect's fit at which it is active, for effects that a score test cannot detect.
+    ///
+    /// Example: the threshold of a tank overflow. Its derivative is 0 where the effect vanishes, so the
+    /// threshold is scanned over the range of the quantity that it limits.
     fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
         Vec::new()
     }
 
-    /// Name and unit of a declared parameter in results.
+    /// Name and unit under which results list a parameter.
     fn quantity(&self, parameter: usize) -> Quantity {
         let name = self.parameters().get(parameter).map_or("", |p| &p.name);
         Quantity::new(name, "")
     }
 
-    /// A value that fits of a declared parameter begin at, where a better one than the nominal value is known.
+    /// Start value for fitting a declared parameter, if there is a better one than the nominal value.
     fn fit_from(&self, _parameter: usize) -> Option<f64> {
         None
     }
 
-    /// Covariates of a record, in the order of the schema, from its constant columns; NaN where not recorded.
+    /// Covariates of a record from its constant columns, in schema order; NaN where not recorded.
     ///
-    /// The default takes the column of the covariate's own name.
+    /// The default reads the column that has the covariate's name.
     fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
         self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
     }
 
-    /// Completes a record that was read by the schema: events seen in the data, smooth pieces, windows and their rough
-    /// starts. `sd` is a rough noise of each channel, in its unit.
+    /// Completes a record after reading: events, smooth segments, windows and rough initial states.
     ///
-    /// The default takes the whole record as one window, from its first samples, and names no pieces; states that are no channel
-    /// start at 0, or where the schema puts them.
+    /// `sd` is a rough noise standard deviation of each channel, in its unit. The default takes the whole
+    /// record as one window without segments; see [`Record::whole`] for the initial state.
     ///
     /// # Errors
-    /// Why nothing can be made of this record.
+    /// [`Objection`] if the record is unusable.
     fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
         let _ = sd;
         record.whole(self.schema());
         Ok(())
     }
 
-    /// Whether the rough starts of prepared windows come from their first samples alone: a window that such a start does not follow
-    /// is then begun over ever longer beginnings.
+    /// Whether the rough initial states of windows come from their first samples alone.
     ///
-    /// The default is false: a system that knows its events takes them into account.
+    /// Such a start may be poor; the caller then refines it by fitting longer and longer first parts of the
+    /// window. The default is false: a system that detects events uses them for its initial states.
     fn begins_from_first_samples(&self) -> bool {
         false
     }
 
-    /// This system with every state as a channel behind its own, in the order of the schema's states, and the states whose rates
-    /// something outside the laws may shake: what a filter asks for. Records of this system are records of that one.
+    /// For state filters: this system with each state as a channel, and the states with process noise.
     ///
-    /// The default is `None`: nobody filters the system.
+    /// The state channels follow the measured ones, in the order of the schema's states; the second part
+    /// lists the states whose rates may carry process noise. Records of this system are valid for the
+    /// returned one. The default is `None`: the system does not support filtering.
     fn with_states_shown(&self) -> Option<(Arc<dyn System>, Vec<usize>)> {
         None
     }
 
-    /// This system with what the prepared records show of its scene, such as where the floor lies, as parameters to calibrate;
-    /// `None` where the declared scene is as good.
+    /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
+    ///
+    /// `None` where the declared scene agrees with the records.
     fn settled(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
         None
     }
 
-    /// Why no answer can come of these prepared records, in one sentence that says what to do. Wrong samples are no numbers;
-    /// `sd` is the noise of each channel, in its unit.
+    /// Why these prepared records cannot be used, as an error that says what to do; `None` if they can.
+    ///
+    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in its unit.
     fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
-    /// Why these records are not of such a system, whatever its parameters are, in one sentence with the likeliest remedy.
+    /// Why these records cannot come from such a system, at any parameter values; with a remedy.
     fn unlike(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
-    /// Why calibrated values of the declared parameters cannot be those of such a system, in one sentence with the likeliest
-    /// remedy; `values` stand in the order of [`parameters`](System::parameters).
+    /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
+    ///
+    /// `values` are in the order of [`parameters`](System::parameters).
     fn implausible(&self, _values: &[f64]) -> Option<Objection> {
         None
     }
 
-    /// Whether these records can speak about an effect of the library, and the declared model does not have it already.
+    /// Whether an effect of the library can be searched for in these records.
+    ///
+    /// False if the records lack the data that it needs, or if the declared model contains it already.
     fn possible(&self, _effect: usize, _records: &[&Record]) -> bool {
         true
     }
 
-    /// Whether a model of this system can give an effect of the library a value for each group.
+    /// Whether an effect of the library may have one value per group.
     ///
-    /// The default leaves out effects that act through another one.
+    /// The default is false for effects that act through another one.
     fn by_group(&self, effect: usize) -> bool {
         self.library().get(effect).is_some_and(|e| e.joins.is_none())
     }
 
-    /// Laws of one feature that these records can speak about; `events` are those that a simulation of each record passed.
+    /// Candidate tables (functions of one feature), given records and their simulated events.
     fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         Vec::new()
     }
 
-    /// Quantities that residuals are shown against, by name, with their values sample by sample (NaN where there is none);
-    /// `events` are those that the simulation passed.
+    /// Quantities against which residuals are plotted: name and one value per sample, NaN if undefined.
+    ///
+    /// `events` are the simulated events.
     fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema().channels.iter().zip(&record.values);
         let time = ("time_s".to_string(), record.times.clone());
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
     }
 
-    /// Scene of a view from above beside the states, at these times of a record, with parameter `values`; none for a system that
-    /// has no such view.
+    /// Data for a top view at these times, with parameter `values`; `None` if there is no such view.
     fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
         None
     }
 
-    /// Experiments that could be made, sampled every `step_s` seconds.
+    /// Candidate experiments for experiment design, sampled every `step_s` seconds.
     fn designs(&self, _records: &[&Record], _step_s: f64) -> Designs {
         Designs::default()
     }
 
-    /// Deviation of a channel, in its unit, to which the engine and its laws are accurate; smaller effects are none.
+    /// Accuracy of the engine in a channel, in its unit; effects smaller than this are not considered.
     ///
-    /// Where it is not 0, the laws are idealisations and something smooth is always left: gains are then measured in units of
-    /// the dispersion of what is left.
+    /// Where it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
+    /// divided by a dispersion factor estimated from the residuals.
     fn resolution(&self, _channel: usize) -> f64 {
         0.0
     }
 
-    /// Number of declared parameters: those that no added law owns.
+    /// Number of declared parameters, that is without those of the added effects.
     fn declared(&self) -> usize {
         let added: usize = self.laws().iter().map(|law| law.size(self.library())).sum();
         self.parameters().len() - added
     }
 
-    /// Places of each added law's parameters in a task's vector.
+    /// Index range of each added effect's parameters in a task's parameter vector.
     fn places(&self) -> Vec<Range<usize>> {
         let mut first = self.declared();
         self.laws()
             .iter()
             .map(|law| {
-                let place = first..first + law.size(self.library());
-                first = place.end;
-                place
+                let range = first..first + law.size(self.library());
+                first = range.end;
+                range
             })
             .collect()
     }

@@ -1,16 +1,16 @@
-//! A named number with its unit.
+//! Name and unit of a quantity.
 
-/// A named number with its unit.
+/// Name and unit of a quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
-    /// Name as in results, without the unit.
+    /// Name in results, without the unit.
     pub name: String,
-    /// Unit in print; empty for a pure number.
+    /// Unit as printed; empty for a dimensionless number.
     pub unit: String,
 }
 
 impl Quantity {
-    /// A quantity by name and unit.
+    /// Creates a quantity from name and unit.
     pub fn new(name: &str, unit: &str) -> Self {
         Self { name: name.into(), unit: unit.into() }
     }

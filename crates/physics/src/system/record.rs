@@ -1,96 +1,100 @@
-//! One measured record, as a system sees it.
+//! A measured record: samples, inputs, covariates, windows and detected events.
 
 use super::schema::{Begin, Schema};
 use crate::statistics::median;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// An input as it was recorded, on its own clock.
+/// A recorded input with its own sample times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stream {
     /// Times, s, strictly increasing.
     pub times: Vec<f64>,
-    /// `values[column][sample]`, in the unit of the column.
+    /// Samples as `values[column][sample]`, in the unit of the column.
     pub values: Vec<Vec<f64>>,
 }
 
-/// An event that the data show, before any model was fitted.
+/// An event detected in the data before any model is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenEvent {
-    /// When, s.
+    /// Time of the event, s.
     pub time: f64,
-    /// A rough value of the event's parameter.
+    /// Rough estimate of the event's parameter (for an impact: the restitution).
     pub value: f64,
 }
 
-/// A piece of a record that is simulated from a start of its own.
+/// A part of a record that is simulated from its own initial state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Window {
-    /// Samples.
+    /// Sample range within the record.
     pub samples: Range<usize>,
-    /// Rough state at the first of them, in the order of the schema's states.
+    /// Rough initial state at the first sample, in the order of the schema's states.
     pub start: Vec<f64>,
 }
 
-/// One measured record.
+/// A measured record.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
-    /// Name in the data.
+    /// Identifier in the data.
     pub id: String,
-    /// Number of its group.
+    /// Index of its group.
     pub group: usize,
     /// Times of the samples, s, strictly increasing.
     pub times: Vec<f64>,
-    /// `values[channel][sample]`, in the unit of the channel; NaN where not measured.
+    /// Samples as `values[channel][sample]`, in the unit of the channel; NaN where not measured.
     pub values: Vec<Vec<f64>>,
-    /// Inputs, in the order of the schema; parts of one recording share them.
+    /// Inputs, in the order of the schema; records cut from one recording share them.
     pub inputs: Arc<[Stream]>,
     /// Covariates, in the order of the schema; NaN where not recorded.
     pub covariates: Vec<f64>,
-    /// Windows of fits.
+    /// Windows over which models are fitted.
     pub windows: Vec<Window>,
-    /// Sample ranges that are forecast one by one; none: the whole record.
+    /// Sample ranges that are forecast separately; empty: the whole record.
     pub forecasts: Vec<Range<usize>>,
-    /// Sample ranges within which the motion is smooth; none where the system does not know.
+    /// Sample ranges without an event, in which the motion is smooth; empty where unknown.
     pub pieces: Vec<Range<usize>>,
-    /// Events that the data show.
+    /// Events detected in the data.
     pub events: Vec<SeenEvent>,
-    /// Time between two measured samples of a channel from which their noise is independent, s.
+    /// Noise of two samples of a channel counts as independent from this time difference on, s.
     pub memory_s: f64,
-    /// How many samples, from the first, a forecast may begin from.
+    /// Number of samples, from the first, that a forecast may use to estimate its initial state.
     pub known: usize,
-    /// Whether the record begins in the middle of a motion, so that nothing is known of its start.
+    /// Whether the record begins during a motion, so that its initial state is unknown.
     pub under_way: bool,
 }
 
 impl Record {
-    /// Whether the noise of sample `k` of a channel is correlated with that of `before`, the measured one before it: at most
-    /// one sample was lost in between. Lost is what was not recorded, what has an empty cell, and what was masked.
+    /// Whether the noise of sample `k` is correlated with that of the previous measured sample `before`.
+    ///
+    /// True if at most one sample is missing in between. Missing samples are those not recorded, empty or
+    /// masked.
     pub fn follows(&self, before: usize, k: usize) -> bool {
         self.times[k] - self.times[before] < self.memory_s
     }
 
-    /// Median time from one sample to the next, s.
+    /// Median time step, s.
     pub fn typical_step(&self) -> f64 {
         typical_step(&self.times)
     }
 
-    /// The covariate of index `i`, where it was recorded.
+    /// The covariate with index `i`; `None` where not recorded.
     pub fn covariate(&self, i: usize) -> Option<f64> {
         self.covariates.get(i).copied().filter(|v| v.is_finite())
     }
 
-    /// Makes the whole record one window, of which no smooth pieces are known. Measured states start at the first value of their channel, fixed
-    /// ones where the schema puts them, those with a prior at its mean, and free ones at 0.
+    /// Makes the whole record one window without smooth segments, and sets its rough initial state.
+    ///
+    /// Measured states start at the first finite value of their channel, fixed ones at their value, those
+    /// with a prior at its mean, and free ones at 0.
     pub fn whole(&mut self, schema: &Schema) {
-        let first = |channel: usize| {
+        let first_value = |channel: usize| {
             let values = self.values.get(channel).map_or(&[][..], Vec::as_slice);
             values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         };
         let start = schema.states.iter().map(|state| match state.begin {
             Begin::Free => 0.0,
             Begin::Fixed(value) | Begin::Prior(value, _) => value,
-            Begin::Measured(channel) => first(channel),
+            Begin::Measured(channel) => first_value(channel),
         });
         let start = start.collect();
         let samples = 0..self.times.len();
@@ -101,44 +105,47 @@ impl Record {
     }
 }
 
-/// One lost sample does not make its neighbours independent: taking them so would halve the slow part of coloured noise.
+/// Noise counts as correlated over fewer than this many sample steps.
+///
+/// Above 2, so that one missing sample does not make its neighbours independent: treating them as independent
+/// would halve the estimated slow part of coloured noise.
 pub const MEMORY: f64 = 2.6;
 
-/// Standard deviation of what a channel of the records measured, in its unit; 1 where that is nothing.
+/// Standard deviation of a channel's samples over all records; 1 if it is 0 or there are none.
 pub fn spread(records: &[Record], channel: usize) -> f64 {
-    let each = records.iter().filter_map(|r| r.values.get(channel)).flatten().copied();
-    let values: Vec<f64> = each.filter(|v| v.is_finite()).collect();
+    let samples = records.iter().filter_map(|r| r.values.get(channel)).flatten().copied();
+    let values: Vec<f64> = samples.filter(|v| v.is_finite()).collect();
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
     if variance > 0.0 { variance.sqrt() } else { 1.0 }
 }
 
-/// Median time from one of these times to the next, s.
+/// Median difference of consecutive times, s; at least 1e-6.
 ///
 /// ```
 /// use augsim_physics::system::typical_step;
-/// assert_eq!(typical_step(&[0.0, 0.5, 1.0, 9.0]), 0.5); // one gap changes nothing
+/// assert_eq!(typical_step(&[0.0, 0.5, 1.0, 9.0]), 0.5); // one gap does not matter
 /// ```
 pub fn typical_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
 }
 
-/// Longest piece, in units of the time asked for: samples are one step apart, unless some are missing.
-const LONGEST: f64 = 1.2;
+/// Longest accepted segment, as a multiple of the requested duration: a longer one contains a gap.
+const MAX_DURATION_RATIO: f64 = 1.2;
 
-/// Sample ranges of `duration_s`; whole ones only, none over a gap that makes it much longer.
+/// Splits samples into ranges of `duration_s`; drops an incomplete last one and those with a gap.
 pub fn pieces_of(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
-    let mut pieces = Vec::new();
+    let mut ranges = Vec::new();
     let mut first = 0;
     for k in 1..times.len() {
         let length = times[k] - times[first];
         if length >= duration_s {
-            if length < LONGEST * duration_s {
-                pieces.push(first..k + 1);
+            if length < MAX_DURATION_RATIO * duration_s {
+                ranges.push(first..k + 1);
             }
             first = k;
         }
     }
-    pieces
+    ranges
 }

@@ -1,21 +1,21 @@
-//! Parameters that differ at random.
+//! Random effects: a parameter that varies at random between events or records.
 
-/// The scope of one random number.
+/// Whether a random effect is drawn per event or per record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ScatterPer {
-    /// A new draw at every event.
+    /// One draw per event.
     Event,
-    /// One draw for a whole record.
+    /// One draw per record.
     Record,
 }
 
-/// The scatter of a parameter.
+/// Random variation of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// The scope of one draw.
+    /// Scope of one draw.
     pub per: ScatterPer,
     /// Standard deviation, in the unit of the parameter.
     pub sd: f64,
-    /// Its 95 % interval in the model file, where that has one.
+    /// 95 % interval of the standard deviation, where the model file gives one.
     pub ci95: Option<[f64; 2]>,
 }

@@ -1,185 +1,187 @@
-//! The parts of a system as data: the loop reads names, units and roles from here and knows no others.
+//! Description of a system: names, units and roles of its states, channels, inputs and features.
 
 use super::effect::Effect;
 use super::quantity::Quantity;
 use super::scatter::{Scatter, ScatterPer};
 use std::ops::Range;
 
-/// How a state is at the beginning of a record.
+/// How the initial value of a state is determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Begin {
-    /// Fitted for each record.
+    /// Estimated for each record.
     Free,
-    /// Known.
+    /// Known: this value.
     Fixed(f64),
-    /// Fitted, and measured by the channel of this index.
+    /// Estimated; the channel with this index measures it.
     Measured(usize),
-    /// Fitted, and known to be normal with this mean and standard deviation.
+    /// Estimated, with a normal prior of this mean and standard deviation.
     Prior(f64, f64),
 }
 
-/// A state of the motion.
+/// A state variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Name and unit.
     pub quantity: Quantity,
-    /// How it begins.
+    /// How its initial value is determined.
     pub begin: Begin,
 }
 
 /// A measured channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
-    /// Column of the data, its unit in the name.
+    /// Column of the data, with the unit as suffix.
     pub column: String,
-    /// Unit in print.
+    /// Unit as printed.
     pub unit: String,
-    /// Period, for an angle that is measured modulo a turn.
+    /// Period of a wrapped angle, in the unit of the channel.
     pub period: Option<f64>,
-    /// Declared standard deviation of the sensor, in the unit of the channel.
+    /// Declared noise standard deviation, in the unit of the channel.
     pub sd: Option<f64>,
-    /// A standard deviation that the sensor does not exceed, where one is known before (misfit over the shortest windows).
+    /// Upper bound of the noise standard deviation, if known (from residuals over the shortest windows).
     pub sd_at_most: Option<f64>,
-    /// Declared accuracy of the instrument: a marker's neighbouring samples agree better with each other than with the truth,
-    /// so that no estimate far below it is believed.
+    /// Lower bound of the noise standard deviation: the declared accuracy of the instrument.
+    ///
+    /// Neighbouring samples of a marker agree better with each other than with the true position, so an
+    /// estimate from their differences can be far too small.
     pub sd_at_least: Option<f64>,
-    /// Column that is above one half in the rows in which the channel was measured anew, where the data have it.
+    /// Column that marks (above 0.5) the rows with a new measurement of the channel, if there is one.
     pub fresh: Option<String>,
 }
 
-/// How an input goes between its samples.
+/// Interpolation of an input between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// The input keeps the last value.
+    /// Zero-order hold: the last value.
     Held,
-    /// The input goes in straight lines.
+    /// Linear interpolation (first-order hold).
     Linear,
 }
 
-/// An imposed input: columns that share a clock, which need not be that of the channels.
+/// A measured input: columns with common sample times, which may differ from those of the channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// Columns of the data.
     pub columns: Vec<String>,
-    /// How it goes between its samples.
+    /// Interpolation between its samples.
     pub between: Between,
-    /// Column that is above one half in the rows in which the input was recorded anew, where the data have it.
+    /// Column that marks (above 0.5) the rows with a new sample of the input, if there is one.
     pub fresh: Option<String>,
 }
 
-/// Something that a law may add to.
+/// A quantity that a table can add to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// Name and unit.
     pub quantity: Quantity,
-    /// Where it acts, in the system's words (`flight`, `impact`, `sensor`, …).
+    /// Where it acts (`flight`, `impact`, `sensor`, …).
     pub place: String,
-    /// Whether a law there makes every simulation dearer.
+    /// Whether a table there slows down every simulation.
     pub costly: bool,
-    /// A size of an addition that matters, in the unit of the quantity.
+    /// Typical magnitude of a relevant addition, in the unit of the quantity.
     pub usual: f64,
 }
 
-/// Channels whose errors are one figure.
+/// Channels whose errors are combined into one error figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
-    /// Name of the error table (`position`, `rotation`).
+    /// Name of the error figure (`position`, `rotation`).
     pub name: String,
     /// Channels, by index.
     pub channels: Vec<usize>,
-    /// Unit in print, and how many of it are in one unit of the channels.
+    /// Display unit, and conversion factor from the unit of the channels.
     pub unit: (String, f64),
-    /// Whether the error of a sample is the length of the vector of its channels; otherwise each channel counts by itself.
+    /// Whether a sample's error is the Euclidean norm over the channels, not one error per channel.
     pub length: bool,
 }
 
-/// Events that a simulation passes, such as impacts.
+/// The kind of event of a system, such as impacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventSchema {
-    /// One and many, for sentences.
+    /// Singular and plural, for sentences.
     pub words: [String; 2],
-    /// Index of the parameter that may have an offset of its own at each event.
+    /// Index of the parameter that may have a random offset at each event.
     pub parameter: usize,
-    /// Its scatter as an effect: the name in results; its one parameter, the standard deviation, with bounds and a typical size.
+    /// That random effect as a library effect; its only parameter is the standard deviation.
     pub scatter: Effect,
-    /// The scatter that the model declares.
+    /// The random effect that the model declares.
     pub declared: Option<Scatter>,
-    /// The feature that a rhythm of the surroundings would be proportional to at an event, by its place among the features.
+    /// Index of the feature that scales a periodic disturbance of the parameter at events.
     pub strength: Option<usize>,
 }
 
-/// Parameters of an effect that may be drawn anew for each record, about a mean that all records share.
+/// Per-record random effect: parameters of an effect that vary between records about a common mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawn {
-    /// The effect whose parameters are drawn, by its place in the library; it vanishes where they are 0.
+    /// Index of the effect with these parameters in the library; it vanishes where they are 0.
     pub through: usize,
-    /// Places of these parameters in the declared vector, where the model declares the effect.
+    /// Indices of these parameters in the declared parameter vector, if the model declares the effect.
     pub places: Option<Range<usize>>,
-    /// The scatter as an effect: the name in results; its one parameter, the standard deviation, with bounds and a typical size.
+    /// The random effect as a library effect; its only parameter is the standard deviation.
     pub scatter: Effect,
     /// The standard deviation that the model declares.
     pub declared: Option<f64>,
-    /// Its 95 % interval in the model file, where that has one.
+    /// Its 95 % interval, where the model file gives one.
     pub declared_ci95: Option<[f64; 2]>,
 }
 
-/// The description of a system.
+/// Description of a system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schema {
     /// Name of the system.
     pub system: String,
-    /// One record and many, for sentences (`push`, `pushes`).
+    /// Singular and plural of a record, for sentences (`push`, `pushes`).
     pub record: [String; 2],
-    /// States, in the order of a task's start.
+    /// States, in the order of a task's initial state.
     pub states: Vec<State>,
-    /// Channels, in the order of a simulation's values.
+    /// Channels, in the order of the simulated values.
     pub channels: Vec<Channel>,
     /// Inputs, in the order of a record's streams.
     pub inputs: Vec<Input>,
     /// Quantities that are constant over a record, in the order of its covariates.
     pub covariates: Vec<Quantity>,
-    /// The covariate that is the record's start on the clock of the session, s.
+    /// Index of the covariate that is the start of the record on the session clock, s.
     pub clock: Option<usize>,
-    /// Quantities that a table may depend on, and that residuals are shown against.
+    /// Quantities that a table may depend on; residuals are also plotted against them.
     pub features: Vec<Quantity>,
     /// Quantities that a table may add to.
     pub targets: Vec<Target>,
-    /// Times after which forecasts from a measured state are compared, s; for a system whose states are all measured.
+    /// Forecast horizons, s, for a system whose states are all measured.
     pub horizons_s: Vec<f64>,
-    /// Error tables; the first is the one that decides.
+    /// Error figures; the first is the primary one.
     pub measures: Vec<Measure>,
-    /// Events, for a system that has them.
+    /// Kind of event, for a system that has events.
     pub event: Option<EventSchema>,
-    /// Parameters that may be drawn anew for each record, for a system that has such.
+    /// Per-record random effect, for a system that has one.
     pub drawn: Option<Drawn>,
-    /// Conditions that can be varied from record to record, in words, most telling first (`heights`, `speeds`).
+    /// Conditions that can be varied between records, most informative first (`heights`, `speeds`).
     pub conditions: Vec<String>,
 }
 
 impl Schema {
-    /// Unit in print of the measure that decides, with its size in the unit of the channels.
+    /// Display unit of the primary error figure, and conversion factor from the unit of the channels.
     pub fn decides(&self) -> (&str, f64) {
         self.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1))
     }
 
-    /// Index of the covariate `name`.
+    /// Index of the covariate with this name.
     pub fn covariate(&self, name: &str) -> Option<usize> {
         self.covariates.iter().position(|c| c.name == name)
     }
 
-    /// Index of the channel with the column `name`.
+    /// Index of the channel with this column.
     pub fn channel(&self, name: &str) -> Option<usize> {
         self.channels.iter().position(|c| c.column == name)
     }
 
-    /// States that are fitted at the beginning of a record.
+    /// Indices of the states whose initial value is estimated.
     pub fn free_states(&self) -> impl Iterator<Item = usize> + '_ {
         self.states.iter().enumerate().filter(|(_, s)| !matches!(s.begin, Begin::Fixed(_))).map(|(i, _)| i)
     }
 }
 
 impl ScatterPer {
-    /// The word for it in the system's model files, sentences and results.
+    /// The scope's name in the system's model files, sentences and results.
     pub fn word(self, schema: &Schema) -> &str {
         match (self, &schema.event) {
             (ScatterPer::Event, Some(event)) => &event.words[0],

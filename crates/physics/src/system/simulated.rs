@@ -1,51 +1,54 @@
-//! The result of a simulation: channels, their derivatives, and events.
+//! The result of a simulation: channel values, their derivatives, and events.
 
 use crate::Scalar;
 
-/// An event that a simulation passed.
+/// A simulated event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Features, in the order of the schema's; NaN for those that an event has not.
+    /// Features in the order of the schema; NaN for those that are not defined at an event.
     pub features: Vec<f64>,
 }
 
 impl Event {
-    /// The feature of index `i`; not a number where the event has none of this kind.
+    /// The feature with index `i`; NaN where it is not defined at the event.
     pub fn feature(&self, i: usize) -> f64 {
         self.features.get(i).copied().unwrap_or(f64::NAN)
     }
 }
 
-/// Values and derivatives of a window. Reuse one for many windows: nothing is allocated once it is large enough.
+/// Values and derivatives of a simulated window.
+///
+/// Reuse one buffer for many windows: it is not reallocated once it is large enough.
 #[derive(Clone, Debug, Default)]
 pub struct Simulated {
     samples: usize,
     channels: usize,
     lanes: usize,
     width: usize,
-    /// `[sample][channel]`
+    /// Values as `[sample][channel]`.
     values: Vec<f64>,
-    /// `[sample][channel][width]`, zero beyond the lanes.
+    /// Derivatives as `[sample][channel][width]`, zero beyond the lanes.
     slopes: Vec<f64>,
     features: usize,
     event_times: Vec<f64>,
-    /// `[event][feature]`
+    /// Event features as `[event][feature]`.
     event_features: Vec<f64>,
-    /// Where one block of lanes is simulated, when there are several.
+    /// Buffer for one block of lanes, if the task runs in several.
     block: Option<Box<Simulated>>,
 }
 
-/// Lanes are stored in rows of a multiple of this, so that a kernel can be compiled for a few widths.
-const ROW: usize = 4;
+/// Rows of derivatives are padded to a multiple of this; kernels then need only a few widths.
+const ROW_MULTIPLE: usize = 4;
 
 impl Simulated {
-    /// Makes room for a window of `samples` and `channels` with derivatives in `lanes`, all zero, and no events with
-    /// `features` each.
+    /// Resizes the buffers, sets all values and derivatives to 0 and removes all events.
+    ///
+    /// Events added later have `features` features each.
     pub fn reset(&mut self, samples: usize, channels: usize, lanes: usize, features: usize) {
         (self.samples, self.channels, self.lanes) = (samples, channels, lanes);
-        (self.width, self.features) = (lanes.next_multiple_of(ROW), features);
+        (self.width, self.features) = (lanes.next_multiple_of(ROW_MULTIPLE), features);
         self.values.clear();
         self.values.resize(samples * channels, 0.0);
         self.slopes.clear();
@@ -64,33 +67,35 @@ impl Simulated {
         self.channels
     }
 
-    /// Number of lanes.
+    /// Number of derivative lanes.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Length of a row of derivatives: the lanes and zeros up to a multiple of four.
+    /// Length of a row of derivatives: the lanes, padded with zeros to a multiple of four.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// The value of a channel at a sample, in the channel's unit.
+    /// Value of a channel at a sample, in the channel's unit.
     pub fn value(&self, sample: usize, channel: usize) -> f64 {
         self.values[sample * self.channels + channel]
     }
 
-    /// Its derivatives, [`width`](Self::width) of them, in the channel's unit per unit of the seed.
+    /// Derivatives of a channel at a sample, in the channel's unit per unit of the seed.
+    ///
+    /// The slice has [`width`](Self::width) elements.
     pub fn slopes(&self, sample: usize, channel: usize) -> &[f64] {
         let first = (sample * self.channels + channel) * self.width;
         &self.slopes[first..first + self.width]
     }
 
-    /// Writes a channel at a sample. Lanes that were not asked for are dropped.
+    /// Stores value and derivatives of a channel at a sample; drops surplus lanes.
     pub fn set<S: Scalar>(&mut self, sample: usize, channel: usize, x: S) {
         self.set_row(sample, channel, x.value(), x.derivatives().iter().copied());
     }
 
-    /// Writes the value of a channel at a sample and its derivatives, for a system that knows them without dual numbers.
+    /// Stores value and derivatives of a channel at a sample, for a system without dual numbers.
     pub fn set_row(
         &mut self,
         sample: usize,
@@ -98,13 +103,13 @@ impl Simulated {
         value: f64,
         slopes: impl IntoIterator<Item = f64>,
     ) {
-        let at = sample * self.channels + channel;
-        self.values[at] = value;
-        let row = &mut self.slopes[at * self.width..][..self.lanes];
+        let index = sample * self.channels + channel;
+        self.values[index] = value;
+        let row = &mut self.slopes[index * self.width..][..self.lanes];
         row.iter_mut().zip(slopes).for_each(|(to, from)| *to = from);
     }
 
-    /// Adds an event with its features, in the order of the schema's.
+    /// Appends an event with its features in the order of the schema; missing ones are NaN.
     pub fn push_event(&mut self, time_s: f64, features: impl IntoIterator<Item = f64>) {
         self.event_times.push(time_s);
         let end = self.event_times.len() * self.features;
@@ -117,28 +122,30 @@ impl Simulated {
         &self.event_times
     }
 
-    /// Features of an event, in the order of the schema's; NaN for those that an event has not.
+    /// Features of an event in the order of the schema; NaN for those that are not defined.
     pub fn event(&self, event: usize) -> &[f64] {
         &self.event_features[event * self.features..][..self.features]
     }
 
-    /// All events, in order.
+    /// All events in order of time.
     pub fn events(&self) -> Vec<Event> {
         let times = self.event_times.iter().enumerate();
         times.map(|(i, &time_s)| Event { time_s, features: self.event(i).to_vec() }).collect()
     }
 
-    /// Takes the buffer for single blocks of lanes out.
+    /// Takes the buffer for one block of lanes out.
     pub(super) fn take_block(&mut self) -> Box<Simulated> {
         self.block.take().unwrap_or_default()
     }
 
-    /// Puts the buffer for single blocks of lanes back.
+    /// Puts the buffer for one block of lanes back.
     pub(super) fn put_block(&mut self, block: Box<Simulated>) {
         self.block = Some(block);
     }
 
-    /// Takes over a block, whose lanes are those from `first` on, of `lanes` in all. The first one brings values and events.
+    /// Copies the derivatives of a block into lanes `first..` of `lanes` in total.
+    ///
+    /// The block with `first` 0 also sets sizes, values and events.
     pub(super) fn merge(&mut self, block: &Simulated, first: usize, lanes: usize) {
         if first == 0 {
             self.reset(block.samples, block.channels, lanes, block.features);

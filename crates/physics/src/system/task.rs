@@ -1,33 +1,33 @@
-//! One window to simulate, and with respect to what.
+//! A simulation task: window, parameter values, initial state and derivative seeds.
 
 use super::{Record, Schema, SimulationError};
 use std::ops::Range;
 
-/// The number with respect to which one lane carries derivatives. No two lanes of a task have the same seed.
+/// The variable with respect to which one lane carries derivatives; the seeds of a task are distinct.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Seed {
-    /// A parameter, by its place in the vector.
+    /// A parameter, by its index in the parameter vector.
     Parameter(usize),
-    /// A state at the beginning of the window, by its place in the schema.
+    /// An initial state of the window, by its index in the schema.
     Start(usize),
-    /// An offset of the event's parameter, by its place in [`Offsets`].
+    /// An offset of the event parameter, by its index in [`Offsets`].
     Offset(usize),
 }
 
-/// Offsets of the parameter of the schema's events: random numbers that the simulation takes as inputs.
+/// Offsets of the event parameter: realisations of its random effect, inputs of the simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Offsets<'a> {
-    /// None.
+    /// No offsets.
     #[default]
     None,
     /// One offset for every event of the window.
     Shared(f64),
-    /// One for each event, in order; 0 beyond the last.
+    /// One offset per event, in order; 0 beyond the end of the list.
     Each(&'a [f64]),
 }
 
 impl Offsets<'_> {
-    /// How many there are.
+    /// Number of offsets.
     pub fn len(&self) -> usize {
         match self {
             Offsets::None => 0,
@@ -36,7 +36,7 @@ impl Offsets<'_> {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no offsets.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -49,25 +49,25 @@ pub struct Task<'a> {
     pub parameters: &'a [f64],
     /// The record: times, inputs and covariates.
     pub record: &'a Record,
-    /// Samples of the record. A window that does not begin the record is under way.
+    /// Sample range of the record; a window that does not start at sample 0 starts during the motion.
     pub window: Range<usize>,
-    /// States at the first sample of the window, in the order of the schema.
+    /// Initial state at the first sample of the window, in the order of the schema.
     pub start: &'a [f64],
-    /// Offsets of the event's parameter.
+    /// Offsets of the event parameter.
     pub offsets: Offsets<'a>,
-    /// The numbers with respect to which derivatives are carried, lane by lane.
+    /// Variables of differentiation, one per lane.
     pub seeds: &'a [Seed],
 }
 
 impl Task<'_> {
-    /// Whether the task fits a system with this schema and so many parameters.
+    /// Checks the task against a system with this schema and number of parameters.
     ///
     /// # Errors
-    /// [`SimulationError::Task`] names the part that does not.
+    /// [`SimulationError::Task`] names the part that does not match.
     pub fn check(&self, schema: &Schema, parameters: usize) -> Result<(), SimulationError> {
         let offsets = if schema.event.is_some() { self.offsets.len() } else { 0 };
-        let ends = |limit: usize, of: fn(Seed) -> Option<usize>| {
-            let last = self.seeds.iter().filter_map(|s| of(*s)).max();
+        let seed_count = |limit: usize, index: fn(Seed) -> Option<usize>| {
+            let last = self.seeds.iter().filter_map(|s| index(*s)).max();
             (limit, last.map_or(0, |last| last + 1))
         };
         let parameter = |s: Seed| if let Seed::Parameter(i) = s { Some(i) } else { None };
@@ -75,21 +75,21 @@ impl Task<'_> {
         let offset = |s: Seed| if let Seed::Offset(i) = s { Some(i) } else { None };
         let exact = [
             ("parameters", parameters, self.parameters.len()),
-            ("start states", schema.states.len(), self.start.len()),
+            ("initial states", schema.states.len(), self.start.len()),
             ("input streams", schema.inputs.len(), self.record.inputs.len()),
         ];
-        let most = [
+        let upper_limits = [
             ("samples", (self.record.times.len(), self.window.end)),
-            ("seeds of parameters", ends(parameters, parameter)),
-            ("seeds of start states", ends(schema.states.len(), start)),
-            ("seeds of offsets", ends(offsets, offset)),
+            ("seeds of parameters", seed_count(parameters, parameter)),
+            ("seeds of initial states", seed_count(schema.states.len(), start)),
+            ("seeds of offsets", seed_count(offsets, offset)),
         ];
         let wrong = exact.into_iter().find(|(_, expected, found)| expected != found);
-        let above = || {
-            let beyond = most.into_iter().find(|(_, (limit, found))| found > limit);
+        let over_limit = || {
+            let beyond = upper_limits.into_iter().find(|(_, (limit, found))| found > limit);
             beyond.map(|(part, (limit, found))| (part, limit, found))
         };
-        match wrong.or_else(above) {
+        match wrong.or_else(over_limit) {
             None => Ok(()),
             Some((part, expected, found)) => {
                 Err(SimulationError::Task { system: schema.system.clone(), part, expected, found })

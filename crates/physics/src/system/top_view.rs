@@ -1,13 +1,13 @@
-//! A view from above of a motion in the plane.
+//! Data for drawing a planar motion from above.
 
 use serde::{Deserialize, Serialize};
 
-/// An object and what moves it, beside the object's poses.
+/// Outline of a pushed object, and the path and radius of the rod; the object's poses are elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopView {
-    /// Corners of the object in its own frame, m.
+    /// Corners of the object in its body frame, m.
     pub outline_m: Vec<[f64; 2]>,
-    /// Centre of the rod at the times of the samples, m.
+    /// Centre of the rod at each sample time, m.
     pub rod_m: Vec<[f64; 2]>,
     /// Radius of the rod, m.
     pub rod_radius_m: f64,

@@ -1,5 +1,7 @@
-//! Contract: the floor is the one that was computed independently for the regenerated test sets; no
-//! predictor from the start beats it under its own loss; and it is the same for any threads.
+//! The error floor agrees with closed forms and with independent results for the published test sets.
+//!
+//! Each optimal predictor has the smallest error under its own loss, and the result does not depend on the
+//! number of threads.
 
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, Trajectory, read_legacy_ball};
@@ -8,8 +10,7 @@ use augsim_physics::ball::floor::{Ensemble, Floor, FloorOptions, Start, floor, p
 use augsim_physics::ball::paper_law::PaperLaw;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Trajectories of two samples: a start at 0 and a height that is standard normal whatever the
-/// start. Everything about its floor is known in closed form.
+/// Trajectories of two samples: 0, and a standard normal height; all errors have a closed form.
 fn normal_law() -> (Dataset, impl Fn(Start, &mut rand_xoshiro::Xoshiro256PlusPlus, &mut Ensemble)) {
     let mut rng = augsim_data::random_stream(5, "truth", 0);
     let rows = (0..4000).map(|i| {
@@ -25,15 +26,17 @@ fn normal_law() -> (Dataset, impl Fn(Start, &mut rand_xoshiro::Xoshiro256PlusPlu
 }
 
 #[test]
-fn a_normal_law_has_its_closed_form_floor() {
+fn floor_of_a_normal_distribution_matches_the_closed_form() {
     let (truth, fill) = normal_law();
     let options = FloorOptions { draws: 200, averaged: 10, seed: 1 };
     let found = floor(&truth, options, fill).unwrap();
-    // E|X| = sqrt(2/pi); with the mean of k samples the error is N(0, 1 + 1/k); one sample, k = 1;
-    // CRPS of the exact law is 1/sqrt(pi). Half of each, since the sample at the start is exact.
+    // E|X| = sqrt(2/pi) for a standard normal X. The error of the mean of k samples is N(0, 1 + 1/k). The
+    // CRPS of the exact distribution is 1/sqrt(pi). All are halved, since the first of the two samples has no
+    // error.
     let absolute = |variance: f64| (2.0 * variance / std::f64::consts::PI).sqrt() / 2.0;
     let crps = 1.0 / std::f64::consts::PI.sqrt() / 2.0;
-    // Four standard errors of 4000 trajectories (sd of |X| 0.6, of the score 0.45, halved).
+    // Four standard errors for 4000 trajectories; |X| has a standard deviation of 0.6, the score of 0.45,
+    // both halved.
     let close = |found: f64, exact: f64, what| {
         assert!((found - exact).abs() < 4.0 * 0.6 / 2.0 / 4000.0_f64.sqrt(), "{what} {found} {exact}");
     };
@@ -43,29 +46,30 @@ fn a_normal_law_has_its_closed_form_floor() {
     close(found.one_sample.position_m.mean, absolute(2.0), "one sample");
     close(found.crps_height_m.mean, crps, "CRPS");
     assert_eq!(found.crps_velocity_m_s.mean, 0.0);
-    // The fair score does not depend on the number of draws; the plain one would be 25 % high here.
+    // The fair score is unbiased for any number of draws; the plain estimate would be 25 % too large here.
     let (truth, fill) = normal_law();
     let few = FloorOptions { draws: 4, averaged: 2, seed: 1 };
     close(floor(&truth, few, fill).unwrap().crps_height_m.mean, crps, "CRPS from 4 draws");
 }
 
 fn check_optimal(found: &Floor) {
-    let least = |score: fn(&Floor) -> f64, best: f64, what: &str| {
+    let check = |score: fn(&Floor) -> f64, best: f64, what: &str| {
         assert!(best <= score(found), "{what}: {best} against {}", score(found));
     };
     let position = found.median.position_m.mean;
-    least(|f| f.weighted_median.position_m.mean, position, "weighted median, position");
-    least(|f| f.mean.position_m.mean, position, "mean, position");
-    least(|f| f.mean_of_samples.position_m.mean, position, "mean of ten, position");
-    least(|f| f.one_sample.position_m.mean, position, "one sample, position");
-    least(|f| f.median.trans_percent.mean, found.weighted_median.trans_percent.mean, "trans %");
-    // The exact law is calibrated: E|X - Y| = E|X - X'|, so its score is half a sample's error.
+    check(|f| f.weighted_median.position_m.mean, position, "weighted median, position");
+    check(|f| f.mean.position_m.mean, position, "mean, position");
+    check(|f| f.mean_of_samples.position_m.mean, position, "mean of ten, position");
+    check(|f| f.one_sample.position_m.mean, position, "one sample, position");
+    check(|f| f.median.trans_percent.mean, found.weighted_median.trans_percent.mean, "trans %");
+    // The truth has the same distribution as a draw, so E|X - y| = E|X - X'|, and the CRPS is half of one
+    // sample's error.
     let ratio = 2.0 * found.crps_height_m.mean / found.one_sample.position_m.mean;
     assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
 }
 
 #[test]
-fn the_best_predictor_of_each_loss_is_the_one_that_theory_names() {
+fn each_optimal_predictor_has_the_smallest_error_under_its_loss() {
     let law = PaperLaw { samples: 200, ..PaperLaw::default() };
     let (truth, _) = law.generate(150, 11).unwrap();
     let options = FloorOptions { draws: 300, averaged: 10, seed: 2 };
@@ -84,11 +88,11 @@ fn the_best_predictor_of_each_loss_is_the_one_that_theory_names() {
 }
 
 #[test]
-fn the_floors_of_the_regenerated_sets() {
+fn floors_of_the_published_sets_are_reproduced() {
     let mut damped = PaperLaw::default();
     damped.ball.damping = DEFAULT_DAMPING;
-    // The median of 500 draws costs 0.3 % more than that of the law; 1 % also covers the published
-    // figures' own last digit.
+    // The median of 500 draws has a 0.3 % larger error than the exact one; the tolerance of 1 % also covers
+    // the rounding of the published figures.
     let options = FloorOptions { draws: 500, ..FloorOptions::default() };
     // Median: position m, velocity m/s, trans %.
     let rows = [
@@ -106,7 +110,8 @@ fn the_floors_of_the_regenerated_sets() {
         let found = paper_floor(&law, &truth, options).unwrap();
         println!("{name}: {:.1} s {found:.4?}", started.elapsed().as_secs_f64());
         if name == "test_1000" {
-            // On average only: 100 trajectories of the smaller sets can favour a wrong predictor.
+            // Optimality holds on average only; the smaller sets of 100 trajectories can favour another
+            // predictor.
             check_optimal(&found);
         }
         let figures =
@@ -118,12 +123,12 @@ fn the_floors_of_the_regenerated_sets() {
 }
 
 #[test]
-fn floors_that_cannot_be_had_say_why() {
+fn invalid_floor_requests_are_refused_with_a_message() {
     let law = PaperLaw { samples: 10, ..PaperLaw::default() };
     let (truth, _) = law.generate(2, 0).unwrap();
     let text = |set: &Dataset, options| paper_floor(&law, set, options).unwrap_err().to_string();
     let few = FloorOptions { draws: 9, ..FloorOptions::default() };
-    assert_eq!(text(&truth, few), "9 draws are too few; take at least 10");
+    assert_eq!(text(&truth, few), "9 draws are too few; use at least 10");
     assert_eq!(
         text(&truth.select(&[]), FloorOptions::default()),
         "no trajectories to score; pass at least one"

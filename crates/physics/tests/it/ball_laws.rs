@@ -1,10 +1,13 @@
-//! Contract: the event-driven engine obeys the laws of a bouncing ball. Each test is named for its law and compares with a
-//! closed form or an inequality that holds exactly; tolerances are a few thousand rounding errors of metres or seconds.
+//! The event-driven engine obeys the physical laws of a bouncing ball.
+//!
+//! Each test compares with a closed form or an exact inequality; tolerances are a few thousand rounding
+//! errors of metres or seconds.
 
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, simulate};
 use proptest::prelude::*;
 
 const G: f64 = 9.81;
+/// Tolerance for closed forms: a few thousand rounding errors.
 const EXACT: f64 = 1e-11;
 
 fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -> Run<f64> {
@@ -32,8 +35,8 @@ fn grid(until: f64, n: usize) -> Vec<f64> {
 }
 
 #[test]
-fn rebound_matches_e_squared() {
-    // A drop from 10 m, a known trap of stepping engines: the apex after the first bounce is exactly e² h.
+fn apex_after_a_bounce_is_e_squared_times_the_drop_height() {
+    // A drop from 10 m, for which time-stepping engines are inaccurate.
     for e in [0.3, 0.65, 0.9] {
         let fall = (2.0 * 10.0 / G).sqrt();
         let apex = fall * (1.0 + e);
@@ -43,9 +46,9 @@ fn rebound_matches_e_squared() {
 }
 
 #[test]
-fn bouncing_ends_at_the_zeno_limit() {
-    // Infinitely many bounces take t0 (1 + e)/(1 - e); the rule cuts bounces below half a nanometre, whose
-    // remaining time is at most 2 v/(g (1 - e)) with v = 1e-4 m/s.
+fn ball_comes_to_rest_at_the_zeno_limit() {
+    // Infinitely many bounces take t0 (1 + e)/(1 - e). The rest condition omits bounces with v < 1e-4 m/s,
+    // which take at most 2 v/(g (1 - e)).
     let e = 0.6;
     let fall = (2.0 / G).sqrt();
     let limit = fall * (1.0 + e) / (1.0 - e);
@@ -57,7 +60,7 @@ fn bouncing_ends_at_the_zeno_limit() {
 }
 
 #[test]
-fn elastic_ball_returns_for_ever() {
+fn elastic_ball_returns_to_its_height_after_many_bounces() {
     let fall = (2.0 / G).sqrt();
     let height = drop_from(1.0, 1.0, &[200.0 * fall]).positions[0][2];
     assert!((height - 1.0).abs() < 1e-9, "{height}");
@@ -65,7 +68,8 @@ fn elastic_ball_returns_for_ever() {
 
 #[test]
 fn drag_in_fall_matches_the_closed_form() {
-    // v(t) = v_t tanh(g t / v_t), z = h - v_t²/g ln cosh(g t / v_t). Tolerance: the interpolation error stated at STEP.
+    // v(t) = v_t tanh(g t / v_t), z = h - v_t²/g ln cosh(g t / v_t). Tolerance: the integration error stated
+    // at STEP_S.
     let mut world = World::new(Axes::Vertical);
     world.add_kind("quadratic-drag").expect("in the library");
     let (k, h) = (0.13f64, 6.0);
@@ -79,8 +83,8 @@ fn drag_in_fall_matches_the_closed_form() {
 }
 
 #[test]
-fn order_of_the_integrator_shows_in_linear_drag() {
-    // Linear drag has a closed form; the arrival time is where it meets the ground.
+fn impact_time_with_linear_drag_matches_the_closed_form() {
+    // The closed form of the height must be 0 at the simulated impact time.
     let mut world = World::new(Axes::Vertical);
     world.add_kind("linear-drag").expect("in the library");
     let (c, h) = (0.5, 3.0);
@@ -91,19 +95,19 @@ fn order_of_the_integrator_shows_in_linear_drag() {
 }
 
 #[test]
-fn contact_of_zero_duration_is_the_instantaneous_bounce() {
+fn contact_of_zero_duration_is_an_instantaneous_bounce() {
     let mut world = World::new(Axes::Vertical);
     world.add_kind("contact-duration").expect("in the library");
     let times = grid(2.0, 200);
-    let soft = run(&world, &[0.0], 0.7, State::at_rest(1.0), &times);
-    let hard = drop_from(1.0, 0.7, &times);
-    for (a, b) in soft.positions.iter().zip(&hard.positions) {
+    let zero_duration = run(&world, &[0.0], 0.7, State::at_rest(1.0), &times);
+    let instantaneous = drop_from(1.0, 0.7, &times);
+    for (a, b) in zero_duration.positions.iter().zip(&instantaneous.positions) {
         assert!((a[2] - b[2]).abs() < EXACT);
     }
 }
 
 #[test]
-fn soft_contact_goes_below_the_ground_and_leaves_slower() {
+fn finite_contact_penetrates_the_ground_and_rebounds_slower() {
     let mut world = World::new(Axes::Vertical);
     world.add_kind("contact-duration").expect("in the library");
     let soft = run(&world, &[0.02], 0.7, State::at_rest(1.0), &grid(2.0, 2000));
@@ -114,8 +118,8 @@ fn soft_contact_goes_below_the_ground_and_leaves_slower() {
 }
 
 #[test]
-fn sticking_contact_stops_the_slip_of_the_contact_point() {
-    // Friction high enough to stick: afterwards v_x = R ω, for the solid ball.
+fn sticking_contact_ends_the_slip() {
+    // With friction high enough to stick, v_x = R ω after the impact.
     let mut world = World::new(Axes::Plane);
     world.add_kind("coulomb-friction").expect("in the library");
     let mut start = State::at_rest(1.0);
@@ -129,7 +133,7 @@ fn sticking_contact_stops_the_slip_of_the_contact_point() {
 }
 
 #[test]
-fn tilted_ground_reflects_about_its_normal() {
+fn tilted_ground_reflects_the_velocity_about_its_normal() {
     let mut world = World::new(Axes::Plane);
     world.add_kind("ground-tilt").expect("in the library");
     let (alpha, e) = (0.1f64, 0.8);
@@ -149,7 +153,7 @@ proptest! {
         start.velocity[0] = vx;
         start.spin[1] = w;
         let run = run(&world, &[mu], e, start, &[4.0]);
-        // Kinetic energy per mass with the rolling part i R² ω² / 2, one impact to the next.
+        // Kinetic energy per mass before an impact, including the rotational part i R² ω² / 2.
         let energy = |i: usize| {
             let r = run.impacts[i];
             0.5 * (r.speed_in * r.speed_in + r.tangential[0].powi(2) + 0.4 * (0.02 * r.spin[1]).powi(2))
@@ -160,7 +164,7 @@ proptest! {
     }
 
     #[test]
-    fn no_penetration(h in 0.0f64..10.0, e in 0.0f64..0.95, k in 0.0f64..0.3) {
+    fn ball_never_penetrates_the_ground(h in 0.0f64..10.0, e in 0.0f64..0.95, k in 0.0f64..0.3) {
         let mut world = World::new(Axes::Vertical);
         world.add_kind("quadratic-drag").expect("in the library");
         let run = run(&world, &[k], e, State::at_rest(h), &grid(5.0, 333));
@@ -170,9 +174,9 @@ proptest! {
     }
 
     #[test]
-    fn height_continuous_in_start_height(h in 0.2f64..5.0, e in 0.3f64..0.9, t in 0.0f64..4.0) {
-        // Through any number of bounces a change of 1e-9 m at the start changes the height by no more than the sum of
-        // the sensitivities of the bounces before Zeno's limit, which is below 1e5 here.
+    fn height_is_continuous_in_the_drop_height(h in 0.2f64..5.0, e in 0.3f64..0.9, t in 0.0f64..4.0) {
+        // The derivative of the height with respect to the drop height grows with each bounce, but is below
+        // 1e4 before the Zeno limit here.
         let a = drop_from(h, e, &[t]).positions[0][2];
         let b = drop_from(h + 1e-9, e, &[t]).positions[0][2];
         prop_assert!((a - b).abs() < 1e-5, "{}", a - b);

@@ -1,6 +1,8 @@
-//! Contract: derivatives by dual numbers are those of the simulated trajectory, event times included. Three routes must
-//! agree: dual numbers, closed forms, central differences of the plain simulation. Differences with step 1e-6 of smooth
-//! functions are good to about 1e-8 of their scale; through five bounces sensitivities reach 1e2, hence 1e-6 relative.
+//! Derivatives by dual numbers are those of the simulated trajectory, including event times.
+//!
+//! Dual numbers, closed forms and central differences of the simulation in `f64` must agree. Central
+//! differences with a step of 1e-6 are accurate to about 1e-8 of the scale of a smooth function; through five
+//! bounces derivatives reach 1e2, hence the relative tolerance of 1e-6.
 
 use augsim_physics::ball::{Axes, Covariates, FLOOR, Offsets, Run, State, Throw, World, simulate};
 use augsim_physics::effects::all;
@@ -15,7 +17,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// A throw with spin, with the given effects at the given values.
+    /// A throw with spin, with these effects at these parameter values.
     fn new(axes: Axes, effects: &[(&str, f64)]) -> Self {
         let mut world = World::new(axes);
         let mut parameters = vec![G, 0.8, 0.02, 0.4, 0.0];
@@ -45,7 +47,7 @@ impl Scene {
         (run.positions[0], run)
     }
 
-    fn at<S: Scalar>(&self, parameters: &[S], height: S, t: f64) -> ([S; 3], Run<S>) {
+    fn simulate_from<S: Scalar>(&self, parameters: &[S], height: S, t: f64) -> ([S; 3], Run<S>) {
         let s = &self.start;
         let c = S::constant;
         let start = State {
@@ -57,11 +59,11 @@ impl Scene {
         self.sample(parameters, start, t)
     }
 
-    /// Compares all derivatives (start height, then every parameter) of the position at `t` with central differences.
+    /// Compares derivatives of the position at `t` with central differences.
     fn check(&self, t: f64, label: &str) {
         let n = self.parameters.len();
         let dual: Vec<_> = (0..n).map(|i| Dual::<12>::variable(self.parameters[i], i)).collect();
-        let (exact, run) = self.at(&dual, Dual::variable(1.2, n), t);
+        let (exact, run) = self.simulate_from(&dual, Dual::variable(1.2, n), t);
         for lane in 0..=n {
             let h = 1e-6;
             let value = |sign: f64| {
@@ -72,7 +74,7 @@ impl Scene {
                 } else {
                     z += sign * h
                 }
-                self.at(&p, z, t).0
+                self.simulate_from(&p, z, t).0
             };
             let (high, low) = (value(1.0), value(-1.0));
             for axis in [0, 2] {
@@ -89,8 +91,9 @@ impl Scene {
 }
 
 #[test]
-fn derivatives_through_up_to_five_bounces_match_closed_forms() {
-    // After n bounces at time t: T_n = t0 (1 + 2 (e + … + e^(n-1))), z = v e^n s - g s²/2 with s = t - T_n, t0 = √(2h/g).
+fn derivatives_through_five_bounces_match_closed_forms() {
+    // After n bounces: T_n = t0 (1 + 2 (e + … + e^(n-1))), z = v e^n s - g s²/2 with s = t - T_n, t0 =
+    // √(2h/g).
     let (h, e) = (1.2f64, 0.8f64);
     let scene = Scene::new(Axes::Vertical, &[]);
     let fall = (2.0 * h / G).sqrt();
@@ -100,17 +103,17 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
         let hop = 2.0 * speed * e.powi(bounces) / G;
         let t = arrival + 0.4 * hop;
         let dual: Vec<_> = (0..5).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
-        let (sample, run) = scene.at(&dual, Dual::variable(h, 5), t);
+        let (sample, run) = scene.simulate_from(&dual, Dual::variable(h, 5), t);
         assert_eq!(run.impacts.len(), bounces as usize);
         let s = t - arrival;
         let rate = speed * e.powi(bounces) - G * s;
-        // with respect to e
+        // Derivative with respect to e.
         let mut arrival_e = 0.0;
         for k in 1..bounces {
             arrival_e += 2.0 * fall * f64::from(k) * e.powi(k - 1);
         }
         let by_e = speed * f64::from(bounces) * e.powi(bounces - 1) * s - rate * arrival_e;
-        // with respect to h: dt0/dh = t0/2h scales T_n, dv/dh = v/2h
+        // Derivative with respect to h: T_n scales with dt0/dh = t0/2h, and dv/dh = v/2h.
         let by_h = speed / (2.0 * h) * e.powi(bounces) * s - rate * arrival / (2.0 * h);
         let z = sample[2];
         assert!((z.d[1] - by_e).abs() < 1e-10 * (1.0 + by_e.abs()), "{bounces}: {} {by_e}", z.d[1]);
@@ -120,11 +123,12 @@ fn derivatives_through_up_to_five_bounces_match_closed_forms() {
 }
 
 #[test]
-fn derivative_of_the_impact_time_with_respect_to_drag_is_not_zero() {
-    // z = h - ln cosh(√(g k) t)/k = 0 at t = arcosh(e^(k h))/√(g k); its derivative in k, by the closed form's difference.
+fn impact_time_has_the_exact_derivative_with_respect_to_drag() {
+    // z = h - ln cosh(√(g k) t)/k = 0 at t = arcosh(e^(k h))/√(g k); its derivative in k by a central
+    // difference.
     let scene = Scene::new(Axes::Vertical, &[("quadratic-drag", 0.1)]);
     let dual: Vec<_> = (0..6).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
-    let (_, run) = scene.at(&dual, Dual::constant(1.2), 0.8);
+    let (_, run) = scene.simulate_from(&dual, Dual::constant(1.2), 0.8);
     let time = |k: f64| (k * 1.2).exp().acosh() / (G * k).sqrt();
     let slope = (time(0.1 + 1e-5) - time(0.1 - 1e-5)) / 2e-5;
     let d = run.impacts[0].time.d[5];
@@ -133,7 +137,7 @@ fn derivative_of_the_impact_time_with_respect_to_drag_is_not_zero() {
 }
 
 #[test]
-fn every_effect_has_exact_derivatives_through_five_bounces() {
+fn each_effect_has_exact_derivatives_through_five_bounces() {
     for effect in all::<f64>() {
         let spec = effect.spec();
         let needs_drag = spec.kind == "wind";
@@ -150,17 +154,17 @@ fn every_effect_has_exact_derivatives_through_five_bounces() {
 }
 
 #[test]
-fn effects_together_have_exact_derivatives() {
-    let all = [
+fn combined_effects_have_exact_derivatives() {
+    let effects = [
         ("quadratic-drag", 0.05),
         ("restitution-speed-power", 0.05),
         ("coulomb-friction", 0.1),
         ("contact-duration", 0.005),
         ("ground-tilt", 0.02),
     ];
-    let scene = Scene::new(Axes::Plane, &all);
+    let scene = Scene::new(Axes::Plane, &effects);
     for t in [0.6, 1.3, 1.9, 2.3] {
-        scene.check(t, "together");
+        scene.check(t, "combined");
     }
     let raised = Scene {
         parameters: scene
@@ -172,25 +176,25 @@ fn effects_together_have_exact_derivatives() {
         ..scene
     };
     for t in [0.6, 1.3, 1.9, 2.3] {
-        raised.check(t, "together, over a floor at 0.3 m");
+        raised.check(t, "combined, with the floor at 0.3 m");
     }
 }
 
 #[test]
-fn contact_duration_has_its_derivative_at_zero() {
-    // One-sided: at τ = 0 the law is the instantaneous bounce, and a score test needs the slope there.
+fn contact_duration_has_a_one_sided_derivative_at_zero() {
+    // At τ = 0 the impact is instantaneous; the score test needs the derivative there.
     let scene = Scene::new(Axes::Vertical, &[("contact-duration", 0.0)]);
     let dual: Vec<_> = (0..6).map(|i| Dual::<6>::variable(scene.parameters[i], i)).collect();
     let t = 1.2;
-    let exact = scene.at(&dual, Dual::constant(1.2), t).0[2].d[5];
-    let at = |tau: f64| {
+    let exact = scene.simulate_from(&dual, Dual::constant(1.2), t).0[2].d[5];
+    let height = |tau: f64| {
         let mut p = scene.parameters.clone();
         p[5] = tau;
-        scene.at(&p, 1.2, t).0[2]
+        scene.simulate_from(&p, 1.2, t).0[2]
     };
     // Second-order one-sided difference.
     let h = 1e-5;
-    let slope = (4.0 * at(h) - at(2.0 * h) - 3.0 * at(0.0)) / (2.0 * h);
+    let slope = (4.0 * height(h) - height(2.0 * h) - 3.0 * height(0.0)) / (2.0 * h);
     assert!((exact - slope).abs() < 1e-5 * exact.abs(), "{exact} {slope}");
 }
 
@@ -201,9 +205,9 @@ fn effects_vanish_at_their_null_values() {
         let kind = effect.spec().kind;
         let scene = Scene::new(Axes::Plane, &[(kind, 0.0)]);
         for t in [0.2, 0.9, 1.8] {
-            let a = scene.at(&scene.parameters, 1.2, t).0;
-            let b = plain.at(&plain.parameters, 1.2, t).0;
-            // Flight with a force is integrated: 1e-9 m is far above its rounding and below its error with a force.
+            let a = scene.simulate_from(&scene.parameters, 1.2, t).0;
+            let b = plain.simulate_from(&plain.parameters, 1.2, t).0;
+            // An effect in flight selects numerical integration, whose rounding errors are far below 1e-9 m.
             assert!((a[0] - b[0]).abs() < 1e-9 && (a[2] - b[2]).abs() < 1e-9, "{kind} at {t}");
         }
     }

@@ -1,10 +1,10 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! Integration tests of this crate, in one binary, so that the crate is linked only once.
 
-/// Where measured and golden data lie.
+/// Paths of measured and reference data.
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 
-// The ball: engine, data law, floor of prediction, PyBullet.
+// The ball: engine, data generator, error floor, PyBullet.
 mod ball_floor;
 mod ball_laws;
 mod ball_sensitivities;

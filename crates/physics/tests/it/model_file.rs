@@ -1,4 +1,4 @@
-//! Contract: a model file is read whole or refused with the file, the line and the remedy; what is written is read back.
+//! Model files are parsed or refused with file, line and remedy; a written file parses to the same model.
 
 use augsim_physics::model::{Model, ModelFile, Per, Release};
 
@@ -32,7 +32,7 @@ fn refusal(text: &str) -> String {
 }
 
 #[test]
-fn what_is_written_is_read_back() {
+fn a_written_model_parses_to_the_same_model() {
     let model = Model::parse(GOOD, "ball.toml").expect("good");
     assert_eq!(model.release, Release::Rest);
     assert_eq!(model.effects[0].parameters[0].per, Per::Group);
@@ -40,8 +40,8 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
-fn names_that_a_user_chose_are_read_back_whatever_they_hold() {
-    // Blanks that do not break, quotes, backslashes, dots, letters of any script, nothing at all.
+fn group_names_with_any_characters_survive_writing() {
+    // Non-breaking spaces, quotes, backslashes, dots, non-Latin letters, the empty string.
     for name in ["golf\u{a0}ball", "5\" steel", "a\\b", "a.b", "Kugel \u{fc}", "\u{1f3c0}", ""] {
         let mut model = Model::parse(GOOD, "ball.toml").expect("good");
         model.effects[0].parameters[0].groups = vec![(name.into(), 1.5e-9)];
@@ -50,17 +50,17 @@ fn names_that_a_user_chose_are_read_back_whatever_they_hold() {
 }
 
 #[test]
-fn values_by_group_without_per_group_are_refused() {
+fn group_values_without_per_group_are_refused() {
     let text =
         refusal("scenario = \"ball\"\n[parameters]\nrestitution = { nominal = 0.6, groups = { a = 0.5 } }\n");
     assert!(
-        text.contains("ball.toml:3: `groups` must be left out, or stand beside per = \"group\""),
+        text.contains("ball.toml:3: `groups` must be removed, or combined with per = \"group\""),
         "{text}"
     );
 }
 
 #[test]
-fn tables_without_values_or_width_are_refused() {
+fn tables_without_values_or_with_an_empty_range_are_refused() {
     let table = |first: f64, last: f64, values: &str| {
         refusal(&format!(
             "scenario = \"ball\"\n[[effect]]\nkind = \"table\"\ntarget = \"restitution\"\nagainst = \"impact-speed\"\n\
@@ -74,7 +74,7 @@ fn tables_without_values_or_width_are_refused() {
 }
 
 #[test]
-fn unknown_things_are_refused_with_line_and_nearest_name() {
+fn unknown_keys_and_kinds_are_refused_with_line_and_suggestion() {
     assert_eq!(
         refusal("scenario = \"ball\"\n[[effect]]\nkind = \"quadratic-darg\"\n"),
         "ball.toml:3: unknown effect kind `quadratic-darg`; did you mean `quadratic-drag`?"
@@ -112,13 +112,13 @@ fn wrong_types_missing_keys_and_conflicts_are_refused() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_named() {
+fn a_missing_file_is_named() {
     let text = Model::read(std::path::Path::new("nowhere/ball.toml")).expect_err("refused").to_string();
     assert!(text.starts_with("nowhere/ball.toml: cannot be read"), "{text}");
 }
 
 #[test]
-fn the_model_of_one_group_has_the_value_of_that_group() {
+fn of_group_selects_the_value_of_that_group() {
     let model = ModelFile::parse(GOOD, "ball.toml").expect("good");
     let drag = |group: &str| {
         let of_group = model.clone().of_group(group);

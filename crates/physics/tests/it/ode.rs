@@ -149,9 +149,9 @@ fn many_windows_are_simulated_as_each_by_itself_and_refused_one_by_one() {
     assert!(done[0].is_ok() && done[2].is_ok());
     assert!(matches!(
         done[1],
-        Err(SimulationError::Task { part: "start states", expected: 2, found: 1, .. })
+        Err(SimulationError::Task { part: "initial states", expected: 2, found: 1, .. })
     ));
-    assert!(matches!(&done[3], Err(SimulationError::Task { part: "places for results", .. })));
+    assert!(matches!(&done[3], Err(SimulationError::Task { part: "outputs", .. })));
     let alone = good.run(&system, &seeds);
     let values = good.run(&system, &[]);
     for k in 0..20 {
@@ -308,7 +308,7 @@ fn hops_without_end_come_to_rest_or_are_refused() {
     assert!(resting.value(99, 0).abs() < 1e-12 && resting.slopes(99, 0).iter().all(|s| s.abs() < 1e-6));
     let error = scene.refusal(&Ode::new(Bouncing::new(false))).to_string();
     assert!(
-        error.contains("the bouncing system passes more than") && error.contains("say when it comes to rest"),
+        error.contains("the bouncing system passes more than") && error.contains("declare a rest condition"),
         "{error}"
     );
 }

@@ -1,5 +1,6 @@
-//! Contract: the data law and the engine give PyBullet's own trajectories again, to all digits that its files hold, from
-//! their truth records; what is drawn depends on seed and index alone.
+//! Generator and engine reproduce the published PyBullet trajectories to all digits of their files.
+//!
+//! The inputs are the published drop heights and restitutions. Random draws depend on seed and index only.
 
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::{Dataset, read_legacy_ball};
@@ -20,7 +21,7 @@ fn damped() -> PaperLaw {
     law
 }
 
-/// The truth records of the test part, in file order.
+/// Drop heights and restitutions of the test set, in file order.
 fn drops(path: &Path) -> Vec<Drop> {
     let file = File::open(path).expect("the file exists");
     let content: Box<dyn Read> = if path.extension().is_some_and(|e| e == "gz") {
@@ -47,35 +48,42 @@ fn largest_difference(a: &Dataset, b: &Dataset) -> [f64; 2] {
     })
 }
 
-/// Six significant digits: half a unit of the sixth digit of a height or speed below 10, and the
-/// 1e-11 by which GJK's rounding moves a trajectory.
-const ROUNDED: f64 = 0.51e-5;
+/// Tolerance for files with six significant digits.
+///
+/// Half a unit of the sixth digit of a height or speed below 10; the rounding errors of GJK, about 1e-11, are
+/// negligible.
+const ROUNDING_TOLERANCE: f64 = 0.51e-5;
 
-fn check_regenerated(truth: &Dataset, engine: Option<&Dataset>, law: PaperLaw, drops: &[Drop]) {
-    let ours = law.simulate(drops).expect("finite drops");
-    let [height, velocity] = largest_difference(truth, &ours);
-    assert!(height < ROUNDED && velocity < ROUNDED, "{height:e} m, {velocity:e} m/s");
+/// Compares simulated drops and engine predictions with the published ones.
+fn check_reproduced(truth: &Dataset, engine: Option<&Dataset>, law: PaperLaw, drops: &[Drop]) {
+    let simulated = law.simulate(drops).expect("finite drops");
+    let [height, velocity] = largest_difference(truth, &simulated);
+    assert!(height < ROUNDING_TOLERANCE && velocity < ROUNDING_TOLERANCE, "{height:e} m, {velocity:e} m/s");
     let Some(engine) = engine else { return };
-    // From the exact start: the file's rounded one moves an impact by up to a microsecond.
-    let predicted = rollout(&paper_engine(), &ours).expect("its own rate");
+    // Predict from the exact initial state: the rounded one of the file moves an impact by up to a
+    // microsecond.
+    let predicted = rollout(&paper_engine(), &simulated).expect("the engine's rate");
     let [height, velocity] = largest_difference(engine, &predicted);
-    assert!(height < ROUNDED && velocity < ROUNDED, "engine: {height:e} m, {velocity:e} m/s");
+    assert!(
+        height < ROUNDING_TOLERANCE && velocity < ROUNDING_TOLERANCE,
+        "engine: {height:e} m, {velocity:e} m/s"
+    );
 }
 
 #[test]
-fn the_committed_trajectories_are_regenerated_from_their_truth_records() {
+fn committed_trajectories_are_reproduced() {
     let folder = workspace().join("fixtures/pybullet-ball");
     let truth = read_legacy_ball(&folder.join("test_first5.csv.gz")).unwrap();
     let engine = read_legacy_ball(&folder.join("physics_test_first5.csv.gz")).unwrap();
     assert_eq!(truth.trajectories()[4].id(), "4");
     assert_eq!(truth.trajectories()[4].len(), 400);
     let drops = drops(&folder.join("params_first5.csv"));
-    check_regenerated(&truth, Some(&engine), undamped(), &drops);
+    check_reproduced(&truth, Some(&engine), undamped(), &drops);
 }
 
 #[test]
-fn the_whole_sets_are_regenerated_from_their_truth_records() {
-    // Test set, engine's predictions, truth records, law.
+fn complete_sets_are_reproduced() {
+    // Test set, predictions of the engine, drop heights and restitutions, distribution.
     let sets = [
         ("test", Some("physics_test"), "params", undamped()),
         ("test_1000", None, "params_1000", undamped()),
@@ -88,26 +96,26 @@ fn the_whole_sets_are_regenerated_from_their_truth_records() {
         };
         let truth = read_legacy_ball(&truth).unwrap();
         let engine = engine.and_then(file).map(|path| read_legacy_ball(&path).unwrap());
-        check_regenerated(&truth, engine.as_ref(), law, &drops(&params));
+        check_reproduced(&truth, engine.as_ref(), law, &drops(&params));
     }
 }
 
 #[test]
-fn draws_depend_on_seed_and_index_alone_whatever_the_threads() {
+fn draws_depend_on_seed_and_index_only() {
     let generate = |threads, trajectories| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| undamped().generate(trajectories, 7)).unwrap()
     };
     let (one, drops) = generate(1, 40);
     assert_eq!(generate(2, 40), (one.clone(), drops.clone()));
-    let (longer, more) = generate(7, 50);
+    let (longer, more_drops) = generate(7, 50);
     assert_eq!(longer.trajectories()[..40], *one.trajectories());
-    assert_eq!(more[..40], drops);
+    assert_eq!(more_drops[..40], drops);
     assert_ne!(undamped().generate(40, 8).unwrap().1, drops);
 }
 
 #[test]
-fn the_draws_follow_the_law() {
+fn draws_have_the_declared_distribution() {
     let (_, drops) = PaperLaw { samples: 1, ..undamped() }.generate(20_000, 3).unwrap();
     let mean = |pick: fn(&Drop) -> f64| drops.iter().map(pick).sum::<f64>() / 20_000.0;
     // Five standard errors: uniform on [4, 5] has sd 0.289, the restitution 0.1.
@@ -118,13 +126,13 @@ fn the_draws_follow_the_law() {
 }
 
 #[test]
-fn an_engine_predicts_its_own_steps_only() {
+fn rollout_refuses_data_with_another_time_step() {
     let mut law = undamped();
     law.ball.step_s = 1.0 / 50.0;
     let (other_rate, _) = law.generate(1, 0).unwrap();
     assert_eq!(
         rollout(&paper_engine(), &other_rate).unwrap_err().to_string(),
-        "trajectory `0`: sample 1 is not at 1 steps of 0.016666666666666666 s after the first; this \
-         engine predicts its own steps only: resample the data"
+        "trajectory `0`: sample 1 is not 1 steps of 0.016666666666666666 s after the first; this \
+         engine has a fixed step: resample the data"
     );
 }

@@ -52,7 +52,7 @@ fn unknown_and_wrong_things_are_refused_with_line_and_remedy() {
     );
     assert_eq!(
         refusal("scenario = \"push\"\npolygon_m = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]\n"),
-        "push.toml:2: `polygon_m` must be an outline of three or more different vertices around an area, m"
+        "push.toml:2: `polygon_m` must be an outline of at least three different vertices, in metres, with a non-zero area"
     );
     assert_eq!(
         refusal("scenario = \"push\"\npolygon_m = [[0.0, 0.0], 0.1]\n"),

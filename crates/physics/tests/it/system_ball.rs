@@ -1,6 +1,8 @@
-//! Contract: through the trait the ball gives bit for bit what its engine gives, values and derivatives, for any number of
-//! seeds; laws that are added to it are those of its library. The loop fits through the trait: a last place that differs
-//! would move every answer that the sealed batteries have seen.
+//! The `System` trait of the ball returns values and derivatives that are bit-identical to those of its
+//! engine.
+//!
+//! This holds for any number of seeds and for added effects. Calibration and discovery use the trait only, so
+//! that a difference in the last bit could change their results.
 
 use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
 use augsim_physics::effects::{Against, Target};
@@ -20,12 +22,13 @@ fn plain(axes: Axes, release: &str) -> Ball {
     Model::parse(&text, "model.toml").expect("a model").open(axes)
 }
 
+/// An effect of the library by kind.
 fn law(system: &dyn System, kind: &str) -> Law {
-    let place = system.library().iter().position(|e| e.kind == kind);
-    Law::Effect(place.unwrap_or_else(|| panic!("{kind} in the library")))
+    let index = system.library().iter().position(|e| e.kind == kind);
+    Law::Effect(index.unwrap_or_else(|| panic!("{kind} in the library")))
 }
 
-/// A law of one feature, on eight knots.
+/// A table of a target against a feature.
 fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 2], knots: usize) -> Law {
     let schema = system.schema();
     let target = schema.targets.iter().position(|t| t.quantity.name == target).expect("a target");
@@ -54,14 +57,14 @@ fn assert_same(a: &Simulated, b: &Simulated) {
 }
 
 #[test]
-fn a_throw_through_the_trait_is_that_of_the_engine() {
+fn trait_and_engine_give_bit_identical_throws() {
     let base = plain(Axes::Plane, "free");
     let laws = [law(&base, "quadratic-drag"), law(&base, "wind"), law(&base, "coulomb-friction")];
     let restitution = table(&base, "restitution", "impact-speed", [0.5, 5.0], 3);
     let system = base.augmented(&[&laws[..], &[restitution]].concat()).expect("laws of the library");
     let parameters = [&PARAMETERS[..], &[0.02, 1.5, 0.1, 0.01, -0.02, 0.03]].concat();
     let (record, start, xi) = (record(0.021), [0.1, 1.2, 1.1, 0.3], [0.01, -0.02, 0.0]);
-    // Every parameter, every state of the start, every offset: 17 lanes.
+    // All parameters, initial states and offsets.
     let mut seeds: Vec<Seed> = (0..parameters.len()).map(Seed::Parameter).collect();
     seeds.extend((0..4).map(Seed::Start));
     seeds.extend((0..3).map(Seed::Offset));
@@ -76,7 +79,7 @@ fn a_throw_through_the_trait_is_that_of_the_engine() {
     let mut out = Simulated::default();
     system.simulate(&task, &mut out).expect("it flies");
 
-    // The same throw by the engine itself, lane by lane as the loop has set them so far.
+    // The same throw by the engine itself, with the same lanes.
     let mut world = ball::World::new(Axes::Plane);
     for kind in ["quadratic-drag", "wind", "coulomb-friction"] {
         world.add_kind(kind).expect("in the library");
@@ -125,7 +128,7 @@ fn a_throw_through_the_trait_is_that_of_the_engine() {
 }
 
 #[test]
-fn any_number_of_seeds_gives_the_bytes_of_one_at_a_time() {
+fn blocks_of_seeds_give_bit_identical_derivatives() {
     let base = plain(Axes::Vertical, "rest");
     // Tables of 30 and 29 knots: 66 derivatives, more than the widest dual number has.
     let laws =
@@ -162,36 +165,36 @@ fn any_number_of_seeds_gives_the_bytes_of_one_at_a_time() {
             }
         }
     }
-    // Buffers that were used before change nothing.
-    let mut again = wide.clone();
-    system.simulate(&task(&seeds[..1]), &mut again).expect("it falls");
-    system.simulate(&task(&seeds), &mut again).expect("it falls");
-    assert_same(&again, &wide);
+    // Reused buffers do not change the result.
+    let mut reused = wide.clone();
+    system.simulate(&task(&seeds[..1]), &mut reused).expect("it falls");
+    system.simulate(&task(&seeds), &mut reused).expect("it falls");
+    assert_same(&reused, &wide);
 }
 
 #[test]
-fn laws_that_are_added_one_by_one_are_those_that_are_added_together() {
+fn effects_can_be_added_one_by_one_or_together() {
     let base = plain(Axes::Plane, "free");
     let laws =
         [law(&base, "camera-roll"), table(&base, "drag", "speed", [0.0, 4.0], 5), law(&base, "magnus")];
     let together = base.augmented(&laws).expect("known laws");
-    let one = base.augmented(&laws[..1]).and_then(|s| s.augmented(&laws[1..])).expect("known laws");
-    assert_eq!(together.parameters(), one.parameters());
-    assert_eq!((one.declared(), one.places()), (5, vec![5..6, 6..11, 11..12]));
-    assert_eq!(one.laws(), &laws);
-    let names: Vec<&str> = one.parameters()[5..].iter().map(|p| p.name.as_str()).collect();
+    let one_by_one = base.augmented(&laws[..1]).and_then(|s| s.augmented(&laws[1..])).expect("known laws");
+    assert_eq!(together.parameters(), one_by_one.parameters());
+    assert_eq!((one_by_one.declared(), one_by_one.places()), (5, vec![5..6, 6..11, 11..12]));
+    assert_eq!(one_by_one.laws(), &laws);
+    let names: Vec<&str> = one_by_one.parameters()[5..].iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["phi_rad", "knot0", "knot1", "knot2", "knot3", "knot4", "s"]);
 }
 
 #[test]
-fn a_ball_that_is_held_begins_with_a_known_velocity() {
-    let begins = |release| plain(Axes::Vertical, release).schema().states[1].begin;
-    assert_eq!(begins("rest"), Begin::Fixed(0.0));
-    assert_eq!(begins("free"), Begin::Free);
+fn release_at_rest_fixes_the_initial_velocity() {
+    let initial_velocity = |release| plain(Axes::Vertical, release).schema().states[1].begin;
+    assert_eq!(initial_velocity("rest"), Begin::Fixed(0.0));
+    assert_eq!(initial_velocity("free"), Begin::Free);
 }
 
 #[test]
-fn what_does_not_fit_is_refused_in_words() {
+fn mismatched_tasks_are_refused_with_a_message() {
     let system: Arc<dyn System> = Arc::new(plain(Axes::Vertical, "free"));
     let record = record(f64::NAN);
     let base = Task {

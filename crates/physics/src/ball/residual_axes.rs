@@ -1,10 +1,11 @@
-//! Quantities that the residuals of throws are shown against.
+//! Quantities against which the residuals of throws are plotted.
 
 use crate::system::{Event, Record};
 
-/// Time, height, speed (over one step; not a number after a lost sample) and bounce, sample by sample. `events` are the
-/// simulated impacts.
-pub(super) fn shown_against(record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
+/// Time, height, speed and number of preceding impacts (of the simulated `events`) at each sample.
+///
+/// Speed is a difference over one step, NaN at the first sample and after a gap.
+pub(super) fn residual_axes(record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
     let samples = record.times.len();
     let height = record.values.last().cloned().unwrap_or_default();
     let speed = |k: usize| {
