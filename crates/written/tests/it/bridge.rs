@@ -1,8 +1,8 @@
-//! Contract: behind the loop's trait a written system gives the values and derivatives of its equations, the same bytes for
-//! a window whatever is simulated with it and whether or not its record was prepared; laws of the library and tables are
-//! added with exact derivatives; and a model with what was found is written so that it reads back. The pendulum is checked
-//! against the same equations in Rust under the adaptive engine of `ode`; the cart-pole has two pairs and an input, the mass
-//! with its stop an event.
+//! Contract: behind the loop's trait a written system gives the values and derivatives of its equations, the
+//! same bytes for a window whatever is simulated with it and whether or not its record was prepared; laws of
+//! the library and tables are added with exact derivatives; and a model with what was found is written so
+//! that it reads back. The pendulum is checked against the same equations in Rust under the adaptive engine
+//! of `ode`; the cart-pole has two pairs and an input, the mass with its stop an event.
 
 use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;

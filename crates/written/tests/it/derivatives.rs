@@ -1,6 +1,7 @@
-//! Contract: compiled rates and their Jacobians are those of the expressions. The oracle walks the tree with dual
-//! numbers of its own, knows nothing of folding, sharing or fused products, and takes its functions from the standard
-//! library; both agree to 1e-12. Differences of the oracle's values check the oracle itself, to 1e-6.
+//! Contract: compiled rates and their Jacobians are those of the expressions. The oracle walks the tree with
+//! dual numbers of its own, knows nothing of folding, sharing or fused products, and takes its functions from
+//! the standard library; both agree to 1e-12. Differences of the oracle's values check the oracle itself, to
+//! 1e-6.
 
 use augsim_written::System;
 use augsim_written::engine::Point;
@@ -44,8 +45,9 @@ fn operands(kind: &Kind) -> Vec<usize> {
     }
 }
 
-/// Value and derivatives of a tree. A division by exactly 0, a negative power of it and a direction on the cut of atan2 are no
-/// number, and so is all that is made of them: the compiler may fold a part of them (0/0 to 0), and the sign of a zero may turn.
+/// Value and derivatives of a tree. A division by exactly 0, a negative power of it and a direction on the
+/// cut of atan2 are no number, and so is all that is made of them: the compiler may fold a part of them (0/0
+/// to 0), and the sign of a zero may turn.
 fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
     let mut values: Vec<Dual> = Vec::new();
     for node in &tree.nodes {
@@ -202,8 +204,8 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
             found.by_parameter[2 * i],
             found.by_parameter[2 * i + 1],
         ];
-        // Cancellation between large intermediate values is the expression's, not the compiler's: cases where it could
-        // show are those with large derivatives, and the tolerance is relative to them.
+        // Cancellation between large intermediate values is the expression's, not the compiler's: cases where
+        // it could show are those with large derivatives, and the tolerance is relative to them.
         let size = 1.0 + d.iter().map(|d| d.abs()).fold(0.0, f64::max);
         if !close(found.rates[i], expected.0, tolerance * size) && expected.0.is_finite() {
             return Err(format!("{expression} = {} not {}", found.rates[i], expected.0));
@@ -335,7 +337,8 @@ proptest! {
         text in expression(),
         point in prop::array::uniform6(0.1..1.5_f64),
     ) {
-        // 1e-9: random nests cancel, where fused products differ from separate ones by more than the last place.
+        // 1e-9: random nests cancel, where fused products differ from separate ones by more than the last
+        // place.
         check(&text, point, 1e-9).map_err(TestCaseError::fail)?;
     }
 }

@@ -1,7 +1,8 @@
-//! Contract: an effect in a model file, from the library, from the user's candidates or a formula of its own, acts where it
-//! says, with exact derivatives through the engine; at its null it changes nothing; and a file written back is read as the
-//! same model with the user's comments in place. Scenes are the examples, because their equations have a pair, flows,
-//! inputs, events and walls between them. Derivatives stand against central differences of the same engine.
+//! Contract: an effect in a model file, from the library, from the user's candidates or a formula of its own,
+//! acts where it says, with exact derivatives through the engine; at its null it changes nothing; and a file
+//! written back is read as the same model with the user's comments in place. Scenes are the examples, because
+//! their equations have a pair, flows, inputs, events and walls between them. Derivatives stand against
+//! central differences of the same engine.
 
 use augsim_written::engine::{Method, Options, Point, Record, Seed, Signal, Window};
 use augsim_written::library::{Scales, candidates, generic};

@@ -1,7 +1,7 @@
-//! Contract: a window's outputs and their derivatives are those of the equations, through events, rests, walls, delays
-//! and stiff rates, and do not depend on what else is simulated. Scenes have closed forms where one exists (bouncing
-//! ball, decay, oscillator); elsewhere derivatives stand against central differences of the same engine and values
-//! against the adaptive reference.
+//! Contract: a window's outputs and their derivatives are those of the equations, through events, rests,
+//! walls, delays and stiff rates, and do not depend on what else is simulated. Scenes have closed forms where
+//! one exists (bouncing ball, decay, oscillator); elsewhere derivatives stand against central differences of
+//! the same engine and values against the adaptive reference.
 
 use augsim_written::engine::{Method, Options, Record, Seed, Signal, Simulated, SimulationError, Window};
 use augsim_written::model::{self, Hold};
@@ -42,8 +42,8 @@ fn whole(
     system.simulate(&[window], seeds, options).pop().expect("one window, one result")
 }
 
-/// Largest difference between the engine's derivatives and central differences of its values, relative to the size of
-/// each derivative's column.
+/// Largest difference between the engine's derivatives and central differences of its values, relative to the
+/// size of each derivative's column.
 fn derivative_error(system: &System, record: &Record, start: &[f64], options: &Options) -> f64 {
     let parameters = system.model().nominals();
     let seeds = all_seeds(system);
@@ -94,8 +94,8 @@ set = { velocity_m_s = "-restitution * velocity_m_s" }
 rest = { below_m_s = 1e-4, hold = ["height_m"] }
 "#;
 
-/// Height of a ball dropped from `drop` after `t`, with its derivatives by gravity, restitution and drop: arcs begin
-/// at times t1 (1 + 2e + 2e^2 + …), t1 = sqrt(2 drop / g), with speed e^k g t1.
+/// Height of a ball dropped from `drop` after `t`, with its derivatives by gravity, restitution and drop:
+/// arcs begin at times t1 (1 + 2e + 2e^2 + …), t1 = sqrt(2 drop / g), with speed e^k g t1.
 fn bounced(t: f64, [g, e, drop]: [f64; 3]) -> (f64, [f64; 3], usize) {
     let first = (2.0 * drop / g).sqrt();
     let first_by = [-0.5 * first / g, 0.0, 0.5 * first / drop];
@@ -188,7 +188,8 @@ fn runge_kutta_has_order_four() {
     assert!((slope - 4.0).abs() < 0.15, "order {slope}");
 }
 
-/// Windows of different starts and parameters over one record of the mass with a stop, of which many strike it.
+/// Windows of different starts and parameters over one record of the mass with a stop, of which many strike
+/// it.
 fn scene() -> (System, Record, Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let system = compiled(example("mass-spring-stop").expect("the example"));
     let t = times(60, 0.02);
@@ -328,7 +329,8 @@ fn a_delay_has_an_exact_derivative_for_every_hold() {
         let volts: Vec<f64> = t.iter().map(|t| 5.0 * (9.0 * t).sin()).collect();
         let kind = system.model().inputs[0].hold.expect("a hold");
         let record = record(t.clone(), vec![Signal::new(&t, &volts, kind)]);
-        // The steps' ends move with the delay, which changes their error of order 4: many steps make it small.
+        // The steps' ends move with the delay, which changes their error of order 4: many steps make it
+        // small.
         let error = derivative_error(&system, &record, &[0.0, 0.1, 0.3, 0.0], &steps(16));
         assert!(error < limit, "{hold}: {error}");
     }

@@ -1,6 +1,7 @@
-//! Contract: no text makes the reader or the compiler panic, hang or print without bound. Files are the examples with
-//! random edits of bytes and of words of the grammar, so that most of them get far; the number of files is small here,
-//! and `AUGSIM_FUZZ_FILES=10000000 cargo test --release -p augsim-written --test it hostile_files` runs as many as asked.
+//! Contract: no text makes the reader or the compiler panic, hang or print without bound. Files are the
+//! examples with random edits of bytes and of words of the grammar, so that most of them get far; the number
+//! of files is small here, and `AUGSIM_FUZZ_FILES=10000000 cargo test --release -p augsim-written --test it
+//! hostile_files` runs as many as asked.
 
 use augsim_written::{EXAMPLES, System, model};
 use rand::{Rng, RngExt, SeedableRng};

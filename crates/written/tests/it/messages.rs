@@ -1,6 +1,7 @@
-//! Contract: every mistake in a model file is answered by one sentence with file, line, table and key, the text with a
-//! caret below the mistake, and the remedy. The scene is the pendulum's file with one line changed, since that is what
-//! people do; the texts are exact, because a message that drifts is a message that nobody has read.
+//! Contract: every mistake in a model file is answered by one sentence with file, line, table and key, the
+//! text with a caret below the mistake, and the remedy. The scene is the pendulum's file with one line
+//! changed, since that is what people do; the texts are exact, because a message that drifts is a message
+//! that nobody has read.
 
 use augsim_written::{System, example, model};
 
