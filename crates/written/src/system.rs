@@ -1,6 +1,8 @@
 //! A compiled model: instructions for rates, outputs, events and resets, with their derivatives.
 
-use crate::compile::{Derivatives, Graph, Id, Layout, Lowering, Probe, Section, Smoothing, Variable, Width};
+use crate::compile::{
+    Code, Derivatives, Graph, Id, Layout, Lowering, Probe, Section, Smoothing, Variable, Width,
+};
 use crate::error::{Fault, ModelError, Place};
 use crate::machine::Machine;
 use crate::model::{Direction, Model};
@@ -86,22 +88,7 @@ impl System {
     pub fn compile(model: &Model, active: &[usize]) -> Result<System, ModelError> {
         let mut lowering = Lowering::new(model);
         let (rates, outputs) = (lowering.rates(), lowering.outputs());
-        let mut sharp = |tree| lowering.tree(tree, Smoothing::Sharp);
-        let mut conditions: Vec<Id> = model.events.iter().map(|e| sharp(&e.when.tree)).collect();
-        let mut resets = Vec::new();
-        let mut rest_ends = Vec::new();
-        for event in &model.events {
-            let set: Vec<(usize, Id)> =
-                event.set.iter().map(|(state, value)| (*state, sharp(&value.tree))).collect();
-            resets.push(set);
-        }
-        for event in &model.events {
-            let until = event.rest.as_ref().and_then(|rest| rest.until.as_ref());
-            rest_ends.push(until.map(|until| {
-                conditions.push(lowering.condition(&until.tree));
-                conditions.len() - 1
-            }));
-        }
+        let (conditions, resets, rest_ends) = lower_events(model, &mut lowering);
         let Lowering { mut graph, widths, .. } = lowering;
         check_events(model, &graph, &rates, &conditions, &resets)?;
         let delays = model.inputs.iter().map(|i| i.delay).collect();
@@ -115,11 +102,12 @@ impl System {
             conditions.iter().map(|id| differentiate(&mut graph, &[*id], true)).collect();
         let mut reset_results = Vec::new();
         for set in &resets {
-            let mut values: Vec<Id> = Vec::new();
-            for state in 0..model.states.len() {
-                let assigned = set.iter().rev().find(|(s, _)| *s == state).map(|(_, id)| *id);
-                values.push(assigned.unwrap_or_else(|| graph.leaf(crate::compile::Code::State, state)));
-            }
+            let values: Vec<Id> = (0..model.states.len())
+                .map(|state| {
+                    let assigned = set.iter().rev().find(|(s, _)| *s == state).map(|(_, id)| *id);
+                    assigned.unwrap_or_else(|| graph.leaf(Code::State, state))
+                })
+                .collect();
             reset_results.push(differentiate(&mut graph, &values, true));
         }
         if graph.is_too_large() {
@@ -217,6 +205,31 @@ impl System {
         let has_bound = |s: &crate::model::State| s.min.is_some() || s.max.is_some();
         self.model.events.is_empty() && !self.model.states.iter().any(has_bound)
     }
+}
+
+/// Conditions (all `when`, then all `until`), states set by each event, and the index of each event's
+/// `until`.
+type LoweredEvents = (Vec<Id>, Vec<Vec<(usize, Id)>>, Vec<Option<usize>>);
+
+/// Compiles conditions and resets of the events, without smoothing.
+fn lower_events(model: &Model, lowering: &mut Lowering<'_>) -> LoweredEvents {
+    let mut sharp = |tree| lowering.tree(tree, Smoothing::Sharp);
+    let mut conditions: Vec<Id> = model.events.iter().map(|e| sharp(&e.when.tree)).collect();
+    let mut resets = Vec::new();
+    for event in &model.events {
+        let set: Vec<(usize, Id)> =
+            event.set.iter().map(|(state, value)| (*state, sharp(&value.tree))).collect();
+        resets.push(set);
+    }
+    let mut rest_ends = Vec::new();
+    for event in &model.events {
+        let until = event.rest.as_ref().and_then(|rest| rest.until.as_ref());
+        rest_ends.push(until.map(|until| {
+            conditions.push(lowering.condition(&until.tree));
+            conditions.len() - 1
+        }));
+    }
+    (conditions, resets, rest_ends)
 }
 
 /// Differentiates `ids` with respect to all states and active parameters, and to time if `with_time`.

@@ -64,49 +64,17 @@ impl Derivatives {
         let operation = graph.get(id);
         let (a, b, c) = (operation.a, operation.b, operation.c);
         let of = |id: Id| -> &[(Variable, Id)] { self.known[id as usize].as_deref().unwrap_or(&[]) };
-        let index = a as usize;
         match operation.code {
-            Code::Constant | Code::Width | Code::InputSlope => Vec::new(),
-            Code::State => vec![(Variable::State(index), graph.constant(1.0))],
-            Code::Parameter if self.active.contains(&index) => {
-                vec![(Variable::Parameter(index), graph.constant(1.0))]
-            }
-            Code::Parameter => Vec::new(),
-            Code::Time => vec![(Variable::Time, graph.constant(1.0))],
-            Code::Input => {
-                // An input is u(t - delay): its derivative with respect to the delay is minus that with
-                // respect to time.
-                let slope = graph.leaf(Code::InputSlope, index);
-                let delay = self.delays.get(index).copied().flatten().filter(|d| self.active.contains(d));
-                let mut out: Vec<_> =
-                    delay.map(|d| (Variable::Parameter(d), graph.negate(slope))).into_iter().collect();
-                out.push((Variable::Time, slope));
-                out
-            }
-            Code::Add => merge(of(a), of(b), |x, y| match (x, y) {
-                (Some(x), Some(y)) => graph.add(x, y),
-                (x, y) => x.or(y).unwrap_or(0),
-            }),
+            Code::Add => merge(of(a), of(b), |x, y| sum(graph, x, y)),
             Code::Subtract => merge(of(a), of(b), |x, y| match (x, y) {
                 (Some(x), Some(y)) => graph.subtract(x, y),
                 (Some(x), None) => x,
                 (_, y) => graph.negate(y.unwrap_or(0)),
             }),
             Code::Negate => map(of(a), |x| graph.negate(x)),
-            Code::Multiply if a == b => {
-                let two = graph.constant(2.0);
-                let double = graph.multiply(two, a);
-                map(of(a), |x| graph.multiply(double, x))
-            }
             Code::Multiply => product(graph, (a, of(a)), (b, of(b))),
             Code::MultiplyAdd | Code::MultiplySubtract | Code::SubtractProduct => {
-                let both = if a == b {
-                    let two = graph.constant(2.0);
-                    let double = graph.multiply(two, a);
-                    map(of(a), |x| graph.multiply(double, x))
-                } else {
-                    product(graph, (a, of(a)), (b, of(b)))
-                };
+                let both = product(graph, (a, of(a)), (b, of(b)));
                 merge(&both, of(c), |x, y| match (operation.code, x, y) {
                     (Code::MultiplyAdd, Some(x), Some(y)) => graph.add(x, y),
                     (Code::MultiplySubtract, Some(x), Some(y)) => graph.subtract(x, y),
@@ -152,10 +120,7 @@ impl Derivatives {
                 merge(of(a), of(b), |x, y| {
                     let x = x.map(|x| graph.multiply(first, x));
                     let y = y.map(|y| graph.multiply(second, y));
-                    match (x, y) {
-                        (Some(x), Some(y)) => graph.add(x, y),
-                        (x, y) => x.or(y).unwrap_or(0),
-                    }
+                    sum(graph, x, y)
                 })
             }
             Code::Table => {
@@ -164,6 +129,7 @@ impl Derivatives {
             }
             // The slope of a table is constant between its knots.
             Code::TableSlope => Vec::new(),
+            code if code.operands() == 0 => self.differentiate_leaf(graph, code, a as usize),
             code => {
                 if of(a).is_empty() {
                     return Vec::new();
@@ -171,6 +137,28 @@ impl Derivatives {
                 let slope = slope(graph, code, id, a);
                 map(of(a), |x| graph.multiply(slope, x))
             }
+        }
+    }
+
+    /// Derivatives of a constant, or of the state, input or parameter number `index`.
+    fn differentiate_leaf(&self, graph: &mut Graph, code: Code, index: usize) -> Vec<(Variable, Id)> {
+        match code {
+            Code::State => vec![(Variable::State(index), graph.constant(1.0))],
+            Code::Parameter if self.active.contains(&index) => {
+                vec![(Variable::Parameter(index), graph.constant(1.0))]
+            }
+            Code::Time => vec![(Variable::Time, graph.constant(1.0))],
+            Code::Input => {
+                // An input is u(t - delay): its derivative with respect to the delay is minus that with
+                // respect to time.
+                let slope = graph.leaf(Code::InputSlope, index);
+                let delay = self.delays.get(index).copied().flatten().filter(|d| self.active.contains(d));
+                let mut out: Vec<_> =
+                    delay.map(|d| (Variable::Parameter(d), graph.negate(slope))).into_iter().collect();
+                out.push((Variable::Time, slope));
+                out
+            }
+            _ => Vec::new(),
         }
     }
 }
@@ -261,20 +249,30 @@ fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_con
     }
 }
 
-/// Product rule: `a' b + a b'`.
+/// Product rule: `a' b + a b'`, or `2 a a'` for a square.
 fn product(
     g: &mut Graph,
     (a, da): (Id, &[(Variable, Id)]),
     (b, db): (Id, &[(Variable, Id)]),
 ) -> Vec<(Variable, Id)> {
+    if a == b {
+        let two = g.constant(2.0);
+        let double = g.multiply(two, a);
+        return map(da, |x| g.multiply(double, x));
+    }
     merge(da, db, |x, y| {
         let x = x.map(|x| g.multiply(x, b));
         let y = y.map(|y| g.multiply(a, y));
-        match (x, y) {
-            (Some(x), Some(y)) => g.add(x, y),
-            (x, y) => x.or(y).unwrap_or(0),
-        }
+        sum(g, x, y)
     })
+}
+
+/// Sum of two derivatives, of which one may be missing (0).
+fn sum(g: &mut Graph, x: Option<Id>, y: Option<Id>) -> Id {
+    match (x, y) {
+        (Some(x), Some(y)) => g.add(x, y),
+        (x, y) => x.or(y).unwrap_or(0),
+    }
 }
 
 /// Applies `f` to every derivative of a list.

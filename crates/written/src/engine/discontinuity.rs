@@ -35,57 +35,12 @@ impl Lane {
         let mut shifts = vec![0.0; seeds];
         match trigger {
             Trigger::Event { event, .. } => {
-                let side = self.mode.sides[event];
-                let (speed, typical_speed, slopes) =
-                    self.crossing(system, event, time, &rates_before, columns);
-                shifts
-                    .iter_mut()
-                    .zip(slopes)
-                    .for_each(|(shift_sensitivities, slope)| *shift_sensitivities = -slope / speed);
-                let gradient = &system.resets[event];
-                self.block.evaluate(system, &gradient.section, &self.step_inputs, &[time]);
-                let mut reset: Vec<f64> =
-                    (0..n).map(|i| self.block.registers[gradient.section.results[i] as usize][0]).collect();
-                let mut moved = vec![0.0; n];
-                let mut carried = self.block.s.clone();
-                for seed in 0..seeds {
-                    let Some(columns) = columns else { break };
-                    // Formula (2): the sensitivities at the moved time of the event, then through the reset.
-                    let column = &mut self.block.s[seed * n..][..n];
-                    column.iter_mut().zip(&rates_before).for_each(|(s, f)| s[0] += f * shifts[seed]);
-                    self.block.directional_derivatives(gradient, columns, seed, 0, &mut moved);
-                    let time_terms = gradient.entries.iter().filter(|e| e.column == Column::Time);
-                    time_terms
-                        .for_each(|e| moved[e.row] += self.block.registers[e.register][0] * shifts[seed]);
-                    carried[seed * n..][..n].iter_mut().zip(&moved).for_each(|(to, m)| to[0] = *m);
-                }
-                self.block.s = carried;
-                (0..n).for_each(|i| self.block.x[i][0] = reset[i]);
-                self.mode.fired += 1;
-                let begins_rest = self.try_to_rest(system, event, time, side, &mut reset);
-                if begins_rest {
-                    let set = system.model.events[event].set.iter().map(|(state, _)| *state);
-                    for state in
-                        set.filter(|s| !system.model.events[event].rest.iter().any(|r| r.hold.contains(s)))
-                    {
-                        self.block.x[state][0] = 0.0;
-                        self.block.s.iter_mut().skip(state).step_by(n).for_each(|s| s[0] = 0.0);
-                    }
-                }
-                let is_grazing = speed.abs() < GRAZING_SPEED_RATIO * typical_speed;
-                self.events.push(SimulatedEvent { event, time, is_grazing, begins_rest });
-                if self.mode.fired > MAX_EVENTS_PER_WINDOW {
-                    return Err(StepFailure::TooManyEvents(event, time));
-                }
-                self.update_sides_after_event(system, event, time);
+                self.fire_event(system, event, time, &rates_before, columns, &mut shifts)?;
             }
             Trigger::Until { event } => {
                 if let Some(until) = system.rest_ends[event] {
                     let (speed, _, slopes) = self.crossing(system, until, time, &rates_before, columns);
-                    shifts
-                        .iter_mut()
-                        .zip(slopes)
-                        .for_each(|(shift_sensitivities, slope)| *shift_sensitivities = -slope / speed);
+                    shifts.iter_mut().zip(slopes).for_each(|(shift, slope)| *shift = -slope / speed);
                 }
                 self.shift_sensitivities(&rates_before, &shifts, 1.0);
                 if let Some(side) = self.mode.resting[event].take() {
@@ -95,8 +50,8 @@ impl Lane {
             }
             Trigger::BoundReached { state, side } => {
                 let declared = &system.model.states[state];
-                for (seed, shift_sensitivities) in shifts.iter_mut().enumerate() {
-                    *shift_sensitivities = -self.block.s[seed * n + state][0] / rates_before[state];
+                for (seed, shift) in shifts.iter_mut().enumerate() {
+                    *shift = -self.block.s[seed * n + state][0] / rates_before[state];
                 }
                 self.shift_sensitivities(&rates_before, &shifts, 1.0);
                 self.block.x[state][0] =
@@ -117,10 +72,61 @@ impl Lane {
         Ok(())
     }
 
+    /// Applies the reset of an event, sets `shifts` (formula (1)), and starts the event's rest if it is due.
+    fn fire_event(
+        &mut self,
+        system: &System,
+        event: usize,
+        time: f64,
+        rates_before: &[f64],
+        columns: Option<&Columns>,
+        shifts: &mut [f64],
+    ) -> Result<(), StepFailure> {
+        let n = system.states();
+        let side = self.mode.sides[event];
+        let (speed, typical_speed, slopes) = self.crossing(system, event, time, rates_before, columns);
+        shifts.iter_mut().zip(slopes).for_each(|(shift, slope)| *shift = -slope / speed);
+        let gradient = &system.resets[event];
+        self.block.evaluate(system, &gradient.section, &self.step_inputs, &[time]);
+        let mut reset: Vec<f64> =
+            (0..n).map(|i| self.block.registers[gradient.section.results[i] as usize][0]).collect();
+        let mut moved = vec![0.0; n];
+        let mut carried = self.block.s.clone();
+        for seed in 0..shifts.len() {
+            let Some(columns) = columns else { break };
+            // Formula (2): the sensitivities at the moved time of the event, then through the reset.
+            let column = &mut self.block.s[seed * n..][..n];
+            column.iter_mut().zip(rates_before).for_each(|(s, f)| s[0] += f * shifts[seed]);
+            self.block.directional_derivatives(gradient, columns, seed, 0, &mut moved);
+            let time_terms = gradient.entries.iter().filter(|e| e.column == Column::Time);
+            time_terms.for_each(|e| moved[e.row] += self.block.registers[e.register][0] * shifts[seed]);
+            carried[seed * n..][..n].iter_mut().zip(&moved).for_each(|(to, m)| to[0] = *m);
+        }
+        self.block.s = carried;
+        (0..n).for_each(|i| self.block.x[i][0] = reset[i]);
+        self.mode.fired += 1;
+        let begins_rest = self.try_to_rest(system, event, time, side, &mut reset);
+        if begins_rest {
+            let declared = &system.model.events[event];
+            let set = declared.set.iter().map(|(state, _)| *state);
+            for state in set.filter(|s| !declared.rest.iter().any(|r| r.hold.contains(s))) {
+                self.block.x[state][0] = 0.0;
+                self.block.s.iter_mut().skip(state).step_by(n).for_each(|s| s[0] = 0.0);
+            }
+        }
+        let is_grazing = speed.abs() < GRAZING_SPEED_RATIO * typical_speed;
+        self.events.push(SimulatedEvent { event, time, is_grazing, begins_rest });
+        if self.mode.fired > MAX_EVENTS_PER_WINDOW {
+            return Err(StepFailure::TooManyEvents(event, time));
+        }
+        self.update_sides_after_event(system, event, time);
+        Ok(())
+    }
+
     /// S += sign f tau', for each seed.
     pub(super) fn shift_sensitivities(&mut self, rates: &[f64], shifts: &[f64], sign: f64) {
-        for (column, shift_sensitivities) in self.block.s.chunks_exact_mut(rates.len()).zip(shifts) {
-            column.iter_mut().zip(rates).for_each(|(s, f)| s[0] += sign * f * shift_sensitivities);
+        for (column, shift) in self.block.s.chunks_exact_mut(rates.len()).zip(shifts) {
+            column.iter_mut().zip(rates).for_each(|(s, f)| s[0] += sign * f * shift);
         }
     }
 

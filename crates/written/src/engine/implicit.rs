@@ -32,7 +32,7 @@ pub(crate) fn step(
     let seed_count = columns.map_or(0, |c| c.seeds.len());
     let mut first_columns = vec![0.0; n * seed_count];
     for stage in 0..2 {
-        let at = time + if stage == 0 { GAMMA * h } else { h };
+        let stage_time = time + if stage == 0 { GAMMA * h } else { h };
         let known: Vec<f64> = (0..n)
             .map(|i| begin[i][0] + if stage == 0 { 0.0 } else { (1.0 - GAMMA) * h * rates[0][i] })
             .collect();
@@ -41,33 +41,17 @@ pub(crate) fn step(
             rates[1] = rates[0].clone();
         }
         let rate = &mut rates[stage];
-        let mut solved = None;
-        let mut last = f64::INFINITY;
-        for _ in 0..MAX_NEWTON_ITERATIONS {
+        let mut linearise_at = |block: &mut Block<1>, rate: &[f64]| {
             (0..n).for_each(|i| block.x[i][0] = known[i] + GAMMA * h * rate[i]);
-            let (values, jacobian) = linearise(block, system, step_inputs, at, fixed);
-            let Some(factors) = Factors::new(iteration_matrix(&jacobian, h), n) else { break };
-            let mut change: Vec<f64> = (0..n).map(|i| values[i] - rate[i]).collect();
-            factors.solve(&mut change);
-            rate.iter_mut().zip(&change).for_each(|(k, d)| *k += d);
-            let size = (0..n)
-                .map(|i| h * change[i].abs() / (1e-300 + known[i].abs() + h * rate[i].abs()))
-                .fold(0.0, f64::max);
-            let converged = size < 1e-13 || size < 1e-9 && size >= 0.5 * last;
-            last = size;
-            if converged {
-                solved = Some(());
-                break;
-            }
-        }
-        if solved.is_none() {
+            linearise(block, system, step_inputs, stage_time, fixed)
+        };
+        if !solve_stage(block, (&known, h), rate, &mut linearise_at) {
             block.x = begin;
             return false;
         }
         if let Some(columns) = columns {
             // The matrix at the solution, not at the last iterate, so that the derivative is exact.
-            (0..n).for_each(|i| block.x[i][0] = known[i] + GAMMA * h * rate[i]);
-            let (_, jacobian) = linearise(block, system, step_inputs, at, fixed);
+            let (_, jacobian) = linearise_at(block, rate);
             let Some(factors) = Factors::new(iteration_matrix(&jacobian, h), n) else {
                 block.x = begin;
                 return false;
@@ -79,24 +63,22 @@ pub(crate) fn step(
                         block.s[seed * n + i][0] + (1.0 - GAMMA) * h * moved
                     })
                     .collect();
-                let mut right = vec![0.0; n];
-                for (i, to) in right.iter_mut().enumerate() {
-                    *to = (0..n).map(|j| jacobian[i * n + j] * before[j]).sum();
-                }
+                let mut column_rate: Vec<f64> =
+                    (0..n).map(|i| (0..n).map(|j| jacobian[i * n + j] * before[j]).sum()).collect();
                 for entry in &system.rate_gradient.entries {
                     let is_direct =
                         matches!(entry.column, Column::Active(k) if columns.active[seed] == Some(k));
                     if is_direct && fixed.get(entry.row) != Some(&true) {
-                        right[entry.row] += block.registers[entry.register][0];
+                        column_rate[entry.row] += block.registers[entry.register][0];
                     }
                 }
-                factors.solve(&mut right);
+                factors.solve(&mut column_rate);
                 if stage == 0 {
-                    first_columns[seed * n..][..n].copy_from_slice(&right);
+                    first_columns[seed * n..][..n].copy_from_slice(&column_rate);
                 } else {
                     for i in 0..n {
                         let first = first_columns[seed * n + i];
-                        block.s[seed * n + i][0] += h * ((1.0 - GAMMA) * first + GAMMA * right[i]);
+                        block.s[seed * n + i][0] += h * ((1.0 - GAMMA) * first + GAMMA * column_rate[i]);
                     }
                 }
             }
@@ -106,6 +88,35 @@ pub(crate) fn step(
     (0..n).for_each(|i| block.x[i][0] = begin[i][0] + h * ((1.0 - GAMMA) * first[i] + GAMMA * second[i]));
     (0..n).for_each(|i| block.first_rate[i][0] = first[i]);
     true
+}
+
+/// Solves the equation of a stage for its rate by Newton's method; returns whether it converged.
+///
+/// `known` is the part of the stage's state that does not depend on its rate. The iteration also ends when
+/// the change is small and no longer decreases, because rounding then prevents a smaller one.
+fn solve_stage(
+    block: &mut Block<1>,
+    (known, h): (&[f64], f64),
+    rate: &mut [f64],
+    linearise_at: &mut impl FnMut(&mut Block<1>, &[f64]) -> (Vec<f64>, Vec<f64>),
+) -> bool {
+    let n = known.len();
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_NEWTON_ITERATIONS {
+        let (values, jacobian) = linearise_at(block, rate);
+        let Some(factors) = Factors::new(iteration_matrix(&jacobian, h), n) else { return false };
+        let mut change: Vec<f64> = (0..n).map(|i| values[i] - rate[i]).collect();
+        factors.solve(&mut change);
+        rate.iter_mut().zip(&change).for_each(|(k, d)| *k += d);
+        let size = (0..n)
+            .map(|i| h * change[i].abs() / (1e-300 + known[i].abs() + h * rate[i].abs()))
+            .fold(0.0, f64::max);
+        if size < 1e-13 || size < 1e-9 && size >= 0.5 * last {
+            return true;
+        }
+        last = size;
+    }
+    false
 }
 
 /// Rates and their Jacobian with respect to the states, row by row; 0 for states that are `fixed`.

@@ -81,13 +81,6 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let states = model.declared_states();
     let name = |state: usize| model.states[state].name.clone();
     let motion = Motion::of(model);
-    let place = |target, on: String, with: Option<String>, names: Vec<(&'static str, String)>| Place {
-        target,
-        other: None,
-        on,
-        with,
-        names,
-    };
     let output_uses = |output: usize, state: usize| {
         model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
     };
@@ -121,9 +114,10 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             free.map(|(i, input)| place(target(i), input.name.clone(), None, vec![("u", input.name.clone())]))
                 .collect()
         }
-        "output" => {
+        "output" | "sensor-law" => {
+            let argument = if word == "output" { "y" } else { "z" };
             let to_place = |(i, o): (usize, &crate::model::Output)| {
-                place(Target::Output(i), o.name.clone(), None, vec![("y", o.name.clone())])
+                place(Target::Output(i), o.name.clone(), None, vec![(argument, o.name.clone())])
             };
             model.outputs.iter().enumerate().map(to_place).collect()
         }
@@ -150,12 +144,6 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             }
             list
         }
-        "sensor-law" => {
-            let to_place = |(i, o): (usize, &crate::model::Output)| {
-                place(Target::Output(i), o.name.clone(), None, vec![("z", o.name.clone())])
-            };
-            model.outputs.iter().enumerate().map(to_place).collect()
-        }
         "output-input" | "output-state" => {
             let mut list = Vec::new();
             for (i, output) in model.outputs.iter().enumerate() {
@@ -171,27 +159,36 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             }
             list
         }
-        "parameter" => {
-            let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
-            let mut quantities = vec!["t".to_owned()];
-            quantities.extend((0..states).map(name));
-            quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
-            quantities.extend(speeds);
-            let mut list = Vec::new();
-            let free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
-            let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
-            for (p, parameter) in declared.filter(|(_, p)| free(p)) {
-                for z in &quantities {
-                    let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
-                    list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
-                }
-            }
-            list
-        }
-        "reset" => reset_places(model, place),
+        "parameter" => parameter_places(model, &motion),
+        "reset" => reset_places(model),
         _ => vec![place_named(word, model)?],
     };
     Some(places)
+}
+
+fn place(target: Target, on: String, with: Option<String>, names: Vec<(&'static str, String)>) -> Place {
+    Place { target, other: None, on, with, names }
+}
+
+/// Every parameter that is not frozen, with every quantity that it may depend on.
+fn parameter_places(model: &Model, motion: &Motion) -> Vec<Place> {
+    let name = |state: usize| model.states[state].name.clone();
+    let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
+    let mut quantities = vec!["t".to_owned()];
+    quantities.extend((0..model.declared_states()).map(name));
+    quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
+    quantities.extend(speeds);
+    let mut list = Vec::new();
+    // A name with a dot is the delay of an input.
+    let is_free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
+    let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
+    for (p, parameter) in declared.filter(|(_, p)| is_free(p)) {
+        for z in &quantities {
+            let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
+            list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
+        }
+    }
+    list
 }
 
 /// Quantities that a formula may depend on: declared states, inputs and `[let]` values.
@@ -202,10 +199,7 @@ fn quantities(model: &Model) -> Vec<String> {
 }
 
 /// Parameters in the resets of events, each with the absolute value of the state that is reset.
-fn reset_places(
-    model: &Model,
-    place: impl Fn(Target, String, Option<String>, Vec<(&'static str, String)>) -> Place,
-) -> Vec<Place> {
+fn reset_places(model: &Model) -> Vec<Place> {
     let mut places: Vec<Place> = Vec::new();
     for (state, value) in model.events.iter().flat_map(|e| &e.set) {
         let z = format!("abs({})", model.states[*state].name);

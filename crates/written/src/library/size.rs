@@ -17,10 +17,10 @@ pub(super) fn describe_size(of: &str, names: &[(&'static str, String)]) -> Optio
         "step" => "the time between samples".to_owned(),
         "1/step" => "the sampling rate".to_owned(),
         "duration" => "the length of a record".to_owned(),
-        "turn" => "one period per record".to_owned(),
+        "turn" => "one oscillation per record".to_owned(),
         "rate" => format!("{} over {}", rms("v"), rms("x")),
         _ => match (inner("range("), inner("span("), inner("peak("), of.strip_prefix("1/")) {
-            (Some(name), ..) => format!("the distance from the smallest to the largest {name}"),
+            (Some(name), ..) => format!("the range of {name} above its smallest value"),
             (_, Some(name), ..) => format!("the range of {name}"),
             (_, _, Some(name), _) => format!("the largest {name}"),
             (.., Some(name)) => format!("one over {}", rms(name)),

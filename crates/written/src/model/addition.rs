@@ -210,19 +210,7 @@ impl Model {
                 return Err(error(key, Fault::TooMany { what, found, allowed }));
             }
         }
-        let mut local_names: Vec<(String, Symbol)> = Vec::new();
-        for (index, p) in draft.parameters.iter().enumerate() {
-            let symbol = Symbol::Parameter(first_parameter + index);
-            local_names.push((p.name.clone(), symbol));
-            // A parameter `s_V` may be written `s` in the expression.
-            if let Some(short) = without_unit(&p.name)
-                && !draft.parameters.iter().any(|other| other.name == short)
-            {
-                local_names.push((short.to_owned(), symbol));
-            }
-        }
-        let states = draft.states.iter().enumerate();
-        local_names.extend(states.map(|(index, s)| (s.name.clone(), Symbol::State(first_state + index))));
+        let local_names = local_names(draft, first_parameter, first_state);
         let output = draft.changes.iter().find_map(|((target, _), _)| match target {
             Target::Output(output) => Some(*output),
             _ => None,
@@ -329,6 +317,24 @@ impl Model {
     pub(crate) fn added_trees(&self) -> impl Iterator<Item = &Tree> {
         self.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value.tree))
     }
+}
+
+/// The names of an effect's parameters and states, and the symbols that they will have in the model.
+fn local_names(draft: &Draft, first_parameter: usize, first_state: usize) -> Vec<(String, Symbol)> {
+    let mut names: Vec<(String, Symbol)> = Vec::new();
+    for (index, p) in draft.parameters.iter().enumerate() {
+        let symbol = Symbol::Parameter(first_parameter + index);
+        names.push((p.name.clone(), symbol));
+        // A parameter `s_V` may be written `s` in the expression.
+        if let Some(short) = without_unit(&p.name)
+            && !draft.parameters.iter().any(|other| other.name == short)
+        {
+            names.push((short.to_owned(), symbol));
+        }
+    }
+    let states = draft.states.iter().enumerate();
+    names.extend(states.map(|(index, s)| (s.name.clone(), Symbol::State(first_state + index))));
+    names
 }
 
 /// Returns a name without the unit at its end; `None` if it has no unit.

@@ -99,7 +99,10 @@ fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Resul
     }
     let values = item.at("values").ok_or_else(|| missing("values", "values = [0.0, 0.1, 0.3]"))?;
     let values = values.numbers("a list of numbers")?;
-    if !(2..=limits::MAX_TABLE_KNOTS).contains(&values.len()) {
+    if values.len() < 2 {
+        return Err(item.error(Fault::TooFewKnots { found: values.len() }));
+    }
+    if values.len() > limits::MAX_TABLE_KNOTS {
         let allowed = limits::MAX_TABLE_KNOTS;
         return Err(item.error(Fault::TooMany { what: "knots", found: values.len(), allowed }));
     }
