@@ -137,9 +137,8 @@ impl Model {
 impl WrittenSystem {
     /// Combines `declared` with what this system has tuned on these records.
     ///
-    /// `declared` is the model of this system with other parameter values.
-    ///
-    /// That is the sizes of its library, the widths of smoothed discontinuities, the steps and the windows.
+    /// `declared` is the model of this system with other parameter values. Tuned are the sizes of the
+    /// library, the widths of smoothed discontinuities, the steps and the windows.
     ///
     /// # Errors
     /// A candidate with an unknown place.

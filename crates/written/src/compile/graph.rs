@@ -15,12 +15,12 @@ pub(crate) type Id = u32;
 pub(crate) struct Graph {
     operations: Vec<Operation>,
     /// Whether each depends on a state, an input or time.
-    moves: Vec<bool>,
+    varies: Vec<bool>,
     ids: BTreeMap<Operation, Id>,
 }
 
-/// All operations, operands before the operations that use them.
 impl Graph {
+    /// All operations, operands before the operations that use them.
     pub(crate) fn operations(&self) -> &[Operation] {
         &self.operations
     }
@@ -48,8 +48,8 @@ impl Graph {
     }
 
     /// Whether a result depends on a state, an input or time, and not on parameters alone.
-    pub(crate) fn moves(&self, id: Id) -> bool {
-        self.moves[id as usize]
+    pub(crate) fn varies(&self, id: Id) -> bool {
+        self.varies[id as usize]
     }
 
     /// The value of a constant operation.
@@ -77,7 +77,7 @@ impl Graph {
         }
         let id = self.operations.len() as Id;
         let is_variable = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time);
-        self.moves.push(is_variable || operation.inputs().any(|input| self.moves[input as usize]));
+        self.varies.push(is_variable || operation.inputs().any(|input| self.varies[input as usize]));
         self.operations.push(operation);
         self.ids.insert(operation, id);
         id
@@ -218,7 +218,7 @@ impl Graph {
             let quotient = self.divide(left.a, b);
             return self.negate(quotient);
         }
-        if self.moves(a) && !self.moves(b) {
+        if self.varies(a) && !self.varies(b) {
             // A divisor of parameters alone is inverted once per simulation, because a division costs as much
             // as eight products.
             let one = self.constant(1.0);

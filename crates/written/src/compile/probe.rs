@@ -10,11 +10,11 @@ use crate::model::{Model, Table};
 /// Maximum number of operations that all tests of one model may cost together: about 0.1 s.
 ///
 /// Beyond it the cautious answer is given, so that no file can make the compiler slow.
-const BUDGET: usize = 10_000_000;
+const MAX_TEST_OPERATIONS: usize = 10_000_000;
 /// Number of zeros at which a property is tested.
-const POINTS: usize = 6;
+const TESTED_ZEROS: usize = 6;
 /// Number of attempts to find these zeros.
-const TRIALS: usize = 24;
+const MAX_SEARCHES: usize = 24;
 
 /// Evaluates operations at points drawn from a fixed random sequence.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub(crate) struct Point {
 
 impl Probe {
     pub(crate) fn new(model: &Model) -> Self {
-        Self { nominals: model.nominals(), tables: model.tables.clone(), remaining: BUDGET }
+        Self { nominals: model.nominals(), tables: model.tables.clone(), remaining: MAX_TEST_OPERATIONS }
     }
 
     /// Whether `branches` have the same value at the zeros of `difference`, within rounding.
@@ -47,7 +47,7 @@ impl Probe {
             let (a, b) = (values[0], values[1]);
             (a - b).abs() <= 1e-7 * (a.abs() + b.abs()) + 1e-9
         };
-        points.len() == POINTS && points.iter().all(agree)
+        points.len() == TESTED_ZEROS && points.iter().all(agree)
     }
 
     /// Points where `id` is 0; empty if the budget is spent or none is found.
@@ -56,9 +56,9 @@ impl Probe {
         let cost = graph.needed_by(&[id]).iter().filter(|n| **n).count();
         let mut random = 0x9e37_79b9_7f4a_7c15_u64;
         let mut points = Vec::new();
-        for trial in 0..TRIALS {
+        for trial in 0..MAX_SEARCHES {
             // One search costs at most 60 bisections and 16 points of the scan.
-            if dependencies.is_empty() || self.remaining < 80 * cost || points.len() == POINTS {
+            if dependencies.is_empty() || self.remaining < 80 * cost || points.len() == TESTED_ZEROS {
                 break;
             }
             self.remaining -= 80 * cost;

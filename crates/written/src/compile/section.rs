@@ -77,7 +77,7 @@ impl Layout {
         let mut layout = Layout { states, inputs, parameters, ..Layout::default() };
         layout.registers = layout.width(widths);
         let needed: Vec<Vec<bool>> = wanted.iter().map(|results| needed_in(graph, results)).collect();
-        let moves: Vec<bool> = (0..operations.len()).map(|id| graph.moves(id as Id)).collect();
+        let varies: Vec<bool> = (0..operations.len()).map(|id| graph.varies(id as Id)).collect();
         layout.register_of = vec![None; operations.len()];
         let mut parameter_section = Section::default();
         for (id, operation) in operations.iter().enumerate() {
@@ -101,14 +101,14 @@ impl Layout {
             layout.needs_input_slopes |= operation.code == Code::InputSlope;
             if let Some(value) = operation.as_constant() {
                 layout.constants.push((register, value));
-            } else if operation.code.operands() > 0 && !moves[id] {
+            } else if operation.code.operands() > 0 && !varies[id] {
                 parameter_section.body.push(layout.instruction(operation, register));
             }
         }
         let section = |(results, needed): (&Vec<Id>, Vec<bool>)| Section {
             results: results.iter().map(|id| layout.register(*id)).collect(),
             body: (0..operations.len())
-                .filter(|id| needed[*id] && moves[*id] && operations[*id].code.operands() > 0)
+                .filter(|id| needed[*id] && varies[*id] && operations[*id].code.operands() > 0)
                 .map(|id| layout.instruction(&operations[id], layout.register(id as Id)))
                 .collect(),
         };

@@ -373,8 +373,8 @@ impl<const L: usize> Block<L> {
         self.stage.copy_from_slice(&self.x);
         let zero_rate = Row([0.0; L]);
         for stage in 0..4 {
-            // Stages are at 0, 1/2, 1/2 and 1 of the step; the next one starts 1/2, 1/2, 1 of the step from
-            // the begin; the weights are 1, 2, 2 and 1 sixths.
+            // Stages are at 0, 1/2, 1/2 and 1 of the step, with weights 1, 2, 2 and 1 sixths; `next_at` is
+            // where the next one is.
             let (at, next_at, weight) =
                 [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
             let mut now = Row([0.0; L]);

@@ -37,7 +37,7 @@ impl Lane {
             Trigger::Event { event, .. } => {
                 self.fire_event(system, event, time, &rates_before, columns, &mut shifts)?;
             }
-            Trigger::Until { event } => {
+            Trigger::RestEnd { event } => {
                 if let Some(until) = system.rest_ends[event] {
                     let (speed, _, slopes) = self.crossing(system, until, time, &rates_before, columns);
                     shifts.iter_mut().zip(slopes).for_each(|(shift, slope)| *shift = -slope / speed);
@@ -123,7 +123,7 @@ impl Lane {
         Ok(())
     }
 
-    /// S += sign f tau', for each seed.
+    /// Adds `sign f tau'` to the sensitivities, for each seed.
     pub(super) fn shift_sensitivities(&mut self, rates: &[f64], shifts: &[f64], sign: f64) {
         for (column, shift) in self.block.s.chunks_exact_mut(rates.len()).zip(shifts) {
             column.iter_mut().zip(rates).for_each(|(s, f)| s[0] += sign * f * shift);

@@ -20,7 +20,7 @@ pub(super) enum Trigger {
     /// The `when` of an event, times the sign that makes it rise.
     Event { event: usize, sign: f64 },
     /// The condition that ends a rest.
-    Until { event: usize },
+    RestEnd { event: usize },
     /// A state that passes its bound.
     BoundReached { state: usize, side: i8 },
     /// The rate of a state at its bound, when it turns away from the bound.
@@ -164,7 +164,7 @@ impl Lane {
         let mut list = Vec::new();
         for (event, declared) in system.model.events.iter().enumerate() {
             if self.mode.resting[event].is_some() {
-                list.push(Trigger::Until { event });
+                list.push(Trigger::RestEnd { event });
                 continue;
             }
             let sign = match declared.direction {
@@ -195,7 +195,7 @@ impl Lane {
         let states = &system.model.states;
         let value = |trigger| match trigger {
             Trigger::Event { event, sign } => sign * conditions[event],
-            Trigger::Until { event } => system.rest_ends[event].map_or(-1.0, |until| conditions[until]),
+            Trigger::RestEnd { event } => system.rest_ends[event].map_or(-1.0, |until| conditions[until]),
             Trigger::BoundReached { state, side: -1 } => {
                 states[state].min.unwrap_or(0.0) - self.block.x[state][0]
             }

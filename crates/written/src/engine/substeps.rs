@@ -14,7 +14,7 @@ use crate::system::System;
 const MAX_RMS_CHANGE: f64 = 0.01;
 /// Maximum change of a single output value, in units of its scale.
 const MAX_SINGLE_CHANGE: f64 = 0.1;
-/// Largest product of rate and step that explicit steps are used for.
+/// Maximum product of the fastest rate and the step length for explicit steps.
 ///
 /// The stability limit of classical Runge-Kutta on the negative real axis is 2.79; close to it the step is
 /// stable but not accurate.

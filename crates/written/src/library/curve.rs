@@ -6,7 +6,7 @@ use crate::text::Symbol;
 use augsim_data::Unit;
 
 /// Number of points of a curve.
-const POINTS: usize = 81;
+const CURVE_POINTS: usize = 81;
 
 /// Curve of an effect of a model, over the range of its argument in the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,8 +50,9 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     };
     let symbol = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let [low, high] = scales.range(name, model)?;
-    let x: Vec<f64> = (0..POINTS).map(|k| low + (high - low) * k as f64 / (POINTS - 1) as f64).collect();
-    let y = scales.swept(model, &change.value.tree, argument, &x)?;
+    let x: Vec<f64> =
+        (0..CURVE_POINTS).map(|k| low + (high - low) * k as f64 / (CURVE_POINTS - 1) as f64).collect();
+    let y = scales.values_over(model, &change.value.tree, argument, &x)?;
     let per_second = |unit: Option<Unit>| {
         let dimensions = unit?.dimensions() / augsim_data::Dimensions::TIME;
         Unit::of_dimensions(dimensions)

@@ -191,7 +191,7 @@ fn has_sum(text: &str) -> bool {
 /// Makes the names of candidates unique and completes the names in `contains`.
 ///
 /// The place is added where a kind occurs several times.
-pub(super) fn name_apart(candidates: &mut [Candidate]) {
+pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
     let kinds: Vec<String> = candidates.iter().map(|c| c.kind.clone()).collect();
     for candidate in &mut *candidates {
         if kinds.iter().filter(|kind| **kind == candidate.kind).count() > 1 {

@@ -7,14 +7,14 @@ use crate::error::ModelError;
 use crate::model::{Model, Row, read_all};
 
 /// The formulas, as rows.
-const SHAPES: &str = include_str!("../../formulas.toml");
+const FORMULAS: &str = include_str!("../../formulas.toml");
 
 /// All formulas of the grammar at their places in a model, each named by its shape and place.
 ///
 /// # Errors
 /// None in practice: the text is part of this crate, and a test parses it.
 pub(crate) fn formulas(model: &Model) -> Result<Vec<Candidate>, ModelError> {
-    let rows: Vec<Row> = read_all(SHAPES, "formulas.toml")?;
+    let rows: Vec<Row> = read_all(FORMULAS, "formulas.toml")?;
     let mut candidates = Vec::new();
     for row in &rows {
         for mut candidate in expand(row, model)? {

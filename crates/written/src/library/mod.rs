@@ -23,14 +23,14 @@ pub(crate) use size::size_unit;
 pub use tables::draft as table_draft;
 
 /// The text of the general library.
-const GENERIC: &str = include_str!("../../library.toml");
+const LIBRARY: &str = include_str!("../../library.toml");
 
 /// The rows of the general library.
 ///
 /// # Errors
 /// None in practice: the text is part of this crate, and a test parses it.
 pub fn generic() -> Result<Vec<Row>, ModelError> {
-    read_all(GENERIC, "library.toml")
+    read_all(LIBRARY, "library.toml")
 }
 
 /// All effects that may be added to a model: its own candidates, then the general library.
@@ -45,7 +45,7 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, ModelError> {
     for row in own_rows.chain(generic()?) {
         candidates.extend(expand::expand(&row, model)?);
     }
-    expand::name_apart(&mut candidates);
+    expand::make_names_unique(&mut candidates);
     Ok(candidates)
 }
 

@@ -72,7 +72,13 @@ impl Scales {
     /// Values of an expression while one state or input takes the values `x`.
     ///
     /// Everything else stays as at the first point.
-    pub(crate) fn swept(&self, model: &Model, tree: &Tree, variable: Symbol, x: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn values_over(
+        &self,
+        model: &Model,
+        tree: &Tree,
+        variable: Symbol,
+        x: &[f64],
+    ) -> Option<Vec<f64>> {
         let first = self.points.first()?;
         let parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
         let at = |x: &f64| {

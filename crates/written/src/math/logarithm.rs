@@ -9,7 +9,7 @@ use super::polynomial;
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 /// ln 2 minus its high part.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-/// Bits of sqrt(1/2); fractions are taken from it to twice it, so that they lie around 1.
+/// Bits of sqrt(1/2): fractions are scaled to lie between sqrt(1/2) and sqrt(2), that is, around 1.
 const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
 
 /// `ln x`.

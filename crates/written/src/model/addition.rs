@@ -120,7 +120,7 @@ pub struct DraftState {
 
 impl Addition {
     /// The name of one of its parameters as in a model file, without the prefix used in the model.
-    pub fn own_name<'n>(&self, full: &'n str) -> &'n str {
+    pub fn local_name<'n>(&self, full: &'n str) -> &'n str {
         full.rsplit('.').next().unwrap_or(full)
     }
 }

@@ -117,7 +117,7 @@ impl Model {
                     let symbol = unit.symbol();
                     entry.insert("unit", if symbol.is_empty() { "1".into() } else { symbol.into() });
                 }
-                table.insert(addition.own_name(&p.name), value(entry));
+                table.insert(addition.local_name(&p.name), value(entry));
             }
         }
         if !addition.also_fits.is_empty() {

@@ -10,7 +10,7 @@ pub(crate) trait Bindings {
     fn symbol(&self, symbol: Symbol) -> f64;
     /// Value of a table at an argument.
     fn table(&self, table: usize, at: f64) -> f64;
-    /// Change per second of an output at the first samples.
+    /// Change per second of an output.
     fn slope(&self, output: usize) -> f64;
 }
 
