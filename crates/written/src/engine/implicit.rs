@@ -3,11 +3,11 @@
 //! Singly diagonally implicit Runge-Kutta with two stages, order 2, L-stable (Alexander, SIAM Journal on
 //! Numerical Analysis 14, 1977). With `g = 1 - 1/sqrt(2)` and step `h`:
 //!
-//! 1. `k1 = f(x + g h k1)`, `k2 = f(x + (1 - g) h k1 + g h k2)`, each solved by Newton's method with the
-//! matrix `I - g h J`
+//! 1. `k1 = f(x + g h k1)`, `k2 = f(x + (1 - g) h k1 + g h k2)`
 //! 2. `x+ = x + h ((1 - g) k1 + g k2)`
 //!
-//! The sensitivities follow from the derivatives of (1) and (2), which need the same matrix.
+//! Both equations of (1) are solved by Newton's method with the matrix `I - g h J`. The sensitivities follow
+//! from the derivatives of (1) and (2), which need the same matrix.
 
 use super::block::{Block, Columns, StepInputs};
 use crate::system::{Column, System};

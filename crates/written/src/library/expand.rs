@@ -26,7 +26,7 @@ pub struct Candidate {
     pub parameters: Vec<CandidateParameter>,
     /// Other explanations that this effect may be mistaken for.
     pub stands_for: Vec<String>,
-    /// Kinds that describe the same phenomenon and are not added beside this one.
+    /// Kinds that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
     /// Simpler kind that it becomes when its inner parameters go to their bounds.
     pub contains: Option<String>,

@@ -28,7 +28,7 @@ pub struct Row {
     pub parameters: Vec<RowParameter>,
     /// Other explanations that it may be mistaken for.
     pub stands_for: Vec<String>,
-    /// Kinds that describe the same phenomenon and are not added beside it.
+    /// Kinds that describe the same phenomenon and are not added together with it.
     pub excludes: Vec<String>,
     /// Simpler kind that it becomes when its inner parameters go to their bounds.
     pub contains: Option<String>,
